@@ -28,7 +28,7 @@ from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
 from tissuec.model.springs import NUMBERS
-from tissuec.scene.element_bodies import refuse
+from tissuec.scene.element_bodies import note_of, refuse
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
 from tissuec.scene.model import AssignedQuantity, PrestressDirection
@@ -91,7 +91,7 @@ class ElementReader:
         self.drawing, self.body, self.findings = drawing, drawing.body, findings
         self.made, self.part = drawing.body.elements, drawing.element_part
         self.parts = TissueParts(self.body, findings)
-        self._note = (Note(MADE_OF, self.made),)
+        self._note = (note_of(self.made),)
         for number in part_numbers(self.part):
             self._refuse_springs(self.parts.materials[number])
 
@@ -100,7 +100,7 @@ class ElementReader:
         length = self.drawing.length
         numbers = dict(zip(NUMBERS, (0.0, 0.0, length, np.inf, np.inf), strict=True))
         known = Provenance(
-            np.broadcast_to(np.int32(0), length.shape), (Origin(self.made, MADE_OF),)
+            np.broadcast_to(np.int32(0), length.shape), (Origin(self.made.span, MADE_OF),)
         )
         springs = {
             name: (np.broadcast_to(value, length.shape), known)
@@ -128,7 +128,7 @@ class ElementReader:
         for one in self.drawing.mesh.elements:
             own = np.arange(first, first + len(one.nodes))
             first += len(own)
-            parts = self.body.name, one.shape, one.nodes, material.some(own), self.made
+            parts = self.body.name, one.shape, one.nodes, material.some(own), self.made.span
             found.append(BodyElements(*parts))
         return tuple(found)
 

@@ -19,6 +19,8 @@ from tissuec.scene.body_parts import PartReader
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.element_bodies import (
     CUBIC,
+    are_matter,
+    as_matter,
     read_made_of,
     refuse,
     refuse_entries,
@@ -30,6 +32,7 @@ from tissuec.scene.fibres import SECOND_FIBRES, read_fibres
 from tissuec.scene.model import (
     Bending,
     Body,
+    MadeOfElements,
     PrestressDirection,
     Tables,
     Tissue,
@@ -72,6 +75,17 @@ def _is_made_of(item: s.Item) -> bool:
     return item.name.key == "made" or item.name.key.startswith("made ")
 
 
+def _order(item: s.Item) -> int:
+    """Return when an item is read: what a body is made of before its mesh."""
+    if _is_made_of(item):
+        return 0
+    is_entry = isinstance(item, s.Assign | s.Sentence | s.Block)
+    is_tissue = is_entry and (
+        item.name.key == "tissue" or without(item.name, "region") is not None
+    )
+    return 1 if is_tissue else 2
+
+
 class _BodyReader:
     """One reading of one body block."""
 
@@ -101,14 +115,14 @@ class _BodyReader:
         self.second_fibres: Floats | str | None = None
         self.prestress: PrestressDirection | None = None
         self.shell: Span | None = None
-        self.elements: Span | None = None
+        self.elements: MadeOfElements | None = None
         self.may_be_elements = False  # also where that is written wrong
         self.mesh_places: Mapping[str, Span] = {}
         self.rest: dict[str, Any] = {}
 
     def read(self) -> Body:
         failures = self.findings.failures
-        for item in sorted(self.block.items, key=lambda item: not _is_made_of(item)):
+        for item in sorted(self.block.items, key=_order):
             with self.findings.item():
                 self._item(item)
                 continue
@@ -124,6 +138,8 @@ class _BodyReader:
                 self.block.head,
                 hint="for example: mesh is tube { … }",
             )
+        if "made" not in self.once:
+            self.elements = as_matter(self.mesh, self._matter())
         if self.elements is not None:
             self._refuse_springs(self.elements)
             is_whole = self.findings.failures == failures
@@ -246,11 +262,20 @@ class _BodyReader:
             return
         items = item.items if isinstance(item, s.Block) else ()
         where = item.head if isinstance(item, s.Block) else item.span
-        is_cubic = self.may_be_elements and MESHES[kind.key] is Lattice
+        may_be_elements = self.may_be_elements or (
+            "made" not in self.once and are_matter(self._matter())
+        )
+        is_cubic = may_be_elements and MESHES[kind.key] is Lattice
         self.mesh, self.mesh_places = schema.build(
             MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where,
             usual={"kind": CUBIC} if is_cubic else None,
         )  # fmt: skip
+
+    def _matter(self) -> list[tuple[Tissue, Span]]:
+        """Return the tissues of the body and its regions, and where each is written."""
+        parts = [(self.tissue, self.once.get("tissue", self.block.head))]
+        parts += [(region.tissue, region.span) for region in self.parts.regions]
+        return [(tissue, span) for tissue, span in parts if tissue is not None]
 
     def _refuse_directions(self) -> None:
         """Report directions that a body of springs does not have."""
@@ -272,7 +297,7 @@ class _BodyReader:
                 ),
             )
 
-    def _refuse_springs(self, made: Span) -> None:
+    def _refuse_springs(self, made: MadeOfElements) -> None:
         """Report what a body of elements says of springs."""
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
             head = self.once["mesh"]

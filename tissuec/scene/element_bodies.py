@@ -1,6 +1,10 @@
-"""Bodies made of finite elements: ``made of elements``, and entries that only springs have."""
+"""Bodies made of finite elements: which ones are, and entries that only springs have.
 
-from collections.abc import Collection, Mapping
+A solid whose tissues have a Young's modulus is made of elements unless it is written to be
+``made of springs``; any other body is made of springs unless it is ``made of elements``.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
 from typing import NoReturn
 
 from tissuec.core.errors import Note
@@ -8,10 +12,13 @@ from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal, 
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Elemental, Generator
-from tissuec.meshes.generators.imported import Imported
+from tissuec.meshes.generators.imported import TETRAHEDRA, Imported
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 from tissuec.scene.findings import Findings
+from tissuec.scene.model import MadeOfElements, Tissue
+from tissuec.scene.quantities import YOUNGS_MODULUS
 
+Part = tuple[Tissue, Span]  # a tissue, and where it is written that a body consists of it
 ELEMENTS, SPRINGS = "elements", "springs"
 MADE_OF = (ELEMENTS, SPRINGS)
 CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells
@@ -21,8 +28,8 @@ _OF_SPRINGS, _OF_WALLS = ("bending", "interface"), ("section", "thickness")
 
 def read_made_of(
     item: s.Assign | s.Sentence | s.Block, tissues: Collection[str], findings: Findings
-) -> Span | None:
-    """Return where ``made of elements`` is written; None for ``made of springs``.
+) -> MadeOfElements | None:
+    """Return that ``made of elements`` is written; None for ``made of springs``.
 
     Args:
         item: The entry, whose name begins with "made".
@@ -35,7 +42,7 @@ def read_made_of(
         _wrong_form(item, findings)
     word = item.clauses[0].value
     if isinstance(word, s.Name) and word.key in MADE_OF:
-        return item.span if word.key == ELEMENTS else None
+        return MadeOfElements(item.span, is_written=True) if word.key == ELEMENTS else None
     text = word.span.text
     meant = f"tissue is {text}"
     findings.reject(
@@ -60,35 +67,72 @@ def _wrong_form(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> No
     )
 
 
+def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements | None:
+    """Return that a body is made of elements because nothing else is written.
+
+    Args:
+        mesh: Of the body; None if it is explicit or could not be read.
+        parts: Tissues of the body and its regions, each with the place where it is written.
+    """
+    is_solid = isinstance(mesh, Elemental) and mesh.is_solid
+    return (
+        MadeOfElements(parts[0][1], is_written=False)
+        if is_solid and are_matter(parts)
+        else None
+    )
+
+
+def are_matter(parts: Sequence[Part]) -> bool:
+    """Return whether all tissues have a Young's modulus, and there is one; see ``as_matter``."""
+    return bool(parts) and all(YOUNGS_MODULUS in tissue.given for tissue, _ in parts)
+
+
+def note_of(made: MadeOfElements) -> Note:
+    """Return what asks for elements."""
+    if made.is_written:
+        return Note("required by this entry", made.span)
+    return Note("a solid with a Young's modulus is made of elements", made.span)
+
+
+def _to_springs(made: MadeOfElements) -> Edit:
+    """Return the edit after which a body is made of springs."""
+    of_springs = f"made of {SPRINGS}"
+    if made.is_written:
+        return Edit(of_springs, made.span)
+    start = made.span.start
+    return Edit(f"{of_springs}; ", Span(made.span.source, start, start))
+
+
 def refuse(
-    what: str, place: Span, made: Span, findings: Findings, *, is_block: bool = False
+    what: str, place: Span, made: MadeOfElements, findings: Findings, *, is_block: bool = False
 ) -> None:
     """Report something that elements do not have.
 
     Args:
         what: In words.
         place: Where it is written.
-        made: Where the body is made of elements.
+        made: Why the body is made of elements.
         findings: Takes diagnostics.
         is_block: Whether it is the head of a block.
     """
-    of_springs = f"made of {SPRINGS}"
     removing = () if is_block else (removal(place),)
     findings.add(
         "TIS306",
         f"{what} is not available for elements",
         place,
-        hint=Hint(f"remove it, or write {of_springs}", *removing, Edit(of_springs, made)),
-        notes=(Note("required by this entry", made),),
+        hint=Hint(f"remove it, or write made of {SPRINGS}", *removing, _to_springs(made)),
+        notes=(note_of(made),),
     )
 
 
-def refuse_entries(places: Mapping[str, Span], made: Span, findings: Findings) -> None:
+def refuse_entries(
+    places: Mapping[str, Span], made: MadeOfElements, findings: Findings
+) -> None:
     """Report entries of a body of elements that are for springs and walls.
 
     Args:
         places: Where its entries are written, by name.
-        made: Where the body is made of elements.
+        made: Why the body is made of elements.
         findings: Takes diagnostics.
     """
     for name in _OF_SPRINGS:
@@ -107,7 +151,11 @@ def refuse_entries(places: Mapping[str, Span], made: Span, findings: Findings) -
 
 
 def refuse_mesh(
-    mesh: Generator | None, head: Span, places: Mapping[str, Span], made: Span, to: Findings
+    mesh: Generator | None,
+    head: Span,
+    places: Mapping[str, Span],
+    made: MadeOfElements,
+    to: Findings,
 ) -> None:
     """Report a mesh that elements cannot divide, and its entries that are for springs.
 
@@ -115,7 +163,7 @@ def refuse_mesh(
         mesh: Of the body; None if it is explicit.
         head: Head of the mesh.
         places: Where its entries are written, by name.
-        made: Where the body is made of elements.
+        made: Why the body is made of elements.
         to: Takes diagnostics.
     """
     if not isinstance(mesh, Elemental):
@@ -124,9 +172,10 @@ def refuse_mesh(
             "this mesh cannot consist of elements because it is not solid",
             head,
             hint=Hint(
-                "remove made of elements, or use a lattice or an imported solid", removal(made)
+                "remove made of elements, or use a lattice or an imported solid",
+                removal(made.span),
             ),
-            notes=(Note("required by this entry", made),),
+            notes=(note_of(made),),
         )
         return
     if isinstance(mesh, Lattice) and "kind" in places and mesh.kind != CUBIC:
@@ -134,16 +183,24 @@ def refuse_mesh(
             "TIS306",
             f"{mesh.kind} says where springs are, but elements are the cubic cells",
             places["kind"],
-            hint=Hint(f"write kind is {CUBIC}", Edit(f"kind is {CUBIC}")),
-            notes=(Note("required by this entry", made),),
+            hint=Hint(
+                f"write kind is {CUBIC}, or made of {SPRINGS}",
+                Edit(f"kind is {CUBIC}"),
+                _to_springs(made),
+            ),
+            notes=(note_of(made),),
         )
     if isinstance(mesh, Imported) and mesh.filling in CRYSTALS:
         to.add(
             "TIS306",
             f"a filling of {mesh.filling} consists of springs",
             places["filling"],
-            hint=Hint("write filling is tetrahedra", Edit("filling is tetrahedra")),
-            notes=(Note("required by this entry", made),),
+            hint=Hint(
+                f"write filling is {TETRAHEDRA}, or made of {SPRINGS}",
+                Edit(f"filling is {TETRAHEDRA}"),
+                _to_springs(made),
+            ),
+            notes=(note_of(made),),
         )
     for name in ("reach", "stiffness"):
         if name in places:

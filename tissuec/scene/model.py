@@ -214,6 +214,18 @@ class PrestressDirection(Struct, frozen=True, eq=False):
     is_across: bool = False
 
 
+class MadeOfElements(Struct, frozen=True):
+    """Why a body consists of finite elements.
+
+    Attributes:
+        span: ``made of elements``, or else the entry that gives a solid its tissue in pascals.
+        is_written: Whether it is the first of these.
+    """
+
+    span: Span
+    is_written: bool
+
+
 class Body(Struct, frozen=True, eq=False):
     """A mesh made of tissue.
 
@@ -232,7 +244,7 @@ class Body(Struct, frozen=True, eq=False):
         second_fibres: Of a solid of elements, the direction of another family; None without.
         prestress: Of a solid of elements, the direction of its prestress; None if not written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
-        elements: What asks for finite elements instead of springs; None with springs.
+        elements: Why it consists of finite elements; None if it consists of springs.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
@@ -253,7 +265,7 @@ class Body(Struct, frozen=True, eq=False):
     second_fibres: Floats | str | None
     prestress: PrestressDirection | None
     shell: Span | None
-    elements: Span | None
+    elements: MadeOfElements | None
     mass: float | None
     thickness: float | None
     section: float | None

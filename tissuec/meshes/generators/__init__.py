@@ -96,6 +96,11 @@ class Celled(Protocol):
 class Elemental(Protocol):
     """A generator of solid bodies that finite elements can divide."""
 
+    @property
+    def is_solid(self) -> bool:
+        """Return whether it encloses volume, so that matter in it consists of elements."""
+        ...
+
     def element_size(self) -> tuple[int, int]:
         """Return upper bounds of (nodes, springs) of ``build_elements``, as ``size`` does."""
         ...

@@ -230,6 +230,14 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             tetrahedra=self._tetrahedra(filling),
         )
 
+    @property
+    def is_solid(self) -> bool:
+        """Return whether it has a filling or volume cells; False if it cannot be read."""
+        try:
+            return self.filling != "none" or self.shape.is_volume
+        except MeshFileError:
+            return False
+
     def element_size(self) -> tuple[int, int]:
         """Return upper bounds of the numbers of nodes and of edges of elements."""
         nodes, pairs = self.size()

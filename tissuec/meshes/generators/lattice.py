@@ -225,6 +225,11 @@ class Lattice(Struct, frozen=True, eq=False):
         inner = np.stack(inside, axis=1) if inside else none
         return np.stack(faces, axis=1), inner
 
+    @property
+    def is_solid(self) -> bool:
+        """Return whether it encloses volume: always."""
+        return True
+
     def element_size(self) -> tuple[int, int]:
         """Return the number of corners of cells, and about that of their edges."""
         return self._cubes.size()
