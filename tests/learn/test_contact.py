@@ -17,7 +17,9 @@ FLESH = """tissue flesh { Young's modulus = 20 kPa; density = 1000 kg/m^3
 #: A pad that falls on a plate that is aslant, and springs back.
 PAD = f"""language 1
 {FLESH}
-body pad {{ mesh is lattice {{ kind is sodium chloride; cell = 5 mm; reach is second neighbours
+body pad {{
+  made of springs
+  mesh is lattice {{ kind is sodium chloride; cell = 5 mm; reach is second neighbours
   box from (0, 0, 1) mm to (10, 10, 6) mm }}; tissue is flesh }}
 tool plate {{ kind is plane; point = (0, 0, 0) mm; normal = (0.1, 0.05, 1) }}
 environment {{ gravity = (0, 0, -9.81) m/s^2; contact is tools only; contact damping = 1 s/m }}
@@ -71,7 +73,7 @@ def test_the_wider_a_motion_the_wider_is_what_counts_as_near():
 #: A block whose top is moved down onto a rod, along which it bends.
 PRESSED = f"""language 1
 {FLESH}
-body block {{ mesh is lattice {{ kind is sodium chloride; cell = 5 mm
+body block {{ made of springs; mesh is lattice {{ kind is sodium chloride; cell = 5 mm
   reach is second neighbours
   box from (0, 0, 0) mm to (15, 10, 5) mm }}; tissue is flesh }}
 set top = nodes of block where z > 4 mm

@@ -11,7 +11,7 @@ MOVED = "from 0 s to 1 s: move top by (0.5, 0, 2) mm using smooth profile"
 SCENE = """language 1
 tissue gum {{ Young's modulus = 40 kPa; density = 1000 kg/m^3; {tissue}
   retardation time = 1 ms }}
-body bag {{ {mesh}; tissue is gum }}
+body bag {{ made of springs; {mesh}; tissue is gum }}
 force bed {{ kind is foundation; acts on bag; stiffness = 100 kPa/m }}
 set bottom = nodes of bag where z < -8 mm
 set top = nodes of bag where z > 8 mm

@@ -22,7 +22,7 @@ def scene(tissue: str, body: str) -> tuple[Network, Plan]:
 def _text(tissue: str, body: str) -> str:
     return f"""language 1
 tissue gel {{ {tissue} }}
-body piece {{ {body}; tissue is gel }}
+body piece {{ made of springs; {body}; tissue is gel }}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 simulate {{ duration = 1 ms; tolerance = 1e-6; integrator is dop853 }}
 """

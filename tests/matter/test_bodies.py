@@ -22,7 +22,7 @@ MATTER = "Young's modulus = 5 kPa; density = 1060 kg/m^3; retardation time = 2 m
 SPRINGS = "spring constant = 40 N/m; viscosity = 20 mN*s/m; mass = 10 mg"
 SCENE = """language 1
 tissue gel {{ {tissue} }}
-body piece {{ mesh is {mesh}; tissue is gel{more} }}
+body piece {{ made of springs; mesh is {mesh}; tissue is gel{more} }}
 {sets}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 {script}

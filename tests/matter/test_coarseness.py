@@ -16,7 +16,7 @@ SIDE, LENGTH = 16.0, 64.0  # of bars [mm]
 YOUNG, SHEAR = 10e3, 4e3
 SCENE = """language 1
 tissue gel {{ Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms{more} }}
-body bar {{ mesh is {mesh}; tissue is gel{inside} }}
+body bar {{ made of springs; mesh is {mesh}; tissue is gel{inside} }}
 {sets}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 {script}

@@ -13,6 +13,7 @@ EDGE = 10e-3  # [m]
 SCENE = """language 1
 tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 body cube {
+  made of springs
   mesh is lattice {
     kind is sodium chloride; reach is second neighbours
     cell = 10 mm; box from (0, 0, 0) mm to (10, 10, 10) mm

@@ -31,7 +31,7 @@ THREAD = (
 
 
 def compiled(body, tissues=TISSUES):
-    text = f"""{tissues}body piece {{ {body} }}
+    text = f"""{tissues}body piece {{ made of springs; {body} }}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 simulate {{ duration = 1 ms; tolerance = 1e-6; integrator is dop853 }}
 """

@@ -10,6 +10,7 @@ from tissuec.scene.request import Request
 COUPON = """language 1
 tissue gel {{ Young's modulus = {young} kPa; density = 1000 kg/m^3; retardation time = 5 ms }}
 body piece {{
+  made of springs
   mesh is lattice {{
     kind is sodium chloride; reach is second neighbours
     cell = {cell} mm; box from (0, 0, 0) mm to (40, 20, 20) mm

@@ -26,6 +26,7 @@ def bent_energy(network, moved):
 PLATE = f"""language 1
 tissue gel {{ {TISSUE} }}
 body plate {{
+  made of springs
   mesh is sheet {{
     corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 40, 0) mm
     columns = COUNT; rows = COUNT; diagonals is both

@@ -13,7 +13,8 @@ from tissuec.scene.request import Request
 YOUNG = 5e3
 SCENE = """language 1
 tissue gel {{ Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 2 ms }}
-body piece {{ mesh is imported {{ file "{file}" in mm{more} }}; tissue is gel{thickness} }}
+body piece {{
+  made of springs; mesh is imported {{ file "{file}" in mm{more} }}; tissue is gel{thickness} }}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 simulate {{ duration = 1 ms; tolerance = 1e-6; integrator is dop853 }}
 """

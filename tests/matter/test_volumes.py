@@ -30,7 +30,8 @@ SIDES = np.array([40.0, 20.0, 20.0])
 SCENE = """language 1
 tissue gel {{ Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 2 ms
              Poisson's ratio = {ratio}; breaking strain = 40 % }}
-body piece {{ mesh is imported {{ file "{file}" in mm{more} }}; tissue is gel }}
+body piece {{
+  made of springs; mesh is imported {{ file "{file}" in mm{more} }}; tissue is gel }}
 set floor = nodes of piece where x < 0.1 mm
 set lid = nodes of piece where x > 39.9 mm
 environment {{ gravity = (0, 0, 0) m/s^2; contact is off }}

@@ -44,6 +44,7 @@ body pad {
   region far where x > 9 mm { tissue is fat; prestress = 1 % }
 }
 body cube {
+  made of springs
   mesh is lattice {
     kind is sodium chloride; reach is second neighbours; cell = 5 mm
     box from (0, 0, 10) mm to (10, 10, 20) mm
@@ -460,7 +461,7 @@ def test_a_homogeneous_strain_of_a_lattice_is_returned(tmp_path):
 
 BAR = """language 1
 tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms RATIO }
-body bar { MESH; tissue is gel }
+body bar { made of springs; MESH; tissue is gel }
 set left = nodes of bar where x < 0.1 mm
 set right = nodes of bar where x > 29.9 mm
 environment { gravity = (0, 0, 0) m/s^2; damping = 2 mN*s/m }
@@ -658,7 +659,7 @@ def test_what_is_left_out_is_said(tmp_path):
     _, result = run_to(tmp_path, solid)
     assert result.left_out == (
         "cube has no strain and stress: the volume that it keeps is set by the script "
-        "(pad.tis:35)",
+        "(pad.tis:36)",
     )
     blocks = shown(opened(result.blocks), 3)
     assert "stress" not in at_points(blocks["cube_skin"])

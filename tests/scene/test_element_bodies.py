@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import tissuec
 from tests.every import every
 from tests.whole_runs import carried_out
 from tissuec.analysis.bodies import properties_of
@@ -64,6 +65,79 @@ def refusal(body="made of elements", **parts) -> tuple[str, str]:
         compile_request(scene(body, **parts))
     (found,) = caught.value.diagnostics
     return f"{found.code}: {found.message}", found.hint
+
+
+def test_solids_of_matter_consist_of_elements_unless_they_are_made_of_springs():
+    assert elements(compiled("")).item_count == 64
+    springs = "kind is sodium chloride; reach is second neighbours"
+    net = compiled("made of springs", mesh=springs, tissue="viscosity = 1 mN*s/m").network
+    assert not net.of_kind("elements") and net.springs.stiffness.all()
+
+
+def test_a_region_of_single_springs_makes_a_net_of_the_whole_body():
+    own = "tissue own { spring constant = 4 N/m; viscosity = 1 mN*s/m; mass = 1 mg }\n"
+    region = "interface is mean; region top where z > 12 mm { tissue is own }"
+    springs = "kind is sodium chloride; reach is second neighbours"
+    net = compiled(region, mesh=springs, more=own, tissue="viscosity = 1 mN*s/m").network
+    assert not net.of_kind("elements")
+
+
+@pytest.mark.parametrize("what", ["reach is second neighbours", "kind is diamond"])
+def test_entries_of_springs_in_a_solid_of_matter_lead_to_made_of_springs(what):
+    with pytest.raises(CompileError) as caught:
+        compile_request(scene("", mesh=what))
+    (found,) = caught.value.diagnostics
+    assert [note.message for note in found.notes] == [
+        "a solid with a Young's modulus is made of elements"
+    ]
+    assert found.notes[0].span.text == "tissue is gel"
+    text = scene("", mesh=what).source.text
+    for edit in found.hint.edits:
+        span = edit.at(found.span).span
+        changed = text[: span.start] + edit.text + text[span.end :]
+        codes = _codes(changed)
+        assert "TIS306" not in codes, (edit.text, codes)
+
+
+def _codes(text: str) -> set[str]:
+    try:
+        _, warnings = compile_request(Request(Source("block.tis", text)))
+    except CompileError as error:
+        return {one.code for one in error.diagnostics}
+    return {one.code for one in warnings}
+
+
+def test_an_open_file_is_a_wall_and_a_filled_one_a_solid(tmp_path):
+    shape = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    (tmp_path / "tip.obj").write_text(shape)
+    text = """language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 0 s }
+body tip { mesh is imported { file "tip.obj" in mm; MORE }; tissue is gel; THICK }
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
+
+    def kinds(more, thick=""):
+        (tmp_path / "tip.tis").write_text(text.replace("MORE", more).replace("THICK", thick))
+        found = tissuec.compile(tmp_path / "tip.tis")
+        return {block.kind for block in found.network.blocks}
+
+    assert "elements" in kinds("filling is tetrahedra; cell = 1.5 mm")
+    assert "elements" not in kinds("", "thickness = 1 mm")
+
+
+def test_the_volume_of_a_body_is_that_of_its_elements():
+    # A uniform stretch of 10 % along z; the ends stay as wide as they are drawn.
+    more = "expect volume(block) between 8.7999999 ml and 8.8000001 ml at 1 us\n"
+    script = "from 0 s to 1 us: move high by (0, 0, 2) mm using constant speed"
+    held = script + "; at 0 s: fix inner"
+    outcome, _ = carried_out(
+        compiled(
+            "", mesh="", script=held, duration="1 us",
+            more="set inner = nodes of block where z between 1 mm and 19 mm\n" + more,
+        )
+    )  # fmt: skip
+    assert not (outcome.failures or outcome.unreached)
 
 
 def test_moduli_follow_from_the_tissue():
@@ -280,13 +354,13 @@ def test_springs_have_no_direction_of_prestress():
 def test_what_is_of_springs_is_refused_of_a_mesh():
     assert refusal(mesh="kind is diamond") == (
         "TIS306: diamond says where springs are, but elements are the cubic cells",
-        "write kind is sodium chloride",
+        "write kind is sodium chloride, or made of springs",
     )
     assert refusal(mesh="reach is second neighbours")[0] == (
         'TIS306: "reach" of a mesh is not available for elements'
     )
     assert compiled(mesh="kind is sodium chloride").network.spring_count == 300
-    assert refusal("", mesh="")[0] == 'TIS304: mesh lattice needs "kind"'
+    assert refusal("made of springs", mesh="")[0] == 'TIS304: mesh lattice needs "kind"'
 
 
 def test_a_surface_cannot_consist_of_elements():

@@ -15,6 +15,7 @@ from tissuec.scene.request import Request
 SCENE = """language 1
 use "matter/liver"
 body lobe {
+  made of springs
   mesh is lattice {
     kind is sodium chloride; reach is second neighbours; cell = 10 mm
     box from (0, 0, 0) mm to (40, 20, 20) mm

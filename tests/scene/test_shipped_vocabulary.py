@@ -169,8 +169,8 @@ tissue gland {
   hardness is soft; elasticity is medium; weight is medium
   shiftability is low; consistency is SMOOTH
 }
-body one { mesh is lattice { BOX }; tissue is gland }
-body two { mesh is lattice { BOX }; tissue is liver }
+body one { made of springs; mesh is lattice { BOX }; tissue is gland }
+body two { made of springs; mesh is lattice { BOX }; tissue is liver }
 environment { gravity = (0, 0, 0) m/s^2 }
 simulate { duration = 1 ms }
 """.replace(

@@ -216,6 +216,19 @@ class SolidElements(WalledField, frozen=True):
         """Return the volumes as drawn [m³], shape (element,)."""
         return self.drawn.volume.sum(axis=1)[self.row]
 
+    def whole_volume(self, position: Floats) -> Floats:
+        """Return the present volume of all elements together [m³], shape (…).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        found = np.zeros(position.shape[:-2])
+        for part in self._parts():
+            own = self.only(part)
+            j = np.linalg.det(own.deformations(position))
+            found += (own.drawn.volume[own.row] * j).sum(axis=(-2, -1))
+        return found
+
     def deformations(self, position: Floats) -> Floats:
         """Return F, with prestretch, at all points, shape (…, element, point, 3, 3).
 

@@ -83,7 +83,7 @@ def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements |
 
 
 def are_matter(parts: Sequence[Part]) -> bool:
-    """Return whether all tissues have a Young's modulus, and there is one; see ``as_matter``."""
+    """Return whether there are tissues, and all have a Young's modulus; see ``as_matter``."""
     return bool(parts) and all(YOUNGS_MODULUS in tissue.given for tissue, _ in parts)
 
 

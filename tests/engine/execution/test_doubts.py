@@ -18,6 +18,7 @@ SOLID = """language 1
 param depth = 7 mm
 tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 body block {
+  made of springs
   mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
     box from (0, 0, 0) mm to (15, 15, 10) mm }
   tissue is gel
@@ -34,6 +35,7 @@ NEEDLE = """language 1
 param thickness = 0.6 mm
 tissue gel { Young's modulus = 10 kPa; density = 1010 kg/m^3; retardation time = 5 ms }
 body block {
+  made of springs
   mesh is lattice { kind is sodium chloride; cell = 3 mm; reach is second neighbours
     box from (0, 0, 0) mm to (9, 9, 9) mm }
   tissue is gel
@@ -52,6 +54,7 @@ BALL = """language 1
 param c = 4 mm
 tissue gelatine { Young's modulus = 10 kPa; density = 1010 kg/m^3; retardation time = 5 ms }
 body block {
+  made of springs
   mesh is lattice { kind is sodium chloride; cell = c; reach is second neighbours
     box from (-8, -8, -8) mm to (8, 8, 0) mm }
   tissue is gelatine

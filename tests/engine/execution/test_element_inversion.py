@@ -19,6 +19,7 @@ body block {
   tissue is gel; made of elements
 }
 body post {
+  made of springs
   mesh is lattice { kind is sodium chloride; cell = 5 mm
     reach is second neighbours; box from (30, 0, 0) mm to (35, 5, 5) mm }
   tissue is gel

@@ -22,6 +22,7 @@ BAR = """language 1
 tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 tissue rubber { Young's modulus = 40 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 body bar {
+  made of springs
   mesh is lattice { kind is diamond; reach is second neighbours; cell = 5 mm
     box from (0, 0, 0) mm to (10, 10, 20) mm }
   tissue is gel

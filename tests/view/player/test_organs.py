@@ -37,6 +37,7 @@ BLOCK = """language 1
 use "matter/fat"
 use "matter/skin"
 body sample {
+  made of springs
   mesh is lattice {
     box from (0, 0, 0) mm to (20, 20, 10) mm; cell = 5 mm
     kind is sodium chloride; reach is second neighbours

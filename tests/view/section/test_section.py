@@ -24,6 +24,7 @@ use "matter/fat"
 tissue skin like fat { colour = "#d0a080" }
 tissue lump like fat { colour = "#2040c0" }
 body sample {
+  made of springs
   mesh is lattice {
     box from (0, 0, 0) mm to (30, 30, 15) mm; cell = 2.5 mm
     kind is sodium chloride; reach is second neighbours

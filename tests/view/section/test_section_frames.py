@@ -14,6 +14,7 @@ BLOCK = """language 1
 use "matter/fat"
 tissue lump like fat { colour = "#2040c0" }
 body sample {
+  made of springs
   mesh is lattice {
     box from (0, 0, 0) mm to (20, 20, 10) mm; cell = 2.5 mm
     kind is sodium chloride; reach is second neighbours

@@ -92,6 +92,7 @@ class Coupon(Struct, frozen=True):
         sides = [_si(size, "m") for size in self.sizes]
         if self.thickness is None:
             return (
+                "made of springs; "
                 "mesh is lattice { kind is sodium chloride; reach is second neighbours; "
                 f"cell = {_si(self.cell, 'm')}; box from (0, 0, 0) m to ({', '.join(sides)}) }}"
             )

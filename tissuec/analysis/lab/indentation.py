@@ -62,8 +62,9 @@ class IndentedBlock(Struct, frozen=True):
         """Yield the body, its ground and the ball; it has no tabs and does not break."""
         corner = f"({self.width:.15g}, {self.width:.15g}, {self.height:.15g}) m"
         yield (
-            f"body {BODY} {{ mesh is lattice {{ kind is sodium chloride; reach is second "
-            f"neighbours; cell = {self.cell:.15g} m; box from (0, 0, 0) m to {corner} }}; "
+            f"body {BODY} {{ made of springs; "
+            "mesh is lattice { kind is sodium chloride; reach is second neighbours; "
+            f"cell = {self.cell:.15g} m; box from (0, 0, 0) m to {corner} }}; "
             f"tissue is {tissue} }}"
         )
         yield f"set lab ground = nodes of {BODY} where z < {0.25 * self.cell:.15g} m"

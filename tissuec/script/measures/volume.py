@@ -1,4 +1,4 @@
-"""Volume inside a closed surface."""
+"""Volume of a body."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from tissuec.script.measures.snapshot import Snapshot
 class Volume(ScalarMeasure):
     """The present volume inside the closed surface of the body A; 0 if it is open.
 
-    For a lattice, it is the sum of all cells, whether they preserve their volume or not.
+    For a lattice and for a body of elements, it is the sum of all cells or elements.
     """
 
     form = "volume(A)"
@@ -24,7 +24,11 @@ class Volume(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        enclosure = surface_of(snapshot.state.network, subjects[0].name)
+        network, name = snapshot.state.network, subjects[0].name
+        if elements := network.elements_of(name):
+            every = sum(each.whole_volume(snapshot.position) for each in elements)
+            return one_column(every, snapshot)
+        enclosure = surface_of(network, name)
         if enclosure is None:
             return one_column(0.0, snapshot)
         return one_column(enclosure.volumes(snapshot.position).sum(axis=-1), snapshot)
