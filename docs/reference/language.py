@@ -308,7 +308,10 @@ def adjusted_table() -> str:
 
 def measure_table() -> str:
     """Return what can be measured."""
-    subjects = {"any": "nodes or springs"}
+    solid = "nodes of solid elements"
+    subjects = {
+        "any": "nodes or springs", "solid": solid, "body or solid": f"body, or {solid}",
+    }  # fmt: skip
     rows = [
         (
             code(measure.form),

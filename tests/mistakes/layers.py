@@ -456,9 +456,9 @@ MISTAKES = {
     ),
     "output unknown": M(
         "force of forceps A every",
-        "stress of strip every",
+        "colour of strip every",
         "TIS701",
-        "stress",
+        "colour",
         "outputs: trajectory, precision, compress, blocks, surface, distance, elastic en",
     ),
     "output at a rate": M(

@@ -24,7 +24,7 @@ from tissuec.scene.expressions import FUNCTIONS, Scope
 from tissuec.scene.model import Tool
 from tissuec.scene.values import unit_vector
 from tissuec.script.measures import MEASURES, Measure, Subject
-from tissuec.script.measures.vector import VectorMeasure
+from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
 
 COUNTED = ("nodes", "springs", "pieces")
@@ -133,7 +133,7 @@ class Conditions:
     def _doubt_signs(
         self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
     ) -> None:
-        """W701: the magnitude of a vector is compared with a negative number."""
+        """W701: the magnitude of a vector or of a stress is compared with a negative number."""
         for part in walk(node):
             if not isinstance(part, s.Compare):
                 continue
@@ -141,7 +141,7 @@ class Conditions:
                 reading = readings.get(place_of(side))
                 if reading is None or reading.along is not None:
                     continue
-                is_vector = issubclass(reading.measure, VectorMeasure)
+                is_vector = issubclass(reading.measure, DirectedMeasure)
                 is_fixed = not any(place_of(one) in readings for one in walk(other))
                 if is_vector and is_fixed and self.scope.number(other).amount < 0.0:
                     (subject,) = reading.subjects
@@ -328,7 +328,7 @@ class Conditions:
         if not self.groups.is_known(name):
             self._no_subject(name.text, name.span)
         if self.groups.is_springs(name):
-            if measure.takes == "nodes":
+            if measure.takes in ("nodes", "solid", "body or solid"):
                 self.findings.reject(
                     "TIS702", f"{measure.form} needs nodes, not springs", name.span
                 )
@@ -338,10 +338,13 @@ class Conditions:
         return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
 
     def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
-        """Reject what has neither a volume nor a grip, and would always have none."""
+        """Reject what has neither a volume, a stress nor a grip, and would never have any."""
         match measure.takes:
             case "body":
                 needed, known = "a body", self.groups.names_of_bodies()
+            case "solid" | "body or solid":
+                self._require_elements(measure, name)
+                return
             case "jaws":
                 forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]
                 known = [tool.name for tool in forceps if tool.shapes or tool.entries is None]
@@ -356,6 +359,34 @@ class Conditions:
                 name.span,
                 hint=alternatives(name.text, known, what="there are"),
             )
+
+    def _require_elements(self, measure: type[Measure], name: s.Name) -> None:
+        """Reject what has no stress because no element is there."""
+        takes_bodies = measure.takes != "solid"
+        if not self._is_subject(name) or (takes_bodies and name.key in self.groups.bodies):
+            return
+        bodies = self.groups.bodies.values()
+        known = [each.drawing.body.name for each in bodies if each.drawing.mesh.elements]
+        if name.key in self.tools:
+            has_elements = bool(known)
+        elif self.groups.is_springs(name):
+            return  # which is told elsewhere
+        else:
+            has_elements = self.groups.has_elements(self.groups.nodes(name).indices)
+        if has_elements:
+            return
+        others = self.groups.names_of_bodies() if takes_bodies else known
+        hint = (
+            alternatives(name.text, others, what="there are")
+            if others
+            else "a solid with a Young's modulus can consist of elements: made of elements"
+        )
+        self.findings.reject(
+            "TIS702",
+            f"{measure.form} needs {'a body, or ' * takes_bodies}nodes of solid elements",
+            name.span,
+            hint=hint,
+        )
 
     def _along(self, argument: s.Argument, key: str) -> Floats:
         clause = argument.clauses[0]
@@ -373,7 +404,7 @@ class Conditions:
                 "along (0, 0, 1)",
                 clause.span,
             )
-        if key not in ("force", "position"):
+        if not issubclass(MEASURES[key], DirectedMeasure):
             self.findings.reject(
                 "TIS702", f"{key} is a single number and has no direction", clause.span
             )

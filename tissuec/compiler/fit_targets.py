@@ -13,6 +13,7 @@ from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_model import AGAINST, FIT
 from tissuec.script.fit_problem import POSITIONS, Data, DataAxis, DataColumn, Fit
 from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.measures.vector import VectorMeasure
 
 #: Endings of results, which know what is what; all else is a table.
@@ -154,11 +155,12 @@ class FitReader:
         span = clause.span if clause else clauses.where
         if inner is not None:
             self.findings.reject("TIS307", '"along" is given twice', span)
-        if measure not in (MEASURES["force"], MEASURES["position"]):
+        if measure is None or not issubclass(measure, DirectedMeasure):
             name = "positions" if measure is None else measure.form
+            *rest, last = (k for k in MEASURES if issubclass(MEASURES[k], DirectedMeasure))
             self.findings.reject(
                 "TIS702", f"{name} has no direction", span,
-                hint="force and position have a direction",
+                hint=f"{', '.join(rest)} and {last} have a direction",
             )  # fmt: skip
 
     # --- columns ------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
 from tissuec.script.measures import Measure, Subject
+from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.measures.snapshot import Snapshot
 
 Place = tuple[int, int]  # where a node of a condition begins and ends in its text
@@ -25,7 +26,7 @@ class ObservedMeasure(Struct, frozen=True, eq=False):
 
     Attributes:
         time: Of an earlier snapshot [s]; None for the present one.
-        along: Unit vector onto which a vector is projected; None for its length.
+        along: Unit vector along which a part is taken; None for the whole size.
     """
 
     measure: type[Measure]
@@ -37,7 +38,10 @@ class ObservedMeasure(Struct, frozen=True, eq=False):
         """Return the number in SI units, shape (…) as the snapshot."""
         then = snapshot if self.time is None else snapshot.pinned[self.time]
         sample = self.measure.sample(self.subjects, then)
-        return self.measure.value(sample) if self.along is None else sample @ self.along
+        if self.along is None:
+            return self.measure.value(sample)
+        assert issubclass(self.measure, DirectedMeasure)
+        return self.measure.along(sample, self.along)
 
 
 def place_of(node: s.Expression) -> Place:

@@ -105,6 +105,15 @@ class Groups:
         drawn = (placed.drawing.mesh.position for placed in self.bodies.values())
         return np.concatenate([np.zeros((0, 3)), *drawn])
 
+    def has_elements(self, nodes: Indices) -> bool:
+        """Return whether any of some nodes belongs to a body that consists of elements.
+
+        Args:
+            nodes: Indices in the network, shape (n,).
+        """
+        solids = (placed for placed in self.bodies.values() if placed.drawing.mesh.elements)
+        return any(np.isin(placed.nodes, nodes).any() for placed in solids)
+
     def names_of_bodies(self) -> list[str]:
         """Return the names of all bodies."""
         return [placed.drawing.body.name for placed in self.bodies.values()]

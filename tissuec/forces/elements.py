@@ -238,6 +238,19 @@ class SolidElements(WalledField, frozen=True):
         places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
         return np.asarray(places @ self.drawn.gradients[self.row])
 
+    def around(self, nodes: Indices) -> tuple[Self, Indices]:
+        """Return the elements at some nodes, and all nodes of these.
+
+        Args:
+            nodes: Indices, shape (n,).
+
+        Returns:
+            The elements, with the places of their nodes among the second, which are ascending.
+        """
+        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
+        used, place = np.unique(own.nodes, return_inverse=True)
+        return replace(own, nodes=place.reshape(own.nodes.shape)), used
+
     def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
         """Return sums of stress over the shares of nodes, and these shares.
 

@@ -12,6 +12,8 @@ _TAKEN_OF = {
     "springs": SPRINGS,
     "any": (*SPRINGS, "holding"),
     "body": ("body",),
+    "solid": (*NODES, "holding"),
+    "body or solid": (*NODES, "holding"),
     "jaws": ("holding",),
 }
 

@@ -145,12 +145,12 @@ def hats(drawn: Floats, cell: float) -> "csr_matrix":
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Return the equivalent stress of von Mises [Pa], shape (node,).
+    """Return the equivalent stress of von Mises [Pa], shape (…).
 
     Args:
-        stress: [Pa], shape (node, 6).
+        stress: [Pa], shape (…, 6).
     """
-    xx, yy, zz, xy, yz, xz = stress.T
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
     normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
     return np.sqrt(0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz))
 
@@ -182,17 +182,17 @@ def _sum(ends: Indices, values: Floats, count: int) -> Floats:
 
 
 def symmetric(six: Floats) -> Floats:
-    """Return symmetric matrices, shape (node, 3, 3), in the unit of their components.
+    """Return symmetric matrices, shape (…, 3, 3), in the unit of their components.
 
     Args:
-        six: Components in the order of `COMPONENTS`, shape (node, 6).
+        six: Components in the order of `COMPONENTS`, shape (…, 6).
     """
-    return six[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
+    return six[..., [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(*six.shape[:-1], 3, 3)
 
 
 def six(full: Floats) -> Floats:
-    """Return symmetric tensors (node, 3, 3) by their components in the order of `COMPONENTS`.
+    """Return symmetric tensors (…, 3, 3) by their components in the order of `COMPONENTS`.
 
-    They are in the unit of ``full``, shape (node, 6).
+    They are in the unit of ``full``, shape (…, 6).
     """
-    return np.stack([full[:, i, j] for i, j in COMPONENTS], axis=-1)
+    return np.stack([full[..., i, j] for i, j in COMPONENTS], axis=-1)

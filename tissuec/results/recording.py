@@ -12,6 +12,7 @@ from tissuec.results.fields import FieldChannel, always_recorded
 from tissuec.results.volume_cells import VolumeCells
 
 AXES = ("x", "y", "z")  # columns of vectors
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")  # of stress; the first three are along axes
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
 MOST_JUMPING = 1024
 """Numbers in a row of a log, above which jumps are not kept: many events would fill a disk."""

@@ -8,12 +8,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.model.network import Floats, Indices
 from tissuec.script.measures import Measure, Subject
+from tissuec.script.measures.directed import DirectedMeasure
 
 POSITIONS = "positions"
 """What is fitted to the places of every node of a set, each for itself."""
@@ -50,7 +52,7 @@ class Fit(Struct, frozen=True, eq=False):
         text: As written: "force(pressed)".
         measure: What is measured; None for the positions of every node.
         subjects: What it is measured of; of positions, the nodes.
-        along: Unit vector onto which a vector is projected, shape (3,); None for its length
+        along: Unit vector along which a part is taken, shape (3,); None for the whole size
             (of a position: for all three components).
         dimension: Of its value.
         columns: Of tables: one, or x, y and z, or node, x, y and z; empty where only results
@@ -73,6 +75,22 @@ class Fit(Struct, frozen=True, eq=False):
     weight: float
     free_zero: bool
     span: Span
+
+    def part(self, components: Floats) -> Floats:
+        """Return the part of components along the direction, if there is one.
+
+        Args:
+            components: In SI units, shape (…, component).
+
+        Returns:
+            Shape (…) with a direction, otherwise (…, component).
+        """
+        if self.along is None:
+            return components
+        if self.measure is None:
+            return np.asarray(components @ self.along)
+        assert issubclass(self.measure, DirectedMeasure)
+        return self.measure.along(components, self.along)
 
 
 class Adjust(Struct, frozen=True, eq=False):

@@ -206,7 +206,9 @@ def test_a_batch_of_snapshots_gives_what_each_of_them_gives(name):
 def test_every_measure_says_how_it_is_written_and_what_it_is(name):
     measure = MEASURES[name]
     assert measure.__doc__
-    assert measure.takes in ("nodes", "springs", "any", "body", "jaws")
+    assert measure.takes in (
+        "nodes", "springs", "any", "body", "solid", "body or solid", "jaws"
+    )  # fmt: skip
     assert name in measure.form
     assert measure.form.count(",") == max(measure.subjects - 1, 0)
 

@@ -48,8 +48,8 @@ def as_measured(fit: Fit, components: Floats) -> Floats:
         position and of what tables name three columns of, shape (row, 3).
     """
     width = components.shape[1]
-    if fit.along is not None and width == len(fit.along):
-        return components @ fit.along
+    if fit.along is not None and width > 1:
+        return fit.part(components)
     if width == 1:
         return components[:, 0]
     if width == 3 and (is_position(fit) or len(fit.columns) == 3):

@@ -63,8 +63,7 @@ def _seen(one: Series, width: int, snapshot: Snapshot) -> Floats:
         values = snapshot.position[..., one.nodes, :]
     else:
         values = fit.measure.sample(fit.subjects, snapshot)
-    if fit.along is not None:
-        values = values @ fit.along
+    values = fit.part(values)
     rows = values.reshape(len(snapshot.position), -1)
     if fit.measure is not None and rows.shape[1] != width:
         rows = fit.measure.value(rows)

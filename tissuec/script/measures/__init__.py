@@ -41,8 +41,9 @@ class Measure(Protocol):
         form: How it is written, such as "distance(A, B)".
         dimension: Of its value.
         subjects: How many subjects it takes.
-        takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body" or
-            "jaws" where it means something of whole bodies or of forceps with jaws only.
+        takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body",
+            "solid" or "jaws" where it means something of whole bodies, of nodes of solid
+            elements or of forceps with jaws only; or "body or solid".
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
     """

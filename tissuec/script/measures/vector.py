@@ -6,10 +6,11 @@ import numpy as np
 
 from tissuec.model.network import Floats
 from tissuec.script.measures import Subject
+from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.measures.snapshot import Snapshot
 
 
-class VectorMeasure:
+class VectorMeasure(DirectedMeasure):
     """Base of the measures whose components are x, y and z and whose value is the length."""
 
     @staticmethod
@@ -19,3 +20,7 @@ class VectorMeasure:
     @staticmethod
     def value(sample: Floats) -> Floats:
         return np.asarray(np.linalg.norm(sample, axis=-1))
+
+    @staticmethod
+    def along(sample: Floats, direction: Floats) -> Floats:
+        return np.asarray(sample @ direction)

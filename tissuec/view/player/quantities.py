@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.scale import AxisUnit
-from tissuec.results.recording import AXES
+from tissuec.results.recording import AXES, TENSOR
 from tissuec.results.trajectory import Log, Trajectory
 from tissuec.view.plots.logs import is_place
 from tissuec.view.plots.quantities import PLACE, WAY, quantity, unit_of
@@ -79,6 +79,8 @@ def _named(log: Log) -> Iterator[tuple[str, tuple[int, ...], bool]]:
     """Yield names, columns, and whether these are displacements."""
     if len(log.columns) == 1:
         yield log.name, (0,), False
+    if log.columns == TENSOR:  # normal stresses
+        yield from ((f"{log.name} along {axis}", (k,), False) for k, axis in enumerate(AXES))
     if log.columns != AXES:
         return
     every = tuple(range(len(AXES)))

@@ -11,7 +11,7 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.scale import largest_of
 from tissuec.model.network import Floats
-from tissuec.results.recording import AXES
+from tissuec.results.recording import AXES, TENSOR
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look, plain
 from tissuec.view.plots.options import Option, Start, Stop
@@ -136,6 +136,8 @@ class LogsPlot(Struct, frozen=True):
             return [("(magnitude)", time, np.linalg.norm(value, axis=1)), *parts]
         if len(log.columns) == 1:
             return [("", time, value[:, 0])]
+        if log.columns == TENSOR:
+            return [(column, time, value[:, k]) for k, column in enumerate(TENSOR)]
         return [("(largest)", time, np.fmax.reduce(value, axis=1))]
 
 

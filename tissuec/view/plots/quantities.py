@@ -13,8 +13,9 @@ from tissuec.core.hints import alternatives
 from tissuec.core.scale import AxisUnit, largest_of, scale_of
 from tissuec.core.units import TIME as SECONDS
 from tissuec.core.units import show
+from tissuec.mechanics.deformation import von_mises
 from tissuec.model.network import Floats
-from tissuec.results.recording import AXES
+from tissuec.results.recording import AXES, TENSOR
 from tissuec.view.plots.logs import is_place, log_called
 from tissuec.view.plots.over_time import Window
 
@@ -106,6 +107,11 @@ def quantity(run: "Trajectory", wanted: str, zero: float | None = None) -> Logge
         largest = largest_of([np.linalg.norm(value, axis=1)])
     if len(log.columns) == 1:
         return LoggedQuantity(wanted, log.unit, largest, time, value[:, 0])
+    if axis and log.columns == TENSOR:
+        return LoggedQuantity(wanted, log.unit, largest, time, value[:, AXES.index(axis)])
+    if log.columns == TENSOR:
+        name = f"von Mises {wanted}"
+        return LoggedQuantity(name, log.unit, largest, time, von_mises(value))
     if log.columns != AXES:
         raise TissueError(
             f'"{log.name}" has {counted(len(log.columns), "value")} at each time; an axis '
