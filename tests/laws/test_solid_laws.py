@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from tissuec.forces import solid_strain
+from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.validate.forces.elements import slopes_of
+from tissuec.validate.forces.laws import derived
 
 SAMPLES = {
     "neo hookean": {},
@@ -13,6 +15,14 @@ SAMPLES = {
     "yeoh": {"second": 0.6, "third": 1.8},
     "exponential": {"stiffening": 0.4},
     "veronda westmann": {"stiffening": 0.3},
+    "hencky": {},
+    "ogden": {
+        "exponent": 8.7,
+        "second_exponent": -3.1,
+        "second_share": 0.4,
+        "third_exponent": 1.3,
+        "third_share": 0.1,
+    },
 }
 FIRST, SECOND = np.array([3.0, 3.05, 3.4, 4.1]), np.array([3.0, 3.04, 3.5, 4.3])
 
@@ -37,3 +47,60 @@ def test_the_reference_has_the_same_slopes(name):
     own = slopes_of(law)(FIRST, SECOND)
     for mine, theirs in zip((solid_strain.by_first, solid_strain.by_second), own, strict=True):
         np.testing.assert_allclose(mine(law).at(values) + 0.0 * FIRST, theirs, rtol=1e-12)
+
+
+#: Squares of stretches, of which two or all are the same, or nearly.
+ALIKE = [
+    (1.0, 1.0),
+    (1.0, 1.0 + 1e-9),
+    (1.7, 1.7),
+    (1.7, 1.7 + 1e-7),
+    (0.3, 0.3),
+    (0.5, 2.0),
+    (9.0, 0.2),
+]
+
+
+@pytest.mark.parametrize(
+    "exponent", [-15.3, -2.0, 0.0, 0.3, 1.0, 2.0, 3.0 + 1e-9, 4.0, 8.7, 20.0]
+)
+@pytest.mark.parametrize("squares", ALIKE)
+def test_sums_of_stretches_have_slopes_where_stretches_coincide(squares, exponent):
+    """Against means of differences: D[h] is the mean of h''/2 over a triangle."""
+    x = np.array([*squares, 1.0 / np.prod(squares)])
+    values = {"i1": x.sum(), "i2": (1.0 / x).sum()}
+    tree, p = PrincipalSum(exponent), 0.5 * exponent
+    places, weights = np.polynomial.legendre.leggauss(150)
+    u, v = np.meshgrid(0.5 + 0.5 * places, 0.5 + 0.5 * places)
+    weight = 0.25 * np.outer(weights, weights) * u
+    # Hermite and Genocchi: the triangle by its sides, of which the inner one shrinks with u.
+    at = x[0] + u * (x[1] - x[0]) + u * v * (x[2] - x[1])
+
+    def difference(bend):
+        return float((weight * bend(at)).sum())
+
+    if exponent == 0.0:
+        expected = difference(lambda z: 0.5 / z), difference(lambda z: 0.5 / z**2)
+    else:
+        expected = (
+            p * (p + 1.0) * p * difference(lambda z: z ** (p - 1.0)),
+            -p * p * (p - 1.0) * difference(lambda z: z ** (p - 2.0)),
+        )
+    found = [float(tree.slope(name).at(values)) for name in ("i1", "i2")]
+    np.testing.assert_allclose(
+        found, expected, rtol=1e-10, atol=1e-12 * max(map(abs, expected))
+    )
+    energy = float(tree.at(values))
+    stretch = np.sqrt(x)
+    own = np.log(stretch) ** 2 if exponent == 0.0 else stretch**exponent - 1.0
+    assert energy == pytest.approx(own.sum(), rel=1e-12, abs=1e-14)
+
+
+def test_sums_of_stretches_are_known_to_the_reference():
+    """A law of another package, for which the reference has no closed form."""
+    tree = 0.5 * power_sum(3.3) + squared_logarithms()
+    values = {"i1": FIRST, "i2": SECOND}
+    for name in values:
+        value, slope = derived(tree, values, name)
+        np.testing.assert_allclose(value, tree.at(values), rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(slope, tree.slope(name).at(values), rtol=1e-12)

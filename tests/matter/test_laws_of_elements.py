@@ -81,6 +81,21 @@ def test_a_solid_law_is_that_of_the_tissue():
     assert tension(text, stretch) == pytest.approx(expected, rel=0.01)
 
 
+def test_a_law_of_ogden_is_followed_in_tension():
+    """σ = Σ 2 μ s/a (λ^(a - 1) - λ^(-1 - a/2)) where the volume hardly changes."""
+    ratio, stretch = 0.4999, 1.4
+    text = scene(
+        f"Poisson's ratio = {ratio}; solid law is ogden {{ exponent = 9; "
+        "second exponent = -2; second share = 0.3 }"
+    )
+    shear = MODULUS / (2.0 * (1.0 + ratio))
+    expected = sum(
+        2.0 * shear * share / a * (stretch ** (a - 1.0) - stretch ** (-1.0 - 0.5 * a))
+        for share, a in ((0.7, 9.0), (0.3, -2.0))
+    )
+    assert tension(text, stretch) == pytest.approx(expected, rel=2e-3)
+
+
 def test_parts_of_a_body_have_laws_of_their_own():
     text = scene("Poisson's ratio = 0.4", long=20).replace(
         "  tissue is liver\n",
@@ -164,6 +179,11 @@ def test_stiffening_fibres_follow_their_exponential():
         ),
         (scene("spring law is toe { strain = 3 % }"), "a spring law is not available"),
         (scene("solid law is yeoh"), 'solid law yeoh needs "second"'),
+        (scene("solid law is ogden { exponent = 0.001 }"), "the limit of 0 is the law hencky"),
+        (
+            scene("solid law is ogden { exponent = 2; second share = 0.6; third share = 0.6 }"),
+            '"second share" and "third share" are more than 1 together',
+        ),
         (scene("solid law is rubber"), 'there is no solid law called "rubber"'),
     ],
 )  # fmt: skip

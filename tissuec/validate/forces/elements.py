@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import expm
 
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import assembled, principal
 from tissuec.validate.forces.laws import derived, shipped
 
 if TYPE_CHECKING:
@@ -258,6 +258,22 @@ def _veronda_westmann(law: Any) -> Slopes:
     return lambda i1, i2: (np.exp(law.stiffening * (i1 - 3.0)), -0.5 + 0.0 * i2)
 
 
+def _hencky(law: Any) -> Slopes:
+    return lambda i1, i2: principal.slopes(lambda w: 0.5 * w, i1, i2)  # of w²/4
+
+
+def _ogden(law: Any) -> Slopes:
+    terms = (
+        (1.0 - law.second_share - law.third_share, law.exponent),
+        (law.second_share, law.second_exponent), (law.third_share, law.third_exponent),
+    )  # fmt: skip
+
+    def slope(w: Any) -> Any:  # of Σ 2 s/a² e^(a w/2)
+        return sum(share / a * np.exp(0.5 * a * w) for share, a in terms)
+
+    return lambda i1, i2: principal.slopes(slope, i1, i2)
+
+
 #: By the names of the classes of shipped laws.
 SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "NeoHookean": _neo_hookean,
@@ -265,6 +281,8 @@ SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "Yeoh": _yeoh,
     "SolidExponential": _exponential,
     "VerondaWestmann": _veronda_westmann,
+    "Hencky": _hencky,
+    "Ogden": _ogden,
 }
 
 

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad_vec
 from scipy.interpolate import PchipInterpolator
 
+from tissuec.validate.forces import principal
+
 if TYPE_CHECKING:
     from tissuec.laws import Law
 
@@ -281,8 +283,25 @@ def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
             test, above, below = of(tree.test)[0], of(tree.above), of(tree.below)
             chosen = test >= 0.0
             return _either(chosen, above[0], below[0]), _either(chosen, above[1], below[1])
+        case "PrincipalSum":
+            return _of_stretches(tree.exponent, values["i1"], values["i2"], name)
         case other:
             raise TypeError(f"a formula has no {other}")
+
+
+def _of_stretches(a: float, i1: Any, i2: Any, name: str) -> tuple[Any, Any]:
+    """Return Σ (λ^a - 1), or Σ log² λ if a is 0, and its derivative by an invariant."""
+    if a == 0.0:
+        value, (first, second) = (
+            principal.total(lambda w: 0.25 * w * w, np.real(i1), np.real(i2)),
+            principal.slopes(lambda w: 0.5 * w, i1, i2),
+        )
+    else:
+        value, (first, second) = (
+            principal.total(lambda w: np.exp(0.5 * a * w) - 1.0, np.real(i1), np.real(i2)),
+            principal.slopes(lambda w: 0.5 * a * np.exp(0.5 * a * w), i1, i2),
+        )
+    return value, {"i1": first, "i2": second}.get(name, 0.0)
 
 
 _FUNCTIONS: dict[str, Callable[[Any], Any]] = {

@@ -1,0 +1,196 @@
+"""Sums over principal stretches as formulas of the isochoric invariants.
+
+The squares x of the isochoric principal stretches are the zeros of x³ - I1 x² + I2 x - 1. What
+a sum S = Σ x^p changes by with the invariants are second divided differences over them,
+
+    ∂S/∂I1 = p D[x^(p+1)],    ∂S/∂I2 = -p D[x^p],
+
+as follows from the derivatives of simple zeros; differences have a value where zeros coincide,
+too. They are found without any zeros: D[1/(x + t)] = 1/P(t) with P(t) = t³ + I1 t² + I2 t + 1,
+and, beginning with x^q = sin(π q)/π ∫ t^(q-1) x/(x + t) dt (0 to ∞, 0 < q < 1),
+
+    D[x^q] = q (q - 1)/2 + sin(π q)/π ∫ t^(q+1) ((I1 - 3) t + I2 - 3) / (P(t) (1 + t)³) dt
+
+for -2 < q < 3 by analytic continuation. With t = (1 + u)²/(1 - u)², this is the integral of a
+rational function with a weight of Jacobi, which Gauss's quadrature finds to rounding for
+stretches from 1/10 to 10, and to 1e-7 up to 30. Other powers follow from x³ = I1 x² - I2 x + 1
+at the zeros. The derivative by q at 0 and 1 gives the sum of squared logarithms. (C. de Boor,
+Divided differences, Surv. Approx. Theory 1:46, 2005; G. H. Golub, J. H. Welsch, Math. Comp.
+23:221, 1969, on Gauss's quadrature.)
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from math import cos, floor, gamma, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.laws.formula import ZERO, Constant, Formula, Values
+from tissuec.laws.solid import I1, I2
+
+_POINTS = 32  # of Gauss's quadrature
+_Z1, _Z2 = I1 - 3.0, I2 - 3.0
+#: Coefficients of a polynomial by the powers of I1 - 3 and I2 - 3.
+_Polynomial = Mapping[tuple[int, int], int]
+
+
+class PrincipalSum(Formula, frozen=True):
+    """Σ (λ^α - 1) over the isochoric principal stretches; Σ log² λ where α = 0.
+
+    It has no code: only its derivatives are compiled.
+    """
+
+    exponent: float
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return I1, I2
+
+    def at(self, values: Values) -> NDArray[np.float64]:
+        squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
+        if self.exponent == 0.0:
+            return np.real(0.25 * np.log(squares) ** 2).sum(axis=0)
+        return np.real(squares ** (0.5 * self.exponent) - 1.0).sum(axis=0)
+
+    def slope(self, name: str) -> Formula:
+        return _slopes(self.exponent)[name == I2.name] if name in (I1.name, I2.name) else ZERO
+
+
+def power_sum(exponent: float) -> Formula:
+    """Return Σ (λ^α - 1) over the isochoric principal stretches λ.
+
+    Args:
+        exponent: α, not 0.
+    """
+    return PrincipalSum(exponent)
+
+
+def squared_logarithms() -> Formula:
+    """Return Σ log² λ over the isochoric principal stretches λ."""
+    return PrincipalSum(0.0)
+
+
+@cache
+def _slopes(exponent: float) -> tuple[Formula, Formula]:
+    """Return the derivatives of a sum by I1 and I2."""
+    p = 0.5 * exponent
+    if exponent == 0.0:
+        return 0.5 * _logarithmic(1), -0.5 * _logarithmic(0)
+    return p * _difference(p + 1.0), -p * _difference(p)
+
+
+def _difference(q: float) -> Formula:
+    """Return D[x^q]."""
+    more = floor(q) + 1
+    first = q - more  # from -1 to below 0; the two powers behind it are known, too
+    ways = _remainder(more)
+    found: Formula = Constant(0.0)
+    for k, way in enumerate(ways):
+        found = found + 0.5 * (first + k) * (first + k - 1.0) * _polynomial(way)
+    if first == -1.0:  # a whole power, whose integral has no part in it
+        return found
+    sines = [sin(pi * (first + k)) / pi for k in range(3)]
+    integrals = _integrals(first)
+    for sine, way, integral in zip(sines, ways, integrals, strict=True):
+        if way:
+            found = found + _polynomial(way) * (sine * integral)
+    return found
+
+
+def _logarithmic(q: int) -> Formula:
+    """Return D[x^q log x] for q = 0 or 1, the derivative of D[x^q] by q."""
+    return (q - 0.5) + cos(pi * q) * _integrals(-1.0)[q + 1]
+
+
+@cache
+def _integrals(first: float) -> tuple[Formula, Formula, Formula]:
+    """Return the integrals of D[x^q] for q = ``first``, and one and two more.
+
+    Args:
+        first: From -1 to 0.
+    """
+    places, weights = _gauss_jacobi(1.0 - 2.0 * first, 3.0 + 2.0 * first)
+    found: list[Formula] = [ZERO, ZERO, ZERO]
+    for u, weight in zip(places.tolist(), weights.tolist(), strict=True):
+        up, down, at_rest = (1.0 + u) ** 2, (1.0 - u) ** 2, (2.0 + 2.0 * u * u) ** 3
+        # Numerator and P, times powers of 1 - u.
+        above = up * _Z1 + down * _Z2
+        below = (up * up * down) * _Z1 + (up * down * down) * _Z2 + at_rest
+        ratio = above / below
+        for k, part in enumerate((down * down, up * down, up * up)):
+            found[k] = found[k] + (4.0 * weight * part / at_rest) * ratio
+    return found[0], found[1], found[2]
+
+
+def _gauss_jacobi(alpha: float, beta: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return places and weights of Gauss's quadrature with the weight (1 - u)^α (1 + u)^β."""
+    n, both = np.arange(_POINTS), alpha + beta
+    twice = 2.0 * n + both
+    middle = (beta**2 - alpha**2) / (twice * (twice + 2.0))
+    n, twice = n[1:], twice[1:]
+    aside = 4.0 * n * (n + alpha) * (n + beta) * (n + both)
+    aside = np.sqrt(aside / (twice**2 * (twice**2 - 1.0)))
+    places, ways = np.linalg.eigh(np.diag(middle) + np.diag(aside, 1) + np.diag(aside, -1))
+    whole = 2.0 ** (both + 1.0) * gamma(alpha + 1.0) * gamma(beta + 1.0) / gamma(both + 2.0)
+    return places, whole * ways[0] ** 2
+
+
+@cache
+def _remainder(power: int) -> tuple[_Polynomial, _Polynomial, _Polynomial]:
+    """Return what x^power is of 1, x and x² where x³ = I1 x² - I2 x + 1."""
+    rows: list[dict[tuple[int, int], int]] = [{(0, 0): 1}, {}, {}]
+    for _ in range(abs(power)):
+        a, b, c = rows
+        if power > 0:  # x (a + b x + c x²)
+            rows = [c, _joined(a, (c, -3, (0, 0)), (c, -1, (0, 1))),
+                    _joined(b, (c, 3, (0, 0)), (c, 1, (1, 0)))]  # fmt: skip
+        else:  # 1/x = x² - I1 x + I2
+            rows = [_joined(b, (a, 3, (0, 0)), (a, 1, (0, 1))),
+                    _joined(c, (a, -3, (0, 0)), (a, -1, (1, 0))), a]  # fmt: skip
+    return rows[0], rows[1], rows[2]
+
+
+def _joined(
+    first: _Polynomial, *more: tuple[_Polynomial, int, tuple[int, int]]
+) -> dict[tuple[int, int], int]:
+    """Return a polynomial plus multiples of others, each by a power of both variables."""
+    found = dict(first)
+    for other, factor, (one, two) in more:
+        for (i, j), number in other.items():
+            place = i + one, j + two
+            found[place] = found.get(place, 0) + factor * number
+    return {place: number for place, number in found.items() if number}
+
+
+def _polynomial(of: _Polynomial) -> Formula:
+    """Return a polynomial as a formula, by Horner's scheme in both variables."""
+    rows: dict[int, dict[int, int]] = {}
+    for (i, j), number in of.items():
+        rows.setdefault(i, {})[j] = number
+
+    def horner(terms: Mapping[int, Formula], variable: Formula) -> Formula:
+        found: Formula = ZERO
+        for power in range(max(terms, default=0), -1, -1):
+            found = found * variable + terms.get(power, ZERO)
+        return found
+
+    inner = {
+        i: horner({j: Constant(float(number)) for j, number in row.items()}, _Z2)
+        for i, row in rows.items()
+    }
+    return horner(inner, _Z1)
+
+
+def _zeros(i1: NDArray[np.float64], i2: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return the zeros of x³ - I1 x² + I2 x - 1, shape (3, …); by Cardano's formula.
+
+    They are real for all strains; elements that are turned inside out are continued.
+    """
+    middle = i1 / 3.0
+    q, r = (i1 * i1 - 3.0 * i2) / 9.0, (2.0 * i1**3 - 9.0 * i1 * i2 + 27.0) / 54.0
+    root = np.sqrt(r * r - q**3 + 0.0j)
+    one = (r + np.where(r < 0.0, -root, root)) ** (1.0 / 3.0)
+    two = np.divide(q, one, where=one != 0.0, out=np.zeros_like(one))
+    turns = [np.exp(2j * pi * k / 3.0) for k in range(3)]
+    return np.array([middle + turn * one + two / turn for turn in turns])

@@ -1,0 +1,62 @@
+"""Solids whose energy is a sum of powers of their stretches."""
+
+from typing import Annotated
+
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.fields import Real
+from tissuec.laws.formula import ZERO, Formula
+from tissuec.laws.principal import power_sum
+from tissuec.laws.solid import SOLID_LAWS
+
+LEAST = 0.01  # size of an exponent
+_Exponent = Annotated[float, Real(units.NUMBER, at_least=-60.0, at_most=60.0)]
+_Share = Annotated[float, Real(units.NUMBER, at_least=0.0, at_most=1.0)]
+
+
+@SOLID_LAWS.member("ogden")
+class Ogden(Struct, frozen=True):
+    """The energy Σ 2 μ s/a² (λ1^a + λ2^a + λ3^a - 3), over one to three exponents a.
+
+    λ1 to λ3 are the principal stretches without the change of volume. The shares s of the shear
+    modulus sum up to 1. (R. W. Ogden, Proc. R. Soc. Lond. A 326:565, 1972.)
+
+    Attributes:
+        exponent: The first a; the first share is what the others leave.
+        second_exponent: Of the second term.
+        second_share: Of the second term; of a published pair, it is μ2 α2/2μ.
+        third_exponent: Of the third term.
+        third_share: Of the third term.
+    """
+
+    exponent: _Exponent
+    second_exponent: _Exponent = 2.0
+    second_share: _Share = 0.0
+    third_exponent: _Exponent = 2.0
+    third_share: _Share = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("exponent", "second_exponent", "third_exponent"):
+            if abs(getattr(self, name)) < LEAST:
+                written = name.replace("_", " ")
+                raise ValueError(
+                    f'"{written}" must be at least {LEAST} or at most -{LEAST}; '
+                    "the limit of 0 is the law hencky"
+                )
+        if self.second_share + self.third_share > 1.0:
+            raise ValueError('"second share" and "third share" are more than 1 together')
+
+    def energy(self) -> Formula:
+        """Return Σ 2 s/a² Σ (λ^a - 1)."""
+        first = 1.0 - self.second_share - self.third_share
+        terms = (
+            (first, self.exponent),
+            (self.second_share, self.second_exponent),
+            (self.third_share, self.third_exponent),
+        )
+        found: Formula = ZERO
+        for share, exponent in terms:
+            if share:
+                found = found + (2.0 * share / exponent**2) * power_sum(exponent)
+        return found
