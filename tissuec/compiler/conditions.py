@@ -379,7 +379,7 @@ class Conditions:
         hint = (
             alternatives(name.text, others, what="there are")
             if others
-            else "a solid with a Young's modulus can consist of elements: made of elements"
+            else "solids consist of elements if their tissue has a Young's modulus"
         )
         self.findings.reject(
             "TIS702",

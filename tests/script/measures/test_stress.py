@@ -18,7 +18,7 @@ SHEAR, BULK = YOUNG / 2.0 / (1.0 + RATIO), YOUNG / 3.0 / (1.0 - 2.0 * RATIO)
 BLOCK = """language 1
 tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
 body block {
-  made of elements; tissue is gel
+  tissue is gel
   mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (20, 10, 10) mm }
 }
 set end = nodes of block where x > 14.9 mm
