@@ -166,8 +166,15 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
-    """Reject a method that would not step what springs remember."""
+    """Reject a method that would not step what springs remember, or keep to planes."""
     name = scene.simulation.integrator
+    if scene.environment.planes and _is_implicit(name):
+        findings.add(
+            "TIS306",
+            f"{name} does not keep nodes on planes of symmetry",
+            scene.simulation.span,
+            hint="write integrator is automatic, or an explicit one such as dop853",
+        )
     timeless = name == RELAXATION
     if network.springs.inelastic is None or not (timeless or _is_implicit(name)):
         return
@@ -380,7 +387,7 @@ def _script(
 def _blocks(
     scene: Scene, network: Network, conditions: Conditions, plan: Plan, *, is_whole: bool
 ) -> list[FieldBlock]:
-    """Return contact and forces of a scene; the arguments are those of ``_plan``."""
+    """Return contact, forces and planes of symmetry; the arguments are those of ``_plan``."""
     findings, contact = conditions.findings, None
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
@@ -391,6 +398,11 @@ def _blocks(
         from tissuec.compiler.forces import force_blocks  # where there are any
 
         found += force_blocks(scene, network, conditions.groups, findings)
+    if scene.environment.planes and is_whole:
+        from tissuec.compiler.symmetry import symmetry_block  # where there are any
+
+        planes = symmetry_block(scene, network, plan, findings)
+        found += [] if planes is None else [planes]
     return found
 
 

@@ -266,6 +266,9 @@ class Engine:
         if stepper.integrator.implicit and stepper.inputs.springs.inelastic is not None:
             reason = f"{self.choice.name} does not support springs that relax or yield"
             return Interruption("stuck", stepper.progress.time, message=reason)
+        if stepper.integrator.implicit and stepper.inputs.state.symmetry is not None:
+            reason = f"{self.choice.name} does not keep nodes on planes of symmetry"
+            return Interruption("stuck", stepper.progress.time, message=reason)
         if self.method.step is None and tolerance is not None and tolerance < FINEST_TOLERANCE:
             return Interruption(
                 "stuck",

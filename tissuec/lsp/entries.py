@@ -119,7 +119,8 @@ def entries(block: BlockKind) -> Terms:
         case BlockKind("spring law" | "viscosity law" | "solid law", kind):
             return _of_kind(BY_ENTRY[block.kind].family, kind)
         case BlockKind("environment"):
-            return _entries(settings.EnvironmentEntries)
+            own = _meant("environment", {"symmetric": " about plane through "})
+            return own | _entries(settings.EnvironmentEntries)
         case BlockKind("simulate"):
             schema = settings.simulate_schema()
             return {

@@ -66,6 +66,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("body", "made"): tuple(f"made of {word}" for word in MADE_OF),
     ("body", "springs"): ("springs where CONDITION",),
     ("body", "interface"): ("interface is MEAN from REGION to REGION",),
+    ("environment", "symmetric"): ("symmetric about plane through POINT facing VECTOR",),
     ("joint", "springs"): ("springs from SET to SET",),
     ("force", "acts"): ("acts on SET",),
     ("output", ""): ("MEASURE of MEASURED to MEASURED every TIME",),

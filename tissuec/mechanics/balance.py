@@ -82,6 +82,9 @@ class Balance:
         self._start = self._position[self.free]
         self._jets = tuple(state.jets.values())
         self._blown = np.zeros_like(self._start)
+        self._planes = state.symmetry
+        if self._planes is not None:
+            self._within = self._planes.projection(number, len(self.free))
 
     @property
     def start(self) -> Floats:
@@ -119,7 +122,11 @@ class Balance:
             for acting in self._fields:
                 acting.add_forces(self._time, bars.position, rest, pressed)
             total += pressed[self.free]
-        return total
+        return total if self._planes is None else self._kept(total)
+
+    def _kept(self, force: Floats) -> Floats:
+        """Return the part of forces within planes of symmetry [N], shape (free, 3)."""
+        return np.asarray(self._within @ force.ravel()).reshape(-1, 3)
 
     def star(self, nodes: Indices) -> NodeSprings:
         """Return some free nodes, given by numbers of shape (n,), with the springs at them."""
@@ -220,7 +227,7 @@ class Balance:
         Args:
             exact: Whether pressed springs weaken the net; otherwise K is positive semidefinite.
         """
-        from scipy.sparse import coo_matrix, csc_matrix
+        from scipy.sparse import coo_matrix, csc_matrix, identity
 
         from tissuec.mechanics.stiffness import Stiffness
 
@@ -240,4 +247,10 @@ class Balance:
             wide.append(beside)
         where = np.concatenate(rows), np.concatenate(columns)
         total = coo_matrix((np.concatenate(values), where), shape=(3 * size, 3 * size))
-        return Stiffness(csc_matrix(total), np.hstack(wide))
+        if self._planes is None:
+            return Stiffness(csc_matrix(total), np.hstack(wide))
+        # Motions off the planes, in which nothing else has a part, are as stiff as any.
+        within, top = self._within, float(np.abs(total.diagonal()).max(initial=0.0))
+        off = top * (identity(3 * size) - within)
+        kept = csc_matrix(within @ total @ within + off)
+        return Stiffness(kept, np.asarray(within @ np.hstack(wide)))

@@ -134,6 +134,8 @@ def force_on(
     nodes: Indices,
 ) -> Floats:
     """Return the resultant of the inner forces on some nodes [N], shape (…, 3)."""
+    if state.symmetry is not None:  # which changes the sum of all others
+        return inner_forces(state, time, position, velocity).node[..., nodes, :].sum(axis=-2)
     total = pull_on(state, position, velocity, nodes)
     for acting in state.fields:
         pressed = np.zeros(position.shape)
@@ -155,6 +157,9 @@ def torque_on(
     Args:
         about: A point [m], shape (…, 3).
     """
+    if state.symmetry is not None:
+        found = inner_forces(state, time, position, velocity).node
+        return _torque(position[..., nodes, :], found[..., nodes, :], about)
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
     ends = state.springs.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])

@@ -18,7 +18,7 @@ from tissuec.forces.load import Load, LoadTerm, total
 from tissuec.forces.rest_length import ChangingRestLengths
 from tissuec.forces.springs import SpringForce
 from tissuec.forces.weight import Weight
-from tissuec.model.blocks import KINDS, FieldBlock
+from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
@@ -28,6 +28,7 @@ from tissuec.model.topology import join_nodes_of
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.jets import Jet
+    from tissuec.forces.symmetry import SymmetryPlanes
     from tissuec.forces.volume import Enclosure
 
 ALL = slice(None)
@@ -369,13 +370,19 @@ class State(Struct, eq=False):
         It does not depend on when blocks were added.
         """
         rank = {kind: place for place, kind in enumerate(KINDS)}
+        rank[SYMMETRY] = len(KINDS) + 1
         blocks = self.blocks.values()
-        return tuple(sorted(blocks, key=lambda block: rank.get(block.kind, len(rank))))
+        return tuple(sorted(blocks, key=lambda block: rank.get(block.kind, len(KINDS))))
 
     @property
     def fields(self) -> tuple[Field, ...]:
         """The fields that act beside springs, in the order in which they are added."""
         return tuple(self.named_fields.values())
+
+    @property
+    def symmetry(self) -> "SymmetryPlanes | None":
+        """The planes of symmetry; None without any."""
+        return next(iter(self.of_kind(SYMMETRY)), None)
 
     @property
     def outer(self) -> tuple[Nodal, ...]:

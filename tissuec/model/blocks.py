@@ -8,6 +8,8 @@ from tissuec.core.source import Span
 
 #: Kinds of blocks that are no ``force`` blocks, in the order in which their forces are added.
 KINDS = ("elements", "volume", "bending", "contact", "jet")
+#: The kind whose forces follow those of all others, of ``force`` blocks as well.
+SYMMETRY = "symmetry"
 
 
 def name_of_force(name: str) -> str:
@@ -20,7 +22,7 @@ class FieldBlock(Struct, frozen=True, eq=False):
 
     Attributes:
         name: What messages call it; no two blocks of a net have the same.
-        kind: One of ``KINDS``, or that of a ``force`` block.
+        kind: One of ``KINDS``, that of a ``force`` block, or ``SYMMETRY``.
         field: Nodes and numbers of the elements, with their force: a ``forces.Field``.
         span: What asks for it; None where several things do.
     """

@@ -68,6 +68,9 @@ ENTRIES = {
         "prestress": "The direction in which a body of elements is prestressed, or the normal "
         "of the plane in which it is.",
     },
+    "environment": {
+        "symmetric": "A plane of symmetry: the scene holds what is on one side of it.",
+    },
     "region": {
         "tissue": "The tissue of the region; by default that of the body.",
         "prestress": "Initial strain of the springs or elements of the region.",

@@ -384,6 +384,7 @@ class Environment(Struct, frozen=True, eq=False):
     surface_damping: float  # [Pa s/m]
     contact: ContactLaw | None  # None if nothing touches
     span: Span
+    planes: tuple[s.Sentence, ...] = ()  # of symmetry, as written
 
 
 class Scene(Struct, frozen=True, eq=False):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, TypeGuard
 
 import numpy as np
 from msgspec import Struct
@@ -27,6 +27,10 @@ from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE, RELAXATION, Simula
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
+
+#: How the sentence with a plane of symmetry begins, and an example of it.
+SYMMETRIC = "symmetric about plane"
+PLANE_FORM = f"{SYMMETRIC} through (0, 0, 0) mm facing (1, 0, 0)"
 
 
 class EnvironmentEntries(Struct, frozen=True, eq=False):
@@ -99,8 +103,18 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
         main,
         scope.findings,
     )
+    planes = tuple(filter(_is_plane, block.items))
+    others = [item for item in block.items if not _is_plane(item)]
+    for item in others:
+        if isinstance(item, s.Sentence | s.Assign | s.Block) and item.name.key.startswith(
+            "sym"
+        ):
+            hint = f"write: {PLANE_FORM}"
+            scope.findings.reject(
+                "TIS312", "wrong form of a plane of symmetry", item.span, hint=hint
+            )
     entries, places = schema.build(
-        EnvironmentEntries, block.items, scope, what="environment", where=block.head
+        EnvironmentEntries, others, scope, what="environment", where=block.head
     )
     gravity = np.asarray(entries.gravity, dtype=float)
     return Environment(
@@ -110,7 +124,12 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
         entries.surface_damping,
         _contact_law(entries, places, scope),
         block.head,
+        planes,
     )
+
+
+def _is_plane(item: s.Item) -> TypeGuard[s.Sentence]:
+    return isinstance(item, s.Sentence) and item.name.key == SYMMETRIC
 
 
 def _contact_law(

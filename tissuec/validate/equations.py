@@ -26,6 +26,7 @@ from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
+from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.forces.volumes import VolumeField
 from tissuec.validate.yielding import Yielding
 
@@ -183,6 +184,8 @@ class Equations:
             case "contact":
                 assert self.contact is not None
                 return self.contact
+            case "symmetry":
+                return MirroredForces(field)
             case kind:
                 return FORMULAS[kind](field)
 

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
+from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.stepping import ReferenceFailure
 
 COARSE = 1e-5  # of the largest force: up to here the energy tells the way
@@ -324,4 +325,10 @@ class EnergyField:
         for acting in self._equations.fields:
             part = acting.matrix(self._time, place, number, len(self.free))
             matrix = (matrix + part).tocsr()
+        for acting in self._equations.fields:
+            if isinstance(acting, MirroredForces):
+                ways = acting.ways(number, len(self.free))
+                off = identity(3 * len(self.free)) - ways @ ways.T
+                top = float(np.abs(matrix.diagonal()).max())
+                matrix = (ways @ (ways.T @ matrix @ ways) @ ways.T + top * off).tocsr()
         return matrix

@@ -6,7 +6,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
-from tissuec.model.blocks import KINDS
+from tissuec.model.blocks import KINDS, SYMMETRY
 from tissuec.script.verbs.end import without_end
 from tissuec.validate.compare import QuantityError
 from tissuec.validate.early_end import end_of_reference, without_later
@@ -75,7 +75,7 @@ def validate(
     started = clock.monotonic()
     network, plan = compiled.network, compiled.plan
     for block in network.blocks:
-        if block.kind not in (*KINDS, *FORMULAS):
+        if block.kind not in (*KINDS, SYMMETRY, *FORMULAS):
             raise ReferenceFailure(
                 f"the reference has no independent formula for {block.name}: no file in "
                 f'tissuec/validate/forces has a member "{block.kind}"'

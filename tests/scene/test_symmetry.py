@@ -1,0 +1,197 @@
+"""Planes of symmetry: a half and a quarter of a problem are that of the whole."""
+
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+
+import tissuec
+from tests.validate.scenes import compiled_scene
+from tissuec.analysis.vibration.modes import modes_of
+from tissuec.core.errors import CompileError
+from tissuec.forces.symmetry import SymmetryPlanes
+from tissuec.mechanics.settling import settle
+from tissuec.mechanics.state import State
+from tissuec.validate.resting import rest
+from tissuec.validate.validation import validate
+
+PLANES = {
+    axis: f"symmetric about plane through (0, 0, 0) mm facing {way}"
+    for axis, way in {"x": "(1, 0, 0)", "y": "(0, -1, 0)"}.items()
+}
+#: A cube between plates that stick, of which parts can be drawn.
+CUBE = """language 1
+tissue gel {{
+  Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
+  retardation time = 5 ms
+}}
+tissue cord {{ spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 mg }}
+body block {{
+  mesh is lattice {{ cell = 5 mm; box from ({x}, {y}, 0) mm to (10, 10, 20) mm }}
+  tissue is gel; made of elements
+}}
+set base = nodes of block where z < 0.1 mm
+set top = nodes of block where z > 19.9 mm
+set middle = nodes of block where x > 4.9 mm and y > 4.9 mm and z between 9 mm and 11 mm
+environment {{ gravity = (0, 0, -9.81) m/s^2; {planes} }}
+script {{
+  at 0 s: fix base
+  {script}
+}}
+simulate {{ duration = {duration}; tolerance = 1e-9; integrator is dop853 }}
+output {{ force of top every 5 ms; position of middle every 5 ms; trajectory every 5 ms }}
+"""
+PRESSED = "from 0 s to 10 ms: move top by (0, 0, -4) mm using smooth profile"
+BAR = """language 1
+tissue gel {{ Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }}
+body bar {{
+  mesh is lattice {{ cell = 5 mm; box from (0, {y}, 0) mm to (40, 10, 10) mm }}
+  tissue is gel; made of elements
+}}
+set root = nodes of bar where x < 0.1 mm
+set tip = nodes of bar where x > 39.9 mm and (y < -0.1 mm or y > 0.1 mm)
+set seam = nodes of bar where x > 39.9 mm and y between -0.1 mm and 0.1 mm
+environment {{ gravity = (0, 0, 0) m/s^2; {planes} }}
+script {{
+  at 0 s: {{
+    fix root
+    push tip with (0, 0, -0.3) mN on each node
+    push seam with (0, 0, -0.3) mN * {share} on each node
+  }}
+}}
+simulate {{ duration = 1 ms }}
+"""
+
+
+def cube(axes="", script=PRESSED, duration="20 ms"):
+    """Return the scene of the part of a cube on one side of the planes of some axes."""
+    sides = {axis: "0" if axis in axes else "-10" for axis in "xy"}
+    planes = "; ".join(PLANES[axis] for axis in axes)
+    return CUBE.format(**sides, planes=planes, script=script, duration=duration)
+
+
+def bar(axes=""):
+    """Return the scene of a cantilever with a load at its tip, or of its half."""
+    if axes:
+        return BAR.format(y=0, planes=PLANES["y"], share=0.5)
+    return BAR.format(y=-10, planes="", share=1)
+
+
+def settled(text, by, shift=0.0):
+    """Return drawn and settled positions of a scene whose base and root stay."""
+    compiled = compiled_scene(text)
+    state = State.start(compiled.network, gravity=compiled.plan.gravity, drag=0.0)
+    for event in compiled.plan.events:
+        if event.time == 0.0:
+            event.action.apply(state, Mock())
+    if shift:
+        drawn = compiled.network.position
+        top = np.flatnonzero(drawn[:, 2] > 19.9e-3)
+        state.holders["top"] = top
+        state.position[top, 2] += shift
+    by(state, np.ones(compiled.network.node_count, dtype=bool))
+    return compiled.network.position, state.position
+
+
+def mismatch(whole, part):
+    """Return by how much places of a part differ from those of the whole, as a share."""
+    drawn, placed = whole
+    own, found = part
+    apart = np.abs(drawn[None] - own[:, None]).sum(axis=2)
+    twins = apart.argmin(axis=1)
+    assert apart.min(axis=1).max() < 1e-12
+    return np.abs(placed[twins] - found).max() / np.abs(placed - drawn).max()
+
+
+@pytest.mark.parametrize("axes", ["x", "y", "xy"])
+def test_a_part_of_a_cube_moves_as_the_whole(axes, tmp_path):
+    whole, part = (
+        tissuec.run(cube(each), out=tmp_path / f"{each or 'whole'}.vtkhdf", companion="off")
+        for each in ("", axes)
+    )
+    share = 0.5 ** len(axes)
+    force, own = (run.logs["force of top"].value[:, 2] for run in (whole, part))
+    # Both keep 1e-9 of the displacement, in other steps.
+    np.testing.assert_allclose(own, share * force, atol=3e-9 * np.abs(force).max())
+    places, found = (run.logs["position of middle"].value for run in (whole, part))
+    np.testing.assert_allclose(found, places, atol=3e-9 * 4e-3)
+    on_plane = np.abs(part.network.position[:, "xy".index(axes[0])]) < 1e-12
+    assert np.abs(part.position[-1][on_plane, "xy".index(axes[0])]).max() < 1e-18
+
+
+@pytest.mark.parametrize("by", [settle, rest], ids=["engine", "reference"])
+@pytest.mark.parametrize("axes", ["x", "xy"])
+def test_a_part_of_a_cube_rests_as_the_whole(by, axes):
+    whole = settled(cube(script=""), settle, -4e-3)
+    assert mismatch(whole, settled(cube(axes, script=""), by, -4e-3)) < 1e-9
+
+
+def test_half_of_a_cantilever_bends_as_the_whole():
+    assert mismatch(settled(bar(), settle), settled(bar("y"), settle)) < 1e-9
+
+
+def test_modes_of_a_half_are_the_symmetric_ones_of_the_whole():
+    frequencies = []
+    for text in (bar(), bar("y")):
+        compiled = compiled_scene(text)
+        state = State.start(compiled.network, gravity=np.zeros(3), drag=0.0)
+        state.holders["root"] = np.flatnonzero(compiled.network.position[:, 0] < 1e-6)
+        modes = modes_of(state, np.ones(compiled.network.node_count, dtype=bool), count=12)
+        frequencies.append([mode.frequency for mode in modes])
+    whole, half = map(np.array, frequencies)
+    nearest = np.abs(whole[:, None] / half[None, :6] - 1.0).min(axis=0)
+    assert nearest[:3].max() < 1e-9
+    # Bending sideways is no symmetric motion: the whole has modes that the half has not.
+    missing = np.abs(whole[:6, None] / half[None] - 1.0).min(axis=1) > 1e-3
+    assert missing.any()
+
+
+def test_the_reference_agrees():
+    text = cube("x", duration="12 ms").replace("1e-9", "1e-6")
+    found = validate(compiled_scene(text), method="DOP853", rtol=None, progress=Mock())
+    assert found.verdict == "kept", found.reasons
+
+
+def test_what_a_plane_leaves_of_forces_is_in_it_for_every_corner():
+    compiled = compiled_scene(cube("xy"))
+    planes = next(block.field for block in compiled.network.blocks if block.kind == "symmetry")
+    assert isinstance(planes, SymmetryPlanes)
+    force = np.random.default_rng(1).normal(size=compiled.network.position.shape)
+    kept = force.copy()
+    planes.add_forces(0.0, kept, kept, kept)
+    on = np.abs(compiled.network.position[:, :2]) < 1e-12
+    assert np.array_equal(kept[:, :2] == 0.0, on) and np.array_equal(kept[:, 2], force[:, 2])
+    assert np.array_equal(kept[:, :2][~on], force[:, :2][~on])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("(0, -10, 0) mm to", "(-10, -10, 0) mm to", "block lies on both sides of this plane"),
+        ("through (0, 0, 0)", "through (-1, 0, 0)", "no node lies on this plane; the"),
+        ("(0, 0, -9.81)", "(1, 0, -9.81)", "gravity is not parallel to a plane of symmetry"),
+        ("by (0, 0, -4) mm", "by (1, 0, -4) mm", "a motion of nodes of this plane is not"),
+        (PRESSED, "at 0 s: push top with (1, 0, 0) N", "a force on nodes of this plane is not"),
+        (PRESSED, "from 0 s to 10 ms: turn top by 5 deg around (0, 0, 1) using smooth profile",
+         "a turn of nodes of this plane is not parallel"),
+        ("is dop853", "is trbdf2", "trbdf2 does not keep nodes on planes of symmetry"),
+        ("facing (1, 0, 0)", "", 'symmetric about plane needs "facing"'),
+        ("facing (1, 0, 0)", "facing (1, 0, 0) by 2 mm", 'plane does not take "by"'),
+        ("symmetric about plane through", "symmetry plane through", "wrong form of a plane of"),
+        ("tissue is gel; made of elements", "tissue is cord", "springs of block lie within"),
+    ],
+)  # fmt: skip
+def test_what_does_not_go_with_a_plane_is_refused(old, new, said):
+    text = cube("x")
+    assert old in text
+    changed = text.replace(old, new)
+    if "is cord" in changed:
+        changed = changed.replace("{ cell", "{ kind is sodium chloride; cell")
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(changed)
+    assert said in str(caught.value)
+
+
+def test_a_turn_in_the_plane_is_no_conflict():
+    turn = "from 0 s to 10 ms: turn top by 5 deg around (1, 0, 0) using smooth profile"
+    compiled_scene(cube("x", script=turn))

@@ -1,0 +1,185 @@
+"""Planes of symmetry of a scene: which nodes are on them, and what does not go with them."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.clauses import ClauseReader
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, show
+from tissuec.forces.symmetry import SymmetryPlanes
+from tissuec.model.blocks import SYMMETRY, FieldBlock
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Scene
+from tissuec.scene.settings import PLANE_FORM, SYMMETRIC
+from tissuec.script.plan import Plan, ScheduledAction
+from tissuec.script.verbs.blade import Blade
+from tissuec.script.verbs.change import ChangeMotion, ChangeSurroundings
+from tissuec.script.verbs.cut import read_plane
+from tissuec.script.verbs.holding import Driven, Holding, Taken
+from tissuec.script.verbs.move import Move
+from tissuec.script.verbs.push import Push
+from tissuec.script.verbs.turn import Turn
+
+ON_PLANE = 1e-6  # of the size of the scene: as far from a plane, a node is on it
+ASLANT = 1e-9  # component across a plane, relative to the size of a vector, that is none
+
+
+class WrittenPlane(Struct, frozen=True, eq=False):
+    """A plane of symmetry and the nodes on it, ascending, shape (n,)."""
+
+    plane: Blade
+    nodes: Indices
+    span: Span
+
+
+def symmetry_block(
+    scene: Scene, network: Network, plan: Plan, findings: Findings
+) -> FieldBlock | None:
+    """Return what keeps nodes on planes of symmetry; None without such planes.
+
+    What does not go with a plane is reported.
+    """
+    planes: list[WrittenPlane] = []
+    for sentence in scene.environment.planes:
+        with findings.item():
+            reader = ClauseReader(sentence, SYMMETRIC, (PLANE_FORM,), None, scene.constants)
+            plane = read_plane(reader)
+            reader.finish()
+            planes.append(_placed(plane, network, findings, reader.span))
+    if not planes:
+        return None
+    for one in planes:
+        _refuse_aslant(one, plan.gravity, "gravity", one.span, findings)
+        _refuse_motion(one, network, findings)
+        for span, vectors, what in _acting(one, plan):
+            for vector in vectors:
+                _refuse_aslant(one, vector, what, span, findings)
+    nodes = np.unique(np.concatenate([one.nodes for one in planes]))
+    within = np.array([_projection(int(node), planes) for node in nodes]).reshape(-1, 3, 3)
+    field = SymmetryPlanes(nodes, within)
+    return FieldBlock("the planes of symmetry", SYMMETRY, field, planes[0].span)
+
+
+def _placed(plane: Blade, network: Network, findings: Findings, span: Span) -> WrittenPlane:
+    """Return a plane with the nodes on it, or reject it."""
+    bodies = slice(network.body_nodes)
+    away = (network.position[bodies] - plane.origin) @ plane.normal
+    limit = ON_PLANE * network.extent
+    if not (np.abs(away) <= limit).any():
+        nearest = show(float(np.abs(away).min(initial=np.inf)), LENGTH)
+        findings.reject(
+            "TIS309",
+            f"no node lies on this plane; the nearest is {nearest} away",
+            span,
+            hint="move the plane to the nodes of a face, or draw bodies up to it",
+        )
+    sides = {
+        name: next((b.name for b in network.bodies if is_there[b.nodes].any()), None)
+        for name, is_there in (("front", away > limit), ("back", away < -limit))
+    }
+    if all(sides.values()):
+        findings.reject(
+            "TIS309",
+            f"{sides['front']} lies on both sides of this plane"
+            if sides["front"] == sides["back"]
+            else f"{sides['front']} and {sides['back']} lie on different sides of this plane",
+            span,
+            hint="draw the half on one side only: the other is its mirror image",
+        )
+    found = WrittenPlane(plane, np.flatnonzero(np.abs(away) <= limit), span)
+    _refuse_springs(found, network, findings)
+    return found
+
+
+def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> None:
+    """Reject springs within a plane, of which half belongs to the mirror image."""
+    springs = network.springs
+    acts = (springs.stiffness > 0.0) | (springs.law > 0)
+    within = np.flatnonzero(acts & np.isin(springs.ends, one.nodes).all(axis=1))
+    if len(within):
+        findings.reject(
+            "TIS309",
+            f"springs of {network.owner(int(within[0])).name} lie within this plane and would "
+            "count for both halves",
+            one.span,
+            hint="let the plane cross only elements, or ends of springs",
+        )
+
+
+def _projection(node: int, planes: Iterable[WrittenPlane]) -> Floats:
+    """Return the projection into all planes that a node is on, shape (3, 3)."""
+    normals = [one.plane.normal for one in planes if node in one.nodes]
+    _, sizes, ways = np.linalg.svd(np.array(normals))
+    across = ways[: int((sizes > ON_PLANE).sum())]
+    return np.eye(3) - across.T @ across
+
+
+def _refuse_aslant(
+    one: WrittenPlane, vector: Floats, what: str, span: Span, findings: Findings
+) -> None:
+    """Report a vector that is not parallel to a plane."""
+    across = abs(float(vector @ one.plane.normal))
+    if across > ASLANT * float(np.linalg.norm(vector)):
+        with findings.item():
+            findings.reject(
+                "TIS306",
+                f"{what} is not parallel to a plane of symmetry",
+                span,
+                hint=f"the mirror image would need the opposite: {one.span.one_line}",
+            )
+
+
+def _refuse_motion(one: WrittenPlane, network: Network, findings: Findings) -> None:
+    """Report nodes on a plane that begin by leaving it."""
+    for velocity in np.unique(network.velocity[one.nodes], axis=0):
+        _refuse_aslant(one, velocity, "a velocity at the start", one.span, findings)
+
+
+def _acting(one: WrittenPlane, plan: Plan) -> Iterator[tuple[Span, Sequence[Floats], str]]:
+    """Yield what the script does to nodes on a plane: vectors that must be parallel to it."""
+    events = [*plan.events, *(e for trigger in plan.triggers for e in trigger.events)]
+    for event in events:
+        match event.action:
+            case ChangeSurroundings(gravity=gravity, span=span) if gravity is not None:
+                yield span, [gravity], "gravity"
+            case Push(group=group, force=force, span=span) if _any(one, group.indices):
+                yield span, [force], "a force on nodes of this plane"
+            case Move(vectors=vectors, span=span) if _any(one, _moved(event, events)):
+                yield span, vectors, "a motion of nodes of this plane"
+            case Turn(axis=axis, span=span) if _any(one, _moved(event, events)):
+                yield span, _turned(one, axis), "a turn of nodes of this plane"
+            case ChangeMotion(group=group, vector=vector, is_spin=is_spin, span=span) if _any(
+                one, group.indices
+            ):
+                vectors = _turned(one, vector) if is_spin else [vector]
+                yield span, vectors, "a velocity of nodes of this plane"
+            case _:
+                pass
+
+
+def _turned(one: WrittenPlane, axis: Floats) -> list[Floats]:
+    """Return where a turn about an axis moves nodes to that are beside it in the plane."""
+    first, second = np.linalg.svd(one.plane.normal[None])[2][1:]
+    return [np.cross(axis, first), np.cross(axis, second)]
+
+
+def _any(one: WrittenPlane, nodes: Indices) -> bool:
+    return bool(np.isin(nodes, one.nodes).any())
+
+
+def _moved(event: ScheduledAction, events: Iterable[ScheduledAction]) -> Indices:
+    """Return the nodes that a motion may move: of a tool, all that it ever takes."""
+    action = event.action
+    change = action.holding() if isinstance(action, Holding) else None
+    assert isinstance(change, Driven)
+    if change.mover.nodes is not None:
+        return change.mover.nodes
+    taken = [np.zeros(0, dtype=np.int64)]
+    for other in events:
+        held = other.action.holding() if isinstance(other.action, Holding) else None
+        if isinstance(held, Taken) and held.holder == change.mover.name:
+            taken.append(held.nodes)
+    return np.concatenate(taken)
