@@ -363,24 +363,6 @@ def test_what_is_of_springs_is_refused_of_a_mesh():
     assert refusal("made of springs", mesh="")[0] == 'TIS304: mesh lattice needs "kind"'
 
 
-def test_a_surface_cannot_consist_of_elements():
-    text = """\
-language 1
-tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3 }
-body ball {
-  mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
-  tissue is gel; made of elements
-}
-environment { gravity = (0, 0, 0) m/s^2 }
-simulate { duration = 1 ms }
-"""
-    with pytest.raises(CompileError) as caught:
-        compile_request(Request(Source("ball.tis", text)))
-    (found,) = caught.value.diagnostics
-    assert "not solid" in found.message
-    assert "lattice" in found.hint
-
-
 def test_a_volume_is_preserved_by_the_elements_alone():
     found, _ = refusal(script="at 0 s: preserve volume of block with 10 kPa")
     assert "already resist changes of volume" in found

@@ -28,7 +28,7 @@ from tissuec.core.names import key_of
 from tissuec.core.units import MASS, show
 from tissuec.matter.breaking import breaking_strains
 from tissuec.matter.coarseness import Coarseness
-from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
+from tissuec.matter.elasticity import Elasticity, Unit, of_plane_stress, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
 from tissuec.model.net_size import NetSize
@@ -349,7 +349,7 @@ class _Examined:
     def _moduli(self) -> tuple[Floats, Floats, Floats]:
         """Return shear modulus, bulk modulus and viscosity of elements, shape (element,)."""
         own = self.state.network.elements_of(self.part.name)
-        columns = [(one.shear, one.bulk + one.local, one.viscosity) for one in own]
+        columns = [(one.shear, one.bulk_modulus, one.viscosity) for one in own]
         shear, bulk, viscosity = (np.concatenate(each) for each in zip(*columns, strict=True))
         return shear, bulk, viscosity
 
@@ -361,6 +361,8 @@ class _Examined:
             return None
         g, k = float(shear[0]), float(bulk[0])
         young, ratio = 9.0 * k * g / (3.0 * k + g), (1.5 * k - g) / (3.0 * k + g)
+        if self.kind == "wall":
+            return of_plane_stress(young, ratio, self.mesh.position, self.mesh.grid)
         matrix = np.diag([2.0 * g] * 3 + [g] * 3)
         matrix[:3, :3] += k - 2.0 * g / 3.0
         return Elasticity(

@@ -69,8 +69,10 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
         near = None if width is None else hats(mesh.position, width)
         return BodyMatter(volume, 3, springs, pressure, near)
     if len(mesh.skin) and body.thickness is not None:
-        own = springs[wall_springs(mesh.skin, ends)]
-        return BodyMatter(body.thickness * node_areas(mesh.position, mesh.skin), 2, own)
+        volume = body.thickness * node_areas(mesh.position, mesh.skin)
+        if elements := network.elements_of(part.name):
+            return BodyMatter(volume, 2, springs, elements=elements)
+        return BodyMatter(volume, 2, springs[wall_springs(mesh.skin, ends)])
     if body.section is not None:
         return BodyMatter(_along(network, part, springs, body.section), 1, springs)
     return ""

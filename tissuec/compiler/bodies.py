@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from tissuec.compiler.drawn_bodies import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiler.element_bodies import BodyElements, ElementReader
 from tissuec.compiler.materials import MaterialReader
+from tissuec.compiler.membrane_bodies import MembraneReader
 from tissuec.compiler.poisson import Poisson
 from tissuec.compiler.threads import with_slipping
 from tissuec.forces.bending import Hinges
@@ -80,7 +81,8 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
 
 def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
     """Return the arrays of a body that is made of elements; see ``build_body``."""
-    body, reader = drawing.body, ElementReader(drawing, findings)
+    of_kind = MembraneReader if drawing.body.is_wall else ElementReader
+    body, reader = drawing.body, of_kind(drawing, findings)
     quantities, elements = reader.read(), reader.elements()
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = _velocity(body, drawing, arrays["mass"])
@@ -101,7 +103,7 @@ def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
         bending=0,
         thread=None,
         poisson=None,
-        hinges=None,
+        hinges=reader.hinges(),
         elements=elements,
     )
 

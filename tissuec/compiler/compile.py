@@ -296,6 +296,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         None if body.poisson is None else body.mesh.tetrahedra,
         body.mesh.tetrahedra,
         elements=sum(len(one.nodes) for one in body.elements),
+        is_wall=body.body.is_wall,
     )
 
 

@@ -358,7 +358,7 @@ def _stiffness_of_springs(
         network.springs.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes
     )
     nodes = np.arange(network.node_count)
-    for solid in network.of_kind("elements"):
+    for solid in network.elements:
         # The trace of a node's stiffness, as the sum of springs. Unstrained, all are positive.
         is_unstrained = solid.prestretch is None
         matrix = solid.matrix(0.0, network.position, nodes, len(nodes), exact=is_unstrained)

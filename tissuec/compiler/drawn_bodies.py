@@ -18,6 +18,7 @@ from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
 from tissuec.meshes.generators import Elemental, Mesh, Threaded
 from tissuec.meshes.generators.imported import Imported, MeshFileError
+from tissuec.meshes.walls import wall_of_triangles
 from tissuec.model.network import Floats, ThreadBody
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -122,7 +123,7 @@ def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) ->
 def _generate(body: Body, findings: Findings) -> Mesh:
     assert body.mesh is not None
     try:
-        if body.elements is not None and isinstance(body.mesh, Elemental):
+        if body.elements is not None and isinstance(body.mesh, Elemental) and not body.is_wall:
             nodes, springs = body.mesh.element_size()
         else:
             nodes, springs = body.mesh.size()
@@ -164,6 +165,8 @@ def _with_unit(file: str, unit: str) -> str:
 def _built(body: Body) -> Mesh:
     """Return the mesh that a generator draws."""
     assert body.mesh is not None
+    if body.is_wall:
+        return wall_of_triangles(body.mesh.build())
     if body.elements is not None and isinstance(body.mesh, Elemental):
         return body.mesh.build_elements()
     if not isinstance(body.mesh, Imported):

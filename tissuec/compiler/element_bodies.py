@@ -6,7 +6,7 @@ them is cut, its elements are gone.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
 from msgspec import Struct
@@ -24,11 +24,14 @@ from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.laws.uniaxial import OfTension
 from tissuec.meshes.elements import node_shares
+from tissuec.meshes.generators import ElementMesh
+from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
 from tissuec.model.springs import NUMBERS
 from tissuec.scene.element_bodies import note_of, refuse
+from tissuec.scene.fibres import SECOND_FIBRES
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
 from tissuec.scene.model import AssignedQuantity, PrestressDirection
@@ -43,7 +46,9 @@ from tissuec.scene.quantities import (
 )
 
 if TYPE_CHECKING:
+    from tissuec.forces.bending import Hinges
     from tissuec.forces.elements import SolidMaterial
+    from tissuec.forces.membranes import MembraneMaterial
     from tissuec.forces.solid_fibres import SolidFibres
     from tissuec.forces.solid_prestretch import Prestretch
 
@@ -65,7 +70,7 @@ class BodyElements(Struct, frozen=True, eq=False):
 
     Attributes:
         body: The name of the body.
-        shape: As in ``geometry.elements.SHAPES``.
+        shape: As in ``geometry.elements.SHAPES``, or ``TRIANGLE``.
         nodes: Shape (element, node).
         material: What they are made of.
         span: The entry that asks for them.
@@ -74,12 +79,12 @@ class BodyElements(Struct, frozen=True, eq=False):
     body: str
     shape: str
     nodes: Indices
-    material: "SolidMaterial"
+    material: "SolidMaterial | MembraneMaterial"
     span: Span
 
 
 class ElementReader:
-    """Gives the elements of one drawing what tissues say.
+    """Gives the elements of one drawing what tissues say; see also ``MembraneReader``.
 
     Args:
         drawing: Of a body that is made of elements.
@@ -108,14 +113,14 @@ class ElementReader:
         }
         return {"mass": self._mass(), **springs}
 
+    def hinges(self) -> "Hinges | None":
+        """Return what resists bending beside the elements: nothing in a solid."""
+        return None
+
     def elements(self) -> tuple[BodyElements, ...]:
         """Return the elements with their moduli, shape by shape."""
-        young = self._each(YOUNGS_MODULUS)
         laws = tuple(map(self._law, self.parts.materials))
-        of_curve = [isinstance(law, OfTension) for law in laws]
-        default = np.where(np.array(of_curve)[self.part], INCOMPRESSIBLE, POISSON)
-        said = self._each(POISSONS_RATIO, np.nan)
-        ratio = np.where(np.isnan(said), default, said)
+        young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         from tissuec.forces.elements import SolidMaterial
 
@@ -133,6 +138,17 @@ class ElementReader:
         return tuple(found)
 
     # --- quantities of parts ------------------------------------------------------------------
+
+    def _constants(self, laws: Sequence[SolidLaw]) -> tuple[Floats, Floats]:
+        """Return Young's modulus [Pa] and Poisson's ratio, shape (element,).
+
+        Args:
+            laws: Of each part.
+        """
+        of_curve = [isinstance(law, OfTension) for law in laws]
+        default = np.where(np.array(of_curve)[self.part], INCOMPRESSIBLE, POISSON)
+        said = self._each(POISSONS_RATIO, np.nan)
+        return self._each(YOUNGS_MODULUS), np.where(np.isnan(said), default, said)
 
     def _refuse_springs(self, material: Material) -> None:
         """Report what a tissue says of springs that elements do not have."""
@@ -167,23 +183,35 @@ class ElementReader:
                     self._needs_direction(modulus)
         if not added.any():
             return None
-        directions = [self.body.fibres, self.body.second_fibres]
-        for name, one in zip(("fibres", "second fibres"), directions, strict=True):
-            if isinstance(one, str):
-                self.findings.reject(
-                    "TIS309",
-                    f"{self.body.name} cannot have {one} fibres: only a tube can",
-                    self.body.places[name],
-                    hint="write a direction, such as fibres = (1, 0, 0)",
-                )
+        families = {"fibres": self.body.fibres, SECOND_FIBRES: self.body.second_fibres}
+        along = [self._along(k, one) for k, one in families.items() if one is not None]
         from tissuec.forces.solid_fibres import SolidFibres
 
         stiffening, spread = (self._each(name, 0.0) for name in OF_FIBRES)
         # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.
         stiffness = 0.25 * added[self.part] / (1.0 - 3.0 * spread) ** 2
-        along = np.array([one for one in directions if one is not None], dtype=float)
-        every = np.broadcast_to(along, (len(self.part), *along.shape))
+        every = np.stack(along, axis=1)
         return SolidFibres(every, stiffness, np.maximum(stiffening, STRAIGHT), spread)
+
+    def _along(self, name: str, direction: Floats | str) -> Floats:
+        """Return the direction of a family of fibres, shape (element, 3).
+
+        Args:
+            name: The entry.
+            direction: As it is written.
+        """
+        if isinstance(direction, str):
+            self.refuse_fibres(name, direction)
+        return np.broadcast_to(direction, (len(self.part), 3))
+
+    def refuse_fibres(self, name: str, direction: str) -> NoReturn:
+        """Reject fibres that only a tube has; arguments as for ``_along``."""
+        self.findings.reject(
+            "TIS309",
+            f"{self.body.name} cannot have {direction} fibres: only a tube can",
+            self.body.places[name],
+            hint="write a direction, such as fibres = (1, 0, 0)",
+        )
 
     def _prestretch(self) -> "Prestretch | None":
         """Return how much the elements are stretched as drawn; None without prestress."""
@@ -191,14 +219,8 @@ class ElementReader:
         used = [given[number] for number in part_numbers(self.part)]
         stressed = [one for one in used if one is not None and one.value]
         direction = self.body.prestress
-        if direction is not None and all(one is None for one in used):
-            self.findings.reject(
-                "TIS306",
-                f"the direction of prestress of {self.body.name} has no effect: its tissue has "
-                "no prestress",
-                self.body.places[PRESTRESS],
-                hint="write prestress = 5 % in the tissue or in a region, or remove it",
-            )
+        if direction is not None:
+            self.require_prestress()
         if not stressed:
             return None
         if direction is None:
@@ -208,6 +230,18 @@ class ElementReader:
         share = np.array([0.0 if one is None else one.value for one in given])
         # Without stress, lengths are shorter by this part, like those of springs.
         return Prestretch(direction.axis, direction.is_across, 1.0 / (1.0 - share[self.part]))
+
+    def require_prestress(self) -> None:
+        """Reject a direction of prestress without any prestress."""
+        given = self.parts.found(PRESTRESS)
+        if all(given[number] is None for number in part_numbers(self.part)):
+            self.findings.reject(
+                "TIS306",
+                f"the direction of prestress of {self.body.name} has no effect: its tissue has "
+                "no prestress",
+                self.body.places[PRESTRESS],
+                hint="write prestress = 5 % in the tissue or in a region, or remove it",
+            )
 
     def _along_fibres(self, given: AssignedQuantity) -> PrestressDirection:
         """Return the direction of the only fibres of the body; reject a body without.
@@ -323,12 +357,15 @@ class ElementReader:
         Each element has the mass that its density gives, lumped at its nodes.
         """
         mesh, node_part = self.drawing.mesh, self.drawing.part
-        assert mesh.volume is not None
+        shares = [self._shares(one) for one in mesh.elements]
+        volume = np.zeros(len(node_part))
+        for one, share in zip(mesh.elements, shares, strict=True):
+            volume += np.bincount(one.nodes.ravel(), share.ravel(), len(node_part))
         if self.body.mass is not None:
             known = Provenance(
                 np.zeros_like(node_part), (Origin(self.body.places["mass"], "written"),)
             )
-            return self.body.mass * mesh.volume / mesh.volume.sum(), known
+            return self.body.mass * volume / volume.sum(), known
         used = np.concatenate([node_part, self.part])
         given = self.parts.given("mass", used)
         origins = tuple(
@@ -338,19 +375,21 @@ class ElementReader:
         is_dense = np.array([g is not None and g.quantity.is_of_matter for g in given])
         density = np.array([0.0 if g is None else g.value for g in given])
         first = 0
-        for one in mesh.elements:
+        for one, share in zip(mesh.elements, shares, strict=True):
             part = self.part[first : first + len(one.nodes)]
             first += len(one.nodes)
             each = np.where(is_dense[part], density[part], 0.0)[:, None]
-            share = node_shares(SHAPES[one.shape], mesh.position[one.nodes]) * each
-            values += np.bincount(one.nodes.ravel(), share.ravel(), len(values))
+            values += np.bincount(one.nodes.ravel(), (each * share).ravel(), len(values))
         for number, one in enumerate(given):
             if one is not None and not is_dense[number]:
                 own = node_part == number
                 is_whole = one.spread == "whole body"
-                share = mesh.volume[own] / mesh.volume.sum() if is_whole else 1.0
-                values[own] = one.value * share
+                values[own] = one.value * (volume[own] / volume.sum() if is_whole else 1.0)
         return values, Provenance(node_part, origins)
+
+    def _shares(self, elements: ElementMesh) -> Floats:
+        """Return the volume that each node has of each element [m³], shape (element, node)."""
+        return node_shares(SHAPES[elements.shape], self.drawing.mesh.position[elements.nodes])
 
 
 def element_blocks(
@@ -371,12 +410,24 @@ def element_blocks(
     """
     if not elements:
         return []
+    return [_block(one, position, nodes, ends, first_spring) for one in elements]
+
+
+def _block(
+    elements: BodyElements,
+    position: Floats,
+    first_node: int,
+    ends: NDArray[np.int32],
+    first_spring: int,
+) -> FieldBlock:
+    """Return the block of elements of one shape; see ``element_blocks``."""
+    nodes, springs = elements.nodes + first_node, (ends, first_spring, elements.span)
+    if elements.shape == TRIANGLE:
+        from tissuec.forces.membranes import Membranes
+
+        wall = cast("MembraneMaterial", elements.material)
+        return Membranes.of(elements.body, nodes, position, wall, *springs).block
     from tissuec.forces.elements import SolidElements
 
-    return [
-        SolidElements.of(
-            one.body, SHAPES[one.shape], one.nodes + nodes, position, one.material, ends,
-            first_spring, one.span,
-        ).block
-        for one in elements
-    ]  # fmt: skip
+    shape, solid = SHAPES[elements.shape], cast("SolidMaterial", elements.material)
+    return SolidElements.of(elements.body, shape, nodes, position, solid, *springs).block

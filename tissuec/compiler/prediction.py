@@ -135,7 +135,7 @@ def _arrays(network: Network) -> dict[str, dict[str, Any]]:
 def skipped(compiled: Compiled) -> Iterator[str]:
     """Yield the parts of a run that this scene does not need."""
     network, plan = compiled.network, compiled.plan
-    solid = network.of_kind("elements")
+    solid = network.elements
     if not (network.springs.behaviour.is_viscous or any(e.viscosity.any() for e in solid)):
         yield f"viscosity: no spring{' and no element' if solid else ''} has any"
     if network.springs.inelastic is None:

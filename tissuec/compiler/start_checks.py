@@ -46,7 +46,7 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     """
     network = compiled.network
     is_stressed = _stressed_springs(network)
-    solid = [one for one in network.of_kind("elements") if one.prestretch is not None]
+    solid = [one for one in network.elements if one.is_prestressed]
     if not (is_stressed.any() or solid):
         return
     if settles_at_start(compiled) or compiled.plan.simulation.integrator == RELAXATION:

@@ -43,7 +43,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
-from tissuec.forces.matrices import assembled
+from tissuec.forces.matrices import as_operator, assembled
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import (
@@ -229,6 +229,16 @@ class SolidElements(WalledField, frozen=True):
             found += (own.drawn.volume[own.row] * j).sum(axis=(-2, -1))
         return found
 
+    @property
+    def is_prestressed(self) -> bool:
+        """Return whether any element has stress as drawn."""
+        return self.prestretch is not None
+
+    @property
+    def bulk_modulus(self) -> Floats:
+        """Return K [Pa], shape (element,)."""
+        return self.bulk + self.local
+
     def deformations(self, position: Floats) -> Floats:
         """Return F, with prestretch, at all points, shape (…, element, point, 3, 3).
 
@@ -377,14 +387,14 @@ class SolidElements(WalledField, frozen=True):
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
         count = len(position)
-        return _as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
+        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
 
     def braking(self, position: Floats) -> Resisting | None:
         """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
         if not self.viscosity.any():
             return None
         count = len(position)
-        return _as_operator(self._viscous(position, np.arange(count), count))
+        return as_operator(self._viscous(position, np.arange(count), count))
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
@@ -479,16 +489,6 @@ class SolidElements(WalledField, frozen=True):
             values = {"i1": strain.first[..., own, :], "i2": strain.second[..., own, :]}
             found[..., own, :] = what(self.laws[int(number)]).at(values)
         return found
-
-
-def _as_operator(matrix: "coo_matrix") -> Resisting:
-    """Return a matrix over all nodes as an operator on vectors."""
-    rows = matrix.tocsr()
-
-    def resist(moved: Floats, to: Floats) -> None:
-        to += (rows @ moved.ravel()).reshape(-1, 3)
-
-    return resist
 
 
 def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissuec.forces import Resisting
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -45,3 +46,17 @@ def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
     )
     where = row.ravel(), row.swapaxes(1, 2).ravel()
     return coo_matrix((blocks[moves].ravel(), where), shape=(3 * size, 3 * size))
+
+
+def as_operator(matrix: "coo_matrix") -> Resisting:
+    """Return a matrix over all nodes as an operator on vectors.
+
+    Args:
+        matrix: In any unit, shape (3 node, 3 node).
+    """
+    rows = matrix.tocsr()
+
+    def resist(moved: Floats, to: Floats) -> None:
+        to += (rows @ moved.ravel()).reshape(-1, 3)
+
+    return resist

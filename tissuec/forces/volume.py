@@ -102,7 +102,7 @@ class Enclosure(WalledField, frozen=True):
         part = next((b for b in network.bodies if b.name.lower() == name.lower()), None)
         if part is None:
             raise ValueError(f"{name} is not a body")
-        if part.is_made_of_elements:
+        if part.is_made_of_elements and not part.is_wall:
             raise ValueError(
                 f"the elements of {part.name} already resist changes of volume by the "
                 "Poisson's ratio of its tissue, which can be up to 0.4999"

@@ -133,6 +133,23 @@ def of_wall(
     return _constants(matrix, "N/m" if thickness is None else "Pa", directions)
 
 
+def of_plane_stress(
+    young: float, poisson: float, position: Floats, grid: Grid | None
+) -> Elasticity:
+    """Return the elastic constants of a wall of isotropic matter.
+
+    Args:
+        young: Young's modulus [Pa].
+        poisson: Poisson's ratio.
+        position: Of its nodes [m], shape (node, 3).
+        grid: How these stand in rows and columns, if they do.
+    """
+    directions, _ = _first_direction(position, grid)
+    matrix = np.diag([1.0, 1.0, 0.5 * (1.0 - poisson)])
+    matrix[0, 1] = matrix[1, 0] = poisson
+    return _constants(young / (1.0 - poisson**2) * matrix, "Pa", directions)
+
+
 def range_of_wall(
     position: Floats, ends: Pairs, constant: Floats, skin: NDArray[np.integer]
 ) -> tuple[float, float]:

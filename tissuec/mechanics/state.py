@@ -312,9 +312,14 @@ class State(Struct, eq=False):
         blocks = {name: b for name, b in self.blocks.items() if b.kind != "contact"}
         return replace(self, blocks=blocks)
 
-    def of_kind(self, kind: str) -> tuple[Any, ...]:
-        """Return the fields of the blocks of a kind."""
-        return tuple(block.field for block in self.blocks.values() if block.kind == kind)
+    def of_kind(self, *kinds: str) -> tuple[Any, ...]:
+        """Return the fields of the blocks of some kinds."""
+        return tuple(block.field for block in self.blocks.values() if block.kind in kinds)
+
+    @property
+    def elements(self) -> tuple[Any, ...]:
+        """Return the elements of solids and walls."""
+        return self.of_kind("elements", "membranes")
 
     @property
     def enclosures(self) -> "dict[str, Enclosure]":

@@ -103,6 +103,7 @@ class BodyPart(Struct, frozen=True, eq=False):
         divided: Of a solid body, those that divide it, whether or not volumes are kept.
         elements: How many finite elements resist its deformation; where there are any, its
             springs are their edges, without any stiffness.
+        is_wall: Whether these are triangles of a wall.
     """
 
     name: str
@@ -116,6 +117,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     tetrahedra: NDArray[np.int64] | None = None
     divided: NDArray[np.int64] | None = None
     elements: int = 0
+    is_wall: bool = False
 
     @property
     def is_made_of_elements(self) -> bool:
@@ -250,13 +252,18 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         of_nodes = {name: each for name, each in arrays.items() if name not in COLUMNS}
         return replace(self, **of_nodes, springs=replace(self.springs, **of_springs))
 
-    def of_kind(self, kind: str) -> tuple[Any, ...]:
-        """Return the fields of the blocks of a kind."""
-        return tuple(block.field for block in self.blocks if block.kind == kind)
+    def of_kind(self, *kinds: str) -> tuple[Any, ...]:
+        """Return the fields of the blocks of some kinds."""
+        return tuple(block.field for block in self.blocks if block.kind in kinds)
+
+    @property
+    def elements(self) -> tuple[Any, ...]:
+        """Return all ``forces.elements.SolidElements`` and ``forces.membranes.Membranes``."""
+        return self.of_kind("elements", "membranes")
 
     def elements_of(self, body: str) -> tuple[Any, ...]:
-        """Return the ``forces.elements.SolidElements`` of a body, shape by shape."""
-        return tuple(each for each in self.of_kind("elements") if each.name == body)
+        """Return the elements of a body, shape by shape."""
+        return tuple(each for each in self.elements if each.name == body)
 
     def field(self, kind: str) -> Any:
         """The field of the first block of a kind; None if there is none."""

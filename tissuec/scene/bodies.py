@@ -10,6 +10,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import MESHES, Generator
 from tissuec.meshes.generators.lattice import Lattice
+from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE
@@ -302,7 +303,12 @@ class _BodyReader:
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
             head = self.once["mesh"]
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
-        refuse_entries(self.once, made, self.findings)
+        wall = is_wall(self.mesh)
+        refuse_entries(self.once, made, self.findings, wall=wall)
+        if wall and self.bending is not None:
+            refuse("bending by springs", self.bending.span, made, self.findings)
+        elif wall and "bending" not in self.once:
+            self.shell = made.span
         self.bending = None
         if self.may_rupture:
             refuse("rupture", self.once["rupture"], made, self.findings)

@@ -14,6 +14,7 @@ from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Elemental, Generator
 from tissuec.meshes.generators.imported import TETRAHEDRA, Imported
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
+from tissuec.meshes.walls import is_wall
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import MadeOfElements, Tissue
 from tissuec.scene.quantities import YOUNGS_MODULUS
@@ -24,6 +25,8 @@ MADE_OF = (ELEMENTS, SPRINGS)
 CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells
 #: Entries of bodies that are for springs, and for walls and bars.
 _OF_SPRINGS, _OF_WALLS = ("bending", "interface"), ("section", "thickness")
+#: Entries of meshes of walls that say where springs are.
+_WHERE_SPRINGS_ARE = ("diagonals", "interior", "second neighbours")
 
 
 def read_made_of(
@@ -126,20 +129,21 @@ def refuse(
 
 
 def refuse_entries(
-    places: Mapping[str, Span], made: MadeOfElements, findings: Findings
+    places: Mapping[str, Span], made: MadeOfElements, findings: Findings, *, wall: bool
 ) -> None:
-    """Report entries of a body of elements that are for springs and walls.
+    """Report entries of a body of elements that are for springs, and for walls of a solid.
 
     Args:
         places: Where its entries are written, by name.
         made: Why the body is made of elements.
         findings: Takes diagnostics.
+        wall: Whether it is a wall, of which ``bending`` says whether it resists it.
     """
     for name in _OF_SPRINGS:
-        if name in places:
+        if name in places and not (wall and name == "bending"):
             refuse(f'"{name}"', places[name], made, findings)
     for name in _OF_WALLS:
-        if name in places:
+        if name in places and not (wall and name == "thickness"):
             findings.add(
                 "TIS306",
                 f'a body of elements cannot have "{name}"',
@@ -166,13 +170,14 @@ def refuse_mesh(
         made: Why the body is made of elements.
         to: Takes diagnostics.
     """
-    if not isinstance(mesh, Elemental):
+    if not (isinstance(mesh, Elemental) or is_wall(mesh)):
         to.add(
             "TIS306",
-            "this mesh cannot consist of elements because it is not solid",
+            "this mesh cannot consist of elements because it is neither a solid nor a wall",
             head,
             hint=Hint(
-                "remove made of elements, or use a lattice or an imported solid",
+                "remove made of elements, or use a lattice, a sheet, a tube, a sphere or an "
+                "imported mesh",
                 removal(made.span),
             ),
             notes=(note_of(made),),
@@ -202,6 +207,6 @@ def refuse_mesh(
             ),
             notes=(note_of(made),),
         )
-    for name in ("reach", "stiffness"):
-        if name in places:
+    for name in ("reach", "stiffness", *_WHERE_SPRINGS_ARE):
+        if name in places and getattr(mesh, name.replace(" ", "_"), "") not in ("none", "no"):
             refuse(f'"{name}" of a mesh', places[name], made, to)

@@ -13,6 +13,7 @@ from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
 from tissuec.laws.solid import SolidLaw
 from tissuec.meshes.generators import Generator
+from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.learn_model import WrittenFitProblem
@@ -241,8 +242,8 @@ class Body(Struct, frozen=True, eq=False):
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
-        second_fibres: Of a solid of elements, the direction of another family; None without.
-        prestress: Of a solid of elements, the direction of its prestress; None if not written.
+        second_fibres: Of a body of elements, the direction of another family; None without.
+        prestress: Of a body of elements, the direction of its prestress; None if not written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
         elements: Why it consists of finite elements; None if it consists of springs.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
@@ -274,6 +275,11 @@ class Body(Struct, frozen=True, eq=False):
     places: Mapping[str, Span]
     is_whole: bool
     span: Span
+
+    @property
+    def is_wall(self) -> bool:
+        """Return whether it is a wall made of elements."""
+        return self.elements is not None and is_wall(self.mesh)
 
     @property
     def tissues(self) -> tuple[Tissue, ...]:

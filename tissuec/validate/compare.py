@@ -171,7 +171,7 @@ def energy_balance(run: Observed, network: Network, bound: float | None) -> Quan
 
     Energies below that of the smallest displacement with a limit do not count.
     """
-    of_elements = (each.stiffest for each in network.of_kind("elements"))
+    of_elements = (each.stiffest for each in network.elements)
     stiffest = max(float(network.springs.sudden.max(initial=0.0)), *of_elements, 0.0)
     stored = 0.5 * stiffest * floor_of(network) ** 2
     floor = max(FLOOR * float(run.scale[-1]), stored)

@@ -26,6 +26,7 @@ from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
+from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.forces.volumes import VolumeField
 from tissuec.validate.yielding import Yielding
@@ -175,6 +176,8 @@ class Equations:
         match block.kind:
             case "elements":
                 return ElementSolid(field, state.network.position)
+            case "membranes":
+                return MembraneWall(field)
             case "volume":
                 return VolumeField(field)
             case "bending":

@@ -24,7 +24,7 @@ class ElementMesh(Struct, frozen=True, eq=False):
     """Finite elements of one shape.
 
     Attributes:
-        shape: Its name, as in ``geometry.elements.SHAPES``.
+        shape: Its name, as in ``geometry.elements.SHAPES``, or ``meshes.walls.TRIANGLE``.
         nodes: In the order of that shape, shape (element, node).
     """
 
@@ -43,7 +43,7 @@ class Mesh(Struct, frozen=True, eq=False):
         grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
         volume: Of a solid, what each node stands for [m³], shape (node,); None of surfaces.
         tetrahedra: That divide a solid, shape (tetrahedron, 4); None where there are none.
-        elements: Of a solid made of finite elements, shape by shape; its springs are their
+        elements: Of a body made of finite elements, shape by shape; its springs are their
             edges.
         groups: Nodes of the parts that a file names, by name, ascending.
         shares: By what the spring constant and the viscosity that the tissue gives are

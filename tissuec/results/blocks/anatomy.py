@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
     from tissuec.forces.elements import SolidElements
+    from tissuec.forces.membranes import Membranes
 
 
 class CellPressure(Struct, frozen=True, eq=False):
@@ -54,7 +55,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
         pressure: Of cells that keep their volume; None without any.
         near: By what the nodes near a node count for its stress, shape (node, node); None where
             it counts alone.
-        elements: Solid elements that bear its stress instead of springs.
+        elements: That bear its stress instead of springs.
     """
 
     volume: Floats
@@ -62,7 +63,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
     springs: Indices
     pressure: CellPressure | None = None
     near: "csr_matrix | None" = None
-    elements: "tuple[SolidElements, ...]" = ()
+    elements: "tuple[SolidElements | Membranes, ...]" = ()
 
     def stress_of_elements(
         self, position: Floats, alive: NDArray[np.bool_], nodes: slice

@@ -1,4 +1,4 @@
-"""Common code of measures of the stress of solid elements."""
+"""Common code of measures of the stress of elements."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def mean_stress(subject: Subject, snapshot: Snapshot) -> Floats:
     nodes = snapshot.nodes(subject)
     position = snapshot.position.reshape(-1, *snapshot.position.shape[-2:])
     total, volume = np.zeros((len(position), 3, 3)), 0.0
-    for field in snapshot.state.of_kind("elements"):
+    for field in snapshot.state.elements:
         elements, used = field.intact(snapshot.state.alive).around(nodes)
         own = np.isin(used, nodes)
         for row, places in zip(total, position[:, used], strict=True):

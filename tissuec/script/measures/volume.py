@@ -14,7 +14,7 @@ from tissuec.script.measures.snapshot import Snapshot
 class Volume(ScalarMeasure):
     """The present volume inside the closed surface of the body A; 0 if it is open.
 
-    For a lattice and for a body of elements, it is the sum of all cells or elements.
+    For a lattice and for a solid of elements, it is the sum of all cells or elements.
     """
 
     form = "volume(A)"
@@ -25,7 +25,8 @@ class Volume(ScalarMeasure):
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         network, name = snapshot.state.network, subjects[0].name
-        if elements := network.elements_of(name):
+        elements = [each for each in network.of_kind("elements") if each.name == name]
+        if elements:
             every = sum(each.whole_volume(snapshot.position) for each in elements)
             return one_column(every, snapshot)
         enclosure = surface_of(network, name)

@@ -184,7 +184,7 @@ class InsideOut:
         """Return the watch of a run; None without solids and surfaces."""
         parts: list[_Oriented | ElementOrientation] = []
         for body in network.bodies:
-            if body.is_made_of_elements:
+            if body.is_made_of_elements and not body.is_wall:
                 parts.append(ElementOrientation(network, body))
             elif body.cells is not None:
                 faces, _ = body.cells()

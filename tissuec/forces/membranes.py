@@ -1,0 +1,452 @@
+"""Membranes: walls as triangles that follow laws of solids in plane stress at any strain.
+
+A triangle of the volume w has nodes at x_a, drawn at X_a in a plane with two directions. With
+F = Σ x_a ⊗ ∂N_a/∂X, of three rows and two columns, C = FᵀF, A = tr C, D = det C, and the
+stretch λ of its thickness, it stores
+
+    E = w (μ ψ(g I1, g² I2) + K/2 (J - 1)²),    W_λ = 0,
+    I1 = A + λ²,    I2 = D + λ² A,    J = λ √D,    g = J^(-2/3),
+
+where ψ is the law of the solid (``laws.solid``). There is no stress across the triangle: λ is
+where the energy is least, found by Newton's iteration, so that its change does no work (J.
+Bonet, R. D. Wood, J. Mahaney, P. Heywood, Comput. Meth. Appl. Mech. Eng. 190:579, 2000). Forces
+on nodes are -w P ∂N_a/∂X with
+
+    P = F S,    S = 2 W_A 1 + 2 W_D cof C.
+
+Fibres in the plane add their energy as in solids (``forces.elements``). Below D = 1/25, which
+is a fifth of the area, D^(-1/3) in g and √D in J are their parabolas there: triangles that are
+pressed into a line have finite forces, and open again.
+
+A prestressed triangle is drawn stretched by F0 = λ0 1 in its plane, or along an axis a of it by
+F0 = λ0 a ⊗ a + λ0^(-1/2) (1 - a ⊗ a), as solids are (``forces.solid_prestretch``); ∂N_a/∂X
+includes F0. The volume w without stress is that of a triangle which is as thick as it is said
+to be where it is drawn.
+
+Viscosity is that of a liquid, as in solids, whose rate of strain across the plane is
+-ν/(1 - ν) times that of the area, as in small strain of the elastic wall: with the rate Ė of
+Green's strain and B = cof C Ė,
+
+    S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
+"""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.core.vectors import cross
+from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces.matrices import as_operator, assembled
+from tissuec.forces.membrane_strain import MembraneStrain
+from tissuec.forces.membranes_kernel import MembraneTable, stretch_membranes
+from tissuec.forces.solid_fibres import SolidFibres
+from tissuec.forces.solid_strain import DERIVATIVES
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import springs_between
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+_BLOCK = 4096  # triangles whose matrices are in memory at a time
+_SECONDS = 1.2e-7  # of one evaluation of a triangle
+_COLUMNS = ("nodes", "gradients", "weight", "shear", "bulk", "viscosity", "law")
+EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
+
+
+class MembraneMaterial(NamedTuple):
+    """What triangles are made of, triangle by triangle.
+
+    Attributes:
+        shear, bulk: Initial shear and bulk modulus [Pa], shape (triangle,).
+        viscosity: [Pa s], shape (triangle,).
+        law: Number of the law, shape (triangle,).
+        laws: Members of ``laws.solid.SOLID_LAWS``.
+        thickness: As drawn [m], shape (triangle,).
+        prestretch: λ0, shape (triangle,).
+        axis: Of the prestretch, a vector in space, shape (3,); None in the whole plane.
+        fibres: Directions as drawn in space, shape (triangle, family, 3); None without any.
+    """
+
+    shear: Floats
+    bulk: Floats
+    viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
+    thickness: Floats
+    prestretch: Floats
+    axis: Floats | None = None
+    fibres: SolidFibres | None = None
+
+
+class Membranes(WalledField, frozen=True):
+    """Triangles of a wall; one that loses an edge is gone.
+
+    Attributes:
+        name: Of the body.
+        nodes: Shape (triangle, 3).
+        gradients: ∂N/∂X by lengths without stress [1/m], shape (triangle, 3, 2).
+        weight: Volumes without stress [m³], shape (triangle,).
+        shear, bulk: μ and K [Pa], shape (triangle,).
+        viscosity: η [Pa s], shape (triangle,).
+        law: Number of the law, shape (triangle,).
+        laws: The first is neo-Hookean.
+        fibres: Families of fibres in the plane, whose directions have two components.
+        is_prestressed: Whether any triangle has stress as drawn.
+        span: The entry that asks for the triangles.
+    """
+
+    name: str
+    nodes: Indices
+    gradients: Floats
+    weight: Floats
+    shear: Floats
+    bulk: Floats
+    viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
+    fibres: SolidFibres
+    is_prestressed: bool
+    span: Span
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        nodes: Indices,
+        position: Floats,
+        material: MembraneMaterial,
+        ends: NDArray[np.int32],
+        first_spring: int,
+        span: Span,
+    ) -> Self:
+        """Return triangles as they are drawn.
+
+        Args:
+            name: Of the body.
+            nodes: Shape (triangle, 3).
+            position: Of all nodes as drawn [m], shape (node, 3).
+            material: What they are made of.
+            ends: Nodes of the springs of the body, shape (spring, 2).
+            first_spring: Number of the first of these.
+            span: The entry that asks for them.
+
+        Raises:
+            ValueError: A triangle has no area.
+        """
+        axes, gradients, area = _measured(position[nodes])
+        if len(flat := np.flatnonzero(~(area > 0.0))):
+            raise ValueError(f"triangle {flat[0]} has no area")
+        longer = _prestretch(axes, material.prestretch, material.axis)
+        fibres = SolidFibres(np.zeros((len(nodes), 0, 2)), *np.zeros((3, len(nodes))))
+        if material.fibres is not None:
+            along = np.einsum("tik,tfk->tfi", axes, material.fibres.along)
+            along = np.einsum("tij,tfj->tfi", np.linalg.inv(longer), along)
+            along = along / np.linalg.norm(along, axis=2)[..., None]
+            fibres = replace(material.fibres, along=along)
+        laws = (NeoHookean(), *material.laws)
+        numbers = {law: k for k, law in reversed(list(enumerate(laws)))}
+        law = np.array([numbers[law] for law in material.laws], dtype=np.int64)[material.law]
+        walls, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        made = cls(
+            first_spring + walls, which // len(EDGES), name, nodes,
+            gradients @ longer, material.thickness * area, material.shear,
+            material.bulk, material.viscosity, law, laws, fibres,
+            bool((material.prestretch != 1.0).any()), span,
+        )  # fmt: skip
+        drawn = MembraneStrain(made, made.deformations(position))
+        return replace(made, weight=made.weight / (np.linalg.det(longer) * drawn.thickness))
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(f"the triangles of {self.name}", "membranes", self, self.span)
+
+    @property
+    def item_count(self) -> int:
+        """Return the number of triangles."""
+        return len(self.nodes)
+
+    def only(self, items: Indices) -> Self:
+        """Return some triangles, by indices of shape (n,), with the walls of all."""
+        some = {name: getattr(self, name)[items] for name in _COLUMNS}
+        return replace(self, fibres=self.fibres.some(items), **some)
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the triangles."""
+        return Items(place[self.nodes].ravel(), 3 * np.arange(self.item_count + 1))
+
+    @property
+    def joining_springs(self) -> Indices:
+        """Return the springs along the edges of triangles, shape (n,)."""
+        return self.walls
+
+    @property
+    def bulk_modulus(self) -> Floats:
+        """Return K [Pa], shape (triangle,)."""
+        return self.bulk
+
+    @property
+    def thinning(self) -> Floats:
+        """Return -ν/(1 - ν), dimensionless, shape (triangle,).
+
+        It is the relative change of thickness per one of area at small strain.
+        """
+        return -(self.bulk - 2.0 / 3.0 * self.shear) / (self.bulk + 4.0 / 3.0 * self.shear)
+
+    def deformations(self, position: Floats) -> Floats:
+        """Return F, shape (…, triangle, 3, 2).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        return np.asarray(position[..., self.nodes, :].swapaxes(-1, -2) @ self.gradients)
+
+    def around(self, nodes: Indices) -> tuple[Self, Indices]:
+        """Return the triangles at some nodes, and all nodes of these.
+
+        Args:
+            nodes: Indices, shape (n,).
+
+        Returns:
+            The triangles, with the places of their nodes among the second, which are ascending.
+        """
+        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
+        used, place = np.unique(own.nodes, return_inverse=True)
+        return replace(own, nodes=place.reshape(own.nodes.shape)), used
+
+    def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return sums of stress over the shares of nodes, and these shares.
+
+        The mean stress of a node is the first divided by the second. What is viscous is left
+        out.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Σ w σ [J], shape (node, 3, 3), and Σ w [m³], shape (node,).
+        """
+        total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
+        for _, own in self._parts():
+            share = np.repeat(own.weight[:, None] / 3.0, 3, axis=1)
+            stress = MembraneStrain(own, own.deformations(position)).cauchy()
+            np.add.at(volume, own.nodes, share)
+            np.add.at(total, own.nodes, share[..., None, None] * stress[:, None])
+        return total, volume
+
+    # --- energy and matrix --------------------------------------------------------------------
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        return self.energies(position).sum(axis=-1)
+
+    def energies(self, position: Floats) -> Floats:
+        """Return the energy of each triangle [J], shape (…, triangle).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        found = np.empty((*position.shape[:-2], self.item_count))
+        for part, own in self._parts():
+            stored = MembraneStrain(own, own.deformations(position)).energy()
+            found[..., part] = own.weight * stored
+        return found
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
+
+        Without ``exact``, negative eigenvalues of ∂P/∂F of each triangle count as zero. (J.
+        Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
+        """
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for _, own in self._parts():
+            stiff = MembraneStrain(own, own.deformations(position)).second_derivatives()
+            if not exact:
+                value, way = np.linalg.eigh(stiff)
+                stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
+            stiff = own.weight[:, None, None] * stiff
+            stiff = stiff.reshape(-1, 3, 2, 3, 2)
+            half = np.einsum("txiyj,tbj->txiyb", stiff, own.gradients)
+            values = np.einsum("txiyb,tai->taxby", half, own.gradients)
+            total = total + assembled(values, number[own.nodes], size)
+        return coo_matrix(total)
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of viscous forces; see ``Field``.
+
+        By positions, the change of their direction is left out, which leaves both positive.
+        """
+        if not self.viscosity.any():
+            return None
+        from scipy.sparse import coo_matrix
+
+        slow = self._viscous(position, number, size)
+        return coo_matrix(slow.shape), slow
+
+    def _viscous(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
+        """Return minus the derivative of viscous forces by velocities [N s/m]."""
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for _, own in self._parts():
+            strain = MembraneStrain(own, own.deformations(position))
+            thick, part = own._thick(strain)
+            turned, slopes = strain.f @ strain.cofactors, own.gradients
+            # Ė = Σ v_ax (f_xi G_aj + f_xj G_ai)/2, and B = cof C Ė.
+            inner = np.einsum(
+                "tai,tij,tbj->tab", own.gradients, strain.cofactors, own.gradients
+            )
+            along = np.einsum("txi,tij,tyj->txy", strain.f, strain.cofactors, strain.f)
+            way = np.einsum("txi,tai->tax", turned, slopes)
+            values = 0.5 * np.einsum("tab,txy->taxby", inner, along)
+            values += 0.5 * np.einsum("tay,tbx->taxby", way, way)
+            values += part[:, None, None, None, None] * np.einsum("tax,tby->taxby", way, way)
+            values *= (own.weight * thick)[:, None, None, None, None]
+            total = total + assembled(values, number[own.nodes], size)
+        return coo_matrix(total)
+
+    def _thick(self, strain: MembraneStrain) -> tuple[Floats, Floats]:
+        """Return 2 η J/D² [Pa s] and k, shape (triangle,)."""
+        thin = self.thinning
+        thick = 2.0 * self.viscosity * strain.ratio / strain.square**2
+        return thick, thin**2 - (1.0 + thin) ** 2 / 3.0
+
+    # --- bounds -------------------------------------------------------------------------------
+
+    def stiffening(self, time: float, position: Floats) -> Resisting:
+        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
+        count = len(position)
+        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
+
+    def braking(self, position: Floats) -> Resisting | None:
+        """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
+        if not self.viscosity.any():
+            return None
+        count = len(position)
+        return as_operator(self._viscous(position, np.arange(count), count))
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
+        return float(self._rigidity.sum())
+
+    def noise(self, time: float, position: Floats) -> float:
+        """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
+        return float((self._rigidity * self._steepest).max(initial=0.0))
+
+    @property
+    def stiffest(self) -> float:
+        """Return about the largest stiffness of a triangle [N/m]."""
+        return float((self._rigidity * self._steepest**2).max(initial=0.0))
+
+    @property
+    def _rigidity(self) -> Floats:
+        """Return moduli times volumes [J], shape (triangle,)."""
+        return (self.shear + self.bulk) * self.weight
+
+    @property
+    def _steepest(self) -> Floats:
+        """Return the largest gradient of a shape function [1/m], shape (triangle,)."""
+        return np.abs(self.gradients).max(axis=(1, 2))
+
+    @property
+    def seconds(self) -> float:
+        """Return an estimate of the time of one evaluation [s]."""
+        return _SECONDS * self.item_count
+
+    @property
+    def derivatives(self) -> str:
+        """Return why there are no exact derivatives for learning."""
+        return "have no exact derivatives"
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return stretch_membranes
+
+    def table(
+        self, place: Indices, acts: BoundaryConditions, position: Floats
+    ) -> MembraneTable:
+        """Return the record of the kernel, which is valid at any position."""
+        is_curved = bool(self.law.any())
+        addresses = (0,) * len(DERIVATIVES)
+        if is_curved:
+            from tissuec.compiled.laws import slope_addresses
+
+            addresses = slope_addresses(
+                tuple(tuple(each(law) for each in DERIVATIVES) for law in self.laws)
+            )
+        first, second, first_twice, both, second_twice = addresses
+        return MembraneTable(
+            nodes=np.ascontiguousarray(place[self.nodes]),
+            gradients=np.ascontiguousarray(self.gradients.reshape(-1, 6)),
+            weight=self.weight, shear=self.shear, bulk=self.bulk, viscosity=self.viscosity,
+            thinning=self.thinning, law=self.law,
+            fibres=np.ascontiguousarray(self.fibres.along),
+            fibre_stiffness=self.fibres.stiffness,
+            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
+            is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
+            by_first=first, by_second=second, by_first_twice=first_twice, by_both=both,
+            by_second_twice=second_twice, state=np.zeros(9),
+        )  # fmt: skip
+
+    def _parts(self) -> Iterator[tuple[Indices, Self]]:
+        """Yield the triangles a block at a time, with their numbers."""
+        for first in range(0, self.item_count, _BLOCK):
+            part = np.arange(first, min(first + _BLOCK, self.item_count))
+            yield part, self.only(part)
+
+
+def _prestretch(axes: Floats, stretch: Floats, axis: Floats | None) -> Floats:
+    """Return F0 of triangles, shape (triangle, 2, 2).
+
+    Args:
+        axes: Two unit vectors in the plane of each, shape (triangle, 2, 3).
+        stretch: λ0, shape (triangle,).
+        axis: As for ``MembraneMaterial``.
+    """
+    if axis is None:
+        return stretch[:, None, None] * np.eye(2)
+    along = axes @ axis
+    along = along / np.linalg.norm(along, axis=1)[:, None]
+    line = along[:, :, None] * along[:, None, :]
+    across = (stretch**-0.5)[:, None, None] * (np.eye(2) - line)
+    return stretch[:, None, None] * line + across
+
+
+def _measured(corners: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return two unit vectors in the plane of triangles, ∂N/∂X there, and areas.
+
+    Args:
+        corners: Positions of their nodes as drawn [m], shape (triangle, 3, 3).
+
+    Returns:
+        Shape (triangle, 2, 3); [1/m], shape (triangle, 3, 2); [m²], shape (triangle,).
+    """
+    side, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = cross(side, other)
+    twice = np.linalg.norm(normal, axis=1)
+    with np.errstate(all="ignore"):  # those without an area are refused
+        first = side / np.linalg.norm(side, axis=1)[:, None]
+        second = cross(normal / twice[:, None], first)
+        axes = np.stack([first, second], axis=1)
+        flat = np.einsum("tik,tak->tai", axes, np.stack([side, other], axis=1))
+        inner = np.linalg.inv(np.where(twice[:, None, None] > 0.0, flat, np.eye(2)))
+    inner = inner.swapaxes(1, 2)
+    gradients = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+    return axes, gradients, 0.5 * twice

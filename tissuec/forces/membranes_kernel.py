@@ -1,0 +1,271 @@
+"""The forces of triangles of walls as loops; for the equations see ``forces.membranes``."""
+
+from math import exp, isfinite, sqrt
+from typing import NamedTuple
+
+from tissuec.forces.elements_kernel import call_law, isochoric
+from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
+
+#: Square of the ratio of areas below which powers of it are continued by parabolas, so that
+#: triangles that are pressed flat have finite forces.
+LEAST_SQUARE = 0.04
+ROUNDS = 60  # of the iteration for the thickness, more than bisection needs
+LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm of the root of the thickness
+CLOSE = 1e-8  # step after which an iteration of second order is at rounding
+
+
+class MembraneTable(NamedTuple):
+    """Membranes as the kernel reads them."""
+
+    nodes: IntegerRows  # shape (triangle, 3)
+    gradients: Rows  # ∂N/∂X by node and direction in the plane [1/m], shape (triangle, 6)
+    weight: Floats  # volume [m³], shape (triangle,)
+    shear: Floats  # [Pa], shape (triangle,)
+    bulk: Floats  # [Pa], shape (triangle,)
+    viscosity: Floats  # [Pa s], shape (triangle,)
+    thinning: Floats  # rate of strain across the plane per rate of area, shape (triangle,)
+    law: Integers  # shape (triangle,)
+    fibres: Stack  # unit vectors in the plane as drawn, shape (triangle, family, 2)
+    fibre_stiffness: Floats  # k1 [Pa], shape (triangle,)
+    fibre_stiffening: Floats  # k2, shape (triangle,)
+    dispersion: Floats  # κ, shape (triangle,)
+    is_curved: bool  # whether any law is not neo-Hookean
+    is_viscous: bool
+    by_first: int  # addresses of derivatives of laws by the invariants
+    by_second: int
+    by_first_twice: int
+    by_both: int
+    by_second_twice: int
+    state: Floats  # scratch, see ``measure``, shape (9,)
+
+
+def stretch_membranes(
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable
+) -> None:
+    """Add the forces of triangles to those on nodes, and the power that they dissipate.
+
+    Args:
+        wall: The triangles.
+    """
+    state = wall.state
+    for e in range(wall.nodes.shape[0]):
+        i, j, k = 3 * wall.nodes[e, 0], 3 * wall.nodes[e, 1], 3 * wall.nodes[e, 2]
+        n0, n1, n2 = wall.gradients[e, 0], wall.gradients[e, 2], wall.gradients[e, 4]
+        m0, m1, m2 = wall.gradients[e, 1], wall.gradients[e, 3], wall.gradients[e, 5]
+        # The columns of F.
+        a0 = x[i] * n0 + x[j] * n1 + x[k] * n2
+        a1 = x[i + 1] * n0 + x[j + 1] * n1 + x[k + 1] * n2
+        a2 = x[i + 2] * n0 + x[j + 2] * n1 + x[k + 2] * n2
+        b0 = x[i] * m0 + x[j] * m1 + x[k] * m2
+        b1 = x[i + 1] * m0 + x[j + 1] * m1 + x[k + 1] * m2
+        b2 = x[i + 2] * m0 + x[j + 2] * m1 + x[k + 2] * m2
+        measure(
+            a0 * a0 + a1 * a1 + a2 * a2, a0 * b0 + a1 * b1 + a2 * b2,
+            b0 * b0 + b1 * b1 + b2 * b2, state,
+        )  # fmt: skip
+        root = thickness_root(e, wall)
+        s, t, u = stress(e, root, wall)
+        if wall.is_viscous and wall.viscosity[e] > 0.0:
+            c0 = v[i] * n0 + v[j] * n1 + v[k] * n2
+            c1 = v[i + 1] * n0 + v[j + 1] * n1 + v[k + 1] * n2
+            c2 = v[i + 2] * n0 + v[j + 2] * n1 + v[k + 2] * n2
+            d0 = v[i] * m0 + v[j] * m1 + v[k] * m2
+            d1 = v[i + 1] * m0 + v[j + 1] * m1 + v[k + 1] * m2
+            d2 = v[i + 2] * m0 + v[j + 2] * m1 + v[k + 2] * m2
+            # The rate of Green's strain in the plane.
+            g, h = a0 * c0 + a1 * c1 + a2 * c2, b0 * d0 + b1 * d1 + b2 * d2
+            o = 0.5 * (a0 * d0 + a1 * d1 + a2 * d2 + b0 * c0 + b1 * c1 + b2 * c2)
+            more_s, more_t, more_u = resist(e, root, g, o, h, wall)
+            power[1] += wall.weight[e] * (more_s * g + 2.0 * more_t * o + more_u * h)
+            s, t, u = s + more_s, t + more_t, u + more_u
+        # P = F S, with S of the components s, t, t, u.
+        w = -wall.weight[e]
+        p0, p1, p2 = w * (a0 * s + b0 * t), w * (a1 * s + b1 * t), w * (a2 * s + b2 * t)
+        q0, q1, q2 = w * (a0 * t + b0 * u), w * (a1 * t + b1 * u), w * (a2 * t + b2 * u)
+        f[i] += p0 * n0 + q0 * m0
+        f[i + 1] += p1 * n0 + q1 * m0
+        f[i + 2] += p2 * n0 + q2 * m0
+        f[j] += p0 * n1 + q0 * m1
+        f[j + 1] += p1 * n1 + q1 * m1
+        f[j + 2] += p2 * n1 + q2 * m1
+        f[k] += p0 * n2 + q0 * m2
+        f[k + 1] += p1 * n2 + q1 * m2
+        f[k + 2] += p2 * n2 + q2 * m2
+
+
+def measure(first: float, mixed: float, second: float, state: Floats) -> None:
+    """Set what the strain in the plane of a triangle is.
+
+    Args:
+        first, mixed, second: C11, C12 and C22.
+        state: Set: C11, C12, C22, tr C, det C, p and dp/d det C, q and dq/d det C,
+            dimensionless, shape (9,).
+    """
+    square = max(first * second - mixed * mixed, 0.0)
+    near = max(square, LEAST_SQUARE)
+    area, below = sqrt(near), square - near
+    p, _ = isochoric(area)
+    slope, bend = -p / (3.0 * near), 4.0 * p / (9.0 * near * near)
+    by_area, by_area_twice = 0.5 / area, -0.25 / (area * near)
+    state[0], state[1], state[2] = first, mixed, second
+    state[3], state[4] = first + second, square
+    state[5] = p + below * (slope + 0.5 * bend * below)
+    state[6] = slope + bend * below
+    state[7] = area + below * (by_area + 0.5 * by_area_twice * below)
+    state[8] = by_area + by_area_twice * below
+
+
+def thickness_root(e: int, wall: MembraneTable) -> float:
+    """Return the cube root of the stretch of the thickness, where the energy is least.
+
+    This is Newton's iteration in the logarithm, within limits between which the root lies.
+
+    Args:
+        e: Number of the triangle.
+        wall: The triangles.
+    """
+    thin, q = wall.thinning[e] / 3.0, wall.state[7]
+    # About q^(-thin), which is exact at small strain, and positive at any.
+    root = 1.0 / (1.0 - thin * (q - 1.0)) if thin < 0.0 else 1.0 + thin * (q - 1.0)
+    low, high = 0.0, 1e300
+    for _ in range(ROUNDS):
+        slope, bend = across(e, root, wall)
+        if slope > 0.0:
+            high = root
+        else:
+            low = root
+        step = -slope / (3.0 * bend) if bend > 0.0 else LONGEST
+        if not (isfinite(step) and bend > 0.0):
+            step = -LONGEST if slope > 0.0 else LONGEST
+        step = min(max(step, -LONGEST), LONGEST)
+        found = root * (1.0 + step * (1.0 + 0.5 * step))
+        root = found if low <= found <= high else sqrt(low * high)
+        if abs(step) < CLOSE:
+            break
+    return root
+
+
+def across(e: int, root: float, wall: MembraneTable) -> tuple[float, float]:
+    """Return the derivatives of the energy by the logarithm of the thickness [Pa].
+
+    Args:
+        e: Number of the triangle.
+        root: The cube root of the stretch of the thickness.
+        wall: The triangles.
+    """
+    state = wall.state
+    trace, square, p, q = state[3], state[4], state[5], state[7]
+    r2 = root * root
+    r4 = r2 * r2
+    in_plane, outside = p * trace / r2, p * r4
+    i1, slope_of = in_plane + outside, (4.0 * outside - 2.0 * in_plane) / 3.0
+    bend_of = (4.0 * in_plane + 16.0 * outside) / 9.0
+    first, shear = 0.5, wall.shear[e]
+    slope, bend = 0.0, 0.0
+    if wall.is_curved and wall.law[e] > 0:
+        law = wall.law[e]
+        area, side = p * p * square / r4, p * p * trace * r2
+        i2, slope_2 = area + side, (2.0 * side - 4.0 * area) / 3.0
+        first = call_law(wall.by_first, law, i1, i2)
+        second = call_law(wall.by_second, law, i1, i2)
+        slope = shear * second * slope_2
+        bend = shear * (
+            second * (16.0 * area + 4.0 * side) / 9.0
+            + call_law(wall.by_first_twice, law, i1, i2) * slope_of * slope_of
+            + 2.0 * call_law(wall.by_both, law, i1, i2) * slope_of * slope_2
+            + call_law(wall.by_second_twice, law, i1, i2) * slope_2 * slope_2
+        )
+    slope += shear * first * slope_of
+    bend += shear * first * bend_of
+    spread = wall.dispersion[e]
+    if spread > 0.0:
+        for family in range(wall.fibres.shape[1]):
+            strain = fibre_strain(e, family, i1, wall)
+            if strain > 0.0:
+                more = wall.fibre_stiffening[e] * strain * strain
+                pull = wall.fibre_stiffness[e] * exp(more)
+                slope += pull * strain * spread * slope_of
+                bend += pull * (1.0 + 2.0 * more) * spread * spread * slope_of * slope_of
+                bend += pull * strain * spread * bend_of
+    j = q * r2 * root
+    slope += wall.bulk[e] * (j - 1.0) * j
+    return slope, bend + wall.bulk[e] * (2.0 * j - 1.0) * j
+
+
+def fibre_strain(e: int, family: int, i1: float, wall: MembraneTable) -> float:
+    """Return the strain of a family of fibres; see ``forces.elements``.
+
+    Args:
+        e: Number of the triangle.
+        family: Number of the family.
+        i1: First isochoric invariant.
+        wall: The triangles.
+    """
+    x, y, state = wall.fibres[e, family, 0], wall.fibres[e, family, 1], wall.state
+    square = state[0] * x * x + 2.0 * state[1] * x * y + state[2] * y * y
+    spread = wall.dispersion[e]
+    return float(spread * (i1 - 3.0) + (1.0 - 3.0 * spread) * (square - 1.0))
+
+
+def stress(e: int, root: float, wall: MembraneTable) -> tuple[float, float, float]:
+    """Return S11, S12 and S22 of a triangle [Pa].
+
+    Args:
+        e: Number of the triangle.
+        root: The cube root of the stretch of its thickness.
+        wall: The triangles.
+    """
+    state = wall.state
+    trace, square, p, by_p, q = state[3], state[4], state[5], state[6], state[7]
+    r2 = root * root
+    r4, cube = r2 * r2, r2 * root
+    plain = trace / r2 + r4
+    first, shear = 0.5, wall.shear[e]
+    by_trace, by_square = 0.0, wall.bulk[e] * (q * cube - 1.0) * cube * state[8]
+    if wall.is_curved and wall.law[e] > 0:
+        plain_2 = square / r4 + trace * r2
+        first = call_law(wall.by_first, wall.law[e], p * plain, p * p * plain_2)
+        second = call_law(wall.by_second, wall.law[e], p * plain, p * p * plain_2)
+        by_trace = shear * second * p * p * r2
+        by_square += shear * second * p * (2.0 * by_p * plain_2 + p / r4)
+    spread = wall.dispersion[e]
+    along = shear * first
+    s = t = u = 0.0
+    for family in range(wall.fibres.shape[1]):
+        strain = fibre_strain(e, family, p * plain, wall)
+        if strain > 0.0:
+            pull = wall.fibre_stiffness[e] * strain
+            pull *= exp(wall.fibre_stiffening[e] * strain * strain)
+            along += pull * spread
+            pull *= 2.0 * (1.0 - 3.0 * spread)
+            x, y = wall.fibres[e, family, 0], wall.fibres[e, family, 1]
+            s, t, u = s + pull * x * x, t + pull * x * y, u + pull * y * y
+    by_trace = 2.0 * (by_trace + along * p / r2)
+    by_square = 2.0 * (by_square + along * by_p * plain)
+    s += by_trace + by_square * state[2]
+    return s, t - by_square * state[1], u + by_trace + by_square * state[0]
+
+
+def resist(
+    e: int, root: float, g: float, o: float, h: float, wall: MembraneTable
+) -> tuple[float, float, float]:
+    """Return the viscous S11, S12 and S22 of a triangle [Pa].
+
+    Args:
+        e: Number of the triangle.
+        root: The cube root of the stretch of its thickness.
+        g, o, h: The rates of E11, E12 and E22 [1/s].
+        wall: The triangles.
+    """
+    state, thin = wall.state, wall.thinning[e]
+    c, d, k = state[0], state[1], state[2]
+    near = max(state[4], LEAST_SQUARE)
+    thick = 2.0 * wall.viscosity[e] * state[7] * root * root * root / (near * near)
+    # cof C times the rate, and its trace.
+    b00, b01, b10, b11 = k * g - d * o, k * o - d * h, c * o - d * g, c * h - d * o
+    part = (thin * thin - (1.0 + thin) * (1.0 + thin) / 3.0) * (b00 + b11)
+    return (
+        thick * (b00 * k - b01 * d + part * k),
+        thick * (b01 * c - b00 * d - part * d),
+        thick * (b11 * c - b10 * d + part * c),
+    )

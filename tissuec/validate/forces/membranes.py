@@ -1,0 +1,234 @@
+"""Walls of triangles by the stress of the undeformed wall, S = 2 ∂W/∂C in three directions.
+
+C has the components of the plane, and C33 across it, at which S33 is zero: by Newton's method
+in its logarithm, or where that fails by halving an interval. What S changes by with C comes
+from steps in the complex plane, in which C33 follows by one step of Newton's method (W. Squire,
+G. Trapp, SIAM Rev. 40:110, 1998).
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from tissuec.validate.forces import assembled
+from tissuec.validate.forces.elements import slopes_of
+
+if TYPE_CHECKING:
+    from tissuec.forces.membranes import Membranes
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+LEAST = 0.2  # of areas, below which powers of the square are continued by parabolas
+STEP = 1e-30  # in the complex plane
+LARGEST = 20.0  # logarithm of C33
+HALVINGS = 60  # of the interval for it, which leave rounding
+NEWTON = 30  # steps
+ROUNDING = 1e-9  # step after which a method of second order is at rounding
+_PAIRS = ((0, 0), (1, 1), (0, 1))
+
+
+class MembraneWall:
+    """The triangles of one wall as a field of forces.
+
+    Args:
+        wall: Read for nodes, drawn gradients, moduli and laws.
+    """
+
+    def __init__(self, wall: "Membranes"):
+        self._nodes, self._slope, self._weight = wall.nodes, wall.gradients, wall.weight
+        self._shear, self._bulk, self._eta = wall.shear, wall.bulk, wall.viscosity
+        of = wall.fibres
+        self._along = of.along
+        self._fibres = of.stiffness, of.stiffening, of.dispersion
+        self._laws = [
+            (slopes_of(law), np.flatnonzero(wall.law == k)) for k, law in enumerate(wall.laws)
+        ]
+
+    # --- states -------------------------------------------------------------------------------
+
+    def _strained(self, position: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return F, C in the plane, and C33 of each triangle."""
+        f = np.einsum("eax,eak->exk", position[self._nodes], self._slope)
+        c = np.einsum("exk,exl->ekl", f, f)
+        return f, c, self._across(c)
+
+    def _across(self, c: Floats) -> Floats:
+        """Return C33, at which S33 is zero: by Newton's method, else by halving an interval."""
+        across = np.ones(len(c))
+        for _ in range(NEWTON):
+            with np.errstate(all="ignore"):
+                found = self._stress(c.astype(complex), across * (1.0 + 1j * STEP))[1]
+                wanted: Floats = -found.real * STEP / found.imag
+            if not np.isfinite(wanted).all():
+                break
+            uphill = np.where(found.imag > 0.0, wanted, -np.sign(found.real))
+            step = np.clip(uphill, -1.0, 1.0)
+            across = across * np.exp(step)
+            if np.abs(step).max() < ROUNDING:
+                return across
+        low, high = np.full(len(c), -LARGEST), np.full(len(c), LARGEST)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            with np.errstate(all="ignore"):  # laws leave the range of numbers at its ends
+                is_thin = self._stress(c, np.exp(middle))[1] < 0.0
+            low, high = np.where(is_thin, middle, low), np.where(is_thin, high, middle)
+        return np.exp(0.5 * (low + high))
+
+    def _invariants(self, c: Any, across: Any) -> tuple[Any, ...]:
+        """Return g, p'/p, J, q'/q, I1 and I2; p and q are powers of the square of the area."""
+        square = c[:, 0, 0] * c[:, 1, 1] - c[:, 0, 1] * c[:, 1, 0]
+        near = np.where(square.real < LEAST**2, LEAST**2, square)
+        p, slope_p = _taylor(near, square - near, -1.0 / 3.0)
+        q, slope_q = _taylor(near, square - near, 0.5)
+        trace = c[:, 0, 0] + c[:, 1, 1]
+        first, second = trace + across, square + across * trace
+        return (
+            p * across ** (-1.0 / 3.0),
+            slope_p / p,
+            q * across**0.5,
+            slope_q / q,
+            first,
+            second,
+        )
+
+    def _stress(self, c: Any, across: Any) -> tuple[Any, Any]:
+        """Return S in the plane, shape (triangle, 2, 2), and S33 [Pa]; C may be complex."""
+        g, of_p, j, of_q, first, second = self._invariants(c, across)
+        by_first, by_second = np.zeros_like(j), np.zeros_like(j)
+        for rule, rows in self._laws:
+            values = rule(g[rows] * first[rows], g[rows] ** 2 * second[rows])
+            by_first[rows], by_second[rows] = values
+        by_first, by_second = self._shear * by_first, self._shear * by_second
+        of_fibres: Any = 0.0
+        k1, k2, spread = self._fibres
+        for along in np.moveaxis(self._along, 1, 0):
+            fourth = np.einsum("ekl,ek,el->e", c, along, along)
+            e = spread * (g * first - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
+            pull = np.where(e.real > 0.0, k1 * e * np.exp(k2 * e * e), 0.0)
+            by_first = by_first + pull * spread
+            of_fibres = of_fibres + 2.0 * np.einsum(
+                "e,ek,el->ekl", pull * (1.0 - 3.0 * spread), along, along
+            )
+        turned = np.empty_like(c)
+        turned[:, 0, 0], turned[:, 1, 1] = c[:, 1, 1], c[:, 0, 0]
+        turned[:, 0, 1], turned[:, 1, 0] = -c[:, 1, 0], -c[:, 0, 1]
+        # ∂I1/∂C = 1, ∂I2/∂C = I1 1 - C, and what g and J change by.
+        by_one = by_first * g + by_second * g * g * first
+        by_g = by_first * g * first + 2.0 * by_second * g * g * second
+        by_j = self._bulk * (j - 1.0) * j
+        one = np.eye(2)
+        inside = 2.0 * by_one[:, None, None] * one
+        inside = inside - 2.0 * (by_second * g * g)[:, None, None] * c
+        inside = inside + 2.0 * (by_g * of_p + by_j * of_q)[:, None, None] * turned + of_fibres
+        outside = 2.0 * by_first * g * (1.0 - first / (3.0 * across)) + by_j / across
+        more = first - across - 2.0 * second / (3.0 * across)
+        return inside, outside + 2.0 * by_second * g * g * more
+
+    # --- what the reference asks for ----------------------------------------------------------
+
+    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
+        """Add the forces on all nodes [N], shape (node, 3)."""
+        f, c, across = self._strained(position)
+        stress, _ = self._stress(c, across)
+        if self._eta.any():
+            stress = stress + self._flow(f, c, across, velocity)[0]
+        push = np.einsum("e,exk,ekl,eal->eax", self._weight, f, stress, self._slope)
+        np.subtract.at(to, self._nodes, push)
+
+    def energy(self, time: float, position: Floats) -> float:
+        """Return the stored energy [J]; each law is integrated from the drawn state on."""
+        _, c, across = self._strained(position)
+        g, _, j, _, first, second = self._invariants(c, across)
+        one, other = g * first - 3.0, g * g * second - 3.0
+        total = 0.5 * self._bulk * (j - 1.0) ** 2
+        places, weights = np.polynomial.legendre.leggauss(40)
+        for rule, rows in self._laws:
+            stored = np.zeros_like(one[rows])
+            for place, weight in zip(0.5 + 0.5 * places, 0.5 * weights, strict=True):
+                values = rule(3.0 + place * one[rows], 3.0 + place * other[rows])
+                stored += weight * (values[0] * one[rows] + values[1] * other[rows])
+            total[rows] += self._shear[rows] * stored
+        k1, k2, spread = self._fibres
+        for along in np.moveaxis(self._along, 1, 0):
+            fourth = np.einsum("ekl,ek,el->e", c, along, along)
+            e = spread * one + (1.0 - 3.0 * spread) * (fourth - 1.0)
+            total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
+        return float(self._weight @ total)
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is put in from outside [W]: none."""
+        return 0.0
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that flow loses [W]."""
+        if not self._eta.any():
+            return 0.0
+        stress, rate = self._flow(*self._strained(position), velocity)
+        return float(np.einsum("e,ekl,ekl->", self._weight, stress, rate))
+
+    def _flow(
+        self, f: Floats, c: Floats, across: Floats, velocity: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return the viscous S [Pa] and the rate of Green's strain [1/s].
+
+        It is C⁻¹ (2 η J dev D) C⁻¹ with the rate of strain D, whose part across the plane is
+        that of a wall of Poisson's ratio ν, and acts by what is left of D within it.
+        """
+        rate = np.einsum("exk,eax,eal->ekl", f, velocity[self._nodes], self._slope)
+        rate = 0.5 * (rate + rate.swapaxes(1, 2))
+        square = np.maximum(np.linalg.det(c), LEAST**2)[:, None, None]
+        turned = np.trace(c, axis1=1, axis2=2)[:, None, None] * np.eye(2) - c
+        poisson = (3.0 * self._bulk - 2.0 * self._shear) / (
+            6.0 * self._bulk + 2.0 * self._shear
+        )
+        inverse = turned / square
+        grown = np.einsum("ekl,ekl->e", inverse, rate)
+        thinner = -poisson / (1.0 - poisson)
+        third = (1.0 + thinner) * grown / 3.0
+        # Virtual power: dev D in the plane, and what goes across with it.
+        inside = inverse @ rate @ inverse - third[:, None, None] * inverse
+        outside = (thinner * grown - third) * thinner
+        *_, j, _, _, _ = self._invariants(c, across)
+        thick = (2.0 * self._eta * j)[:, None, None]
+        return thick * (inside + outside[:, None, None] * inverse), rate
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int
+    ) -> sparse.coo_matrix:
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
+
+        Args:
+            number: Of each node among those that may move, -1 for others.
+            size: How many may move.
+        """
+        f, c, across = self._strained(position)
+        stress, _ = self._stress(c, across)
+        inner = np.einsum("e,eak,ekl,ebl->eab", self._weight, self._slope, stress, self._slope)
+        values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
+        thicker = self._stress(c.astype(complex), across + 1j * STEP)[1].imag / STEP
+        for k, m in _PAIRS:
+            moved = c.astype(complex)
+            moved[:, k, m] += 1j * STEP
+            if k != m:
+                moved[:, m, k] += 1j * STEP
+            out_of_plane = self._stress(moved, across.astype(complex))[1].imag / STEP
+            follows = across - 1j * STEP * out_of_plane / thicker
+            change = self._stress(moved, follows)[0].imag / STEP
+            by_place = np.einsum("ex,ea->eax", f[..., k], self._slope[..., m])
+            by_place = by_place + np.einsum("ex,ea->eax", f[..., m], self._slope[..., k])
+            if k == m:
+                by_place *= 0.5
+            push = np.einsum("exk,ekl,eal->eax", f, change, self._slope)
+            values += np.einsum(
+                "e,eax,eby->eaxby", self._weight, push, by_place * (1 + (k == m))
+            )
+        return assembled(values, number[self._nodes], size)
+
+
+def _taylor(near: Any, below: Any, power: float) -> tuple[Any, Any]:
+    """Return Taylor's polynomial of second order of a power, and its derivative."""
+    a, b = near**power, power * near ** (power - 1.0)
+    c = power * (power - 1.0) * near ** (power - 2.0)
+    return a + below * b + 0.5 * below * below * c, b + below * c
