@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+import tissuec
 from tests.engine.running import block, chain, pair, tube
+from tissuec.compiler.initial_state import state_at_start
 from tissuec.engine import method_choice
 from tissuec.engine.layout import FEW, SMALL, order_nodes
 from tissuec.engine.method import Method
@@ -158,6 +160,30 @@ def test_creeping_net_of_narrow_band_begins_with_implicit_steps():
     # Neither where few explicit steps do it, nor where the damped part hardly matters.
     assert choose(creeping, replace(method, duration=1e-3), lambda: True).name == "dop853"
     assert choose(start(pair(damping=0.1)), method, lambda: True).name == "dop853"
+
+
+GEL = """language 1
+tissue gel {{ Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = {delay} }}
+body pad {{
+  mesh is lattice {{ cell = 2 mm; box from (0, 0, 0) mm to (8, 8, 8) mm }}; tissue is gel
+}}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = {duration} }}
+"""
+
+
+@pytest.mark.parametrize(
+    ("delay", "duration", "name"),
+    [("1 s", "1 s", "rkc2"), ("1 s", "1 us", "dop853"), ("0.1 ms", "1 s", "dop853")],
+)
+def test_elements_that_are_braked_for_long_are_stepped_by_a_stabilised_method(
+    delay, duration, name
+):
+    state = state_at_start(tissuec.compile(GEL.format(delay=delay, duration=duration)))
+    seconds = 1.0 if duration == "1 s" else 1e-6
+    chosen = choose(state, Method("automatic", 1e-4, None, seconds), never)
+    assert chosen.name == name
+    assert ("overdamped" in chosen.reason) == (name == "rkc2")
 
 
 def test_automatic_with_a_step_takes_what_is_stable_at_it():

@@ -90,6 +90,8 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
             return MethodChoice("srkn11", reason, facts)
     if (creeping := _creeping(state, sums, method, is_banded)) is not None:
         return creeping
+    if (braked := _braked(state, method)) is not None:
+        return braked
     is_large = np.count_nonzero(state.alive) >= LARGE
     is_brief = sums.fastest * method.duration < BRIEF
     if tolerance < COARSE or (is_large and is_brief and sums.most_damped <= BRISK):
@@ -153,6 +155,24 @@ def _creeping(
         f"at most {limit:.2g} s would be needed for slow motions"
     )
     return MethodChoice("esdirk43", reason, facts)
+
+
+def _braked(state: State, method: Method) -> MethodChoice | None:
+    """Return a stabilised method where elements brake more than they drive, else None.
+
+    Matrices of implicit methods contain springs only.
+    """
+    if all(effect.braking(state.position) is None for effect in state.effects):
+        return None
+    facts = measured_facts(state)
+    limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
+    if facts["zeta"] < CREEPING or method.duration < MANY * limit:
+        return None
+    reason = (
+        f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}); steps of other "
+        f"explicit methods are at most {limit:.2g} s"
+    )
+    return MethodChoice("rkc2", reason, facts)
 
 
 def _by_step(state: State, step: float) -> MethodChoice:

@@ -17,7 +17,7 @@ from tissuec.mechanics.newton import HALVINGS, NEAR, descend, greatest
 from tissuec.mechanics.relaxation import relax
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
-from tissuec.mechanics.stability import SoftestMotion, softest
+from tissuec.mechanics.stability import SoftestMotion, is_firm, softest
 from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import Floats
@@ -100,6 +100,8 @@ def _minimum(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
     (x, remarks), node = _equilibrium(balance, x), 0
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
+        if is_firm(balance, x):
+            return x, (*remarks, *free)
         mode = softest(balance, x)
         if mode is None:
             return x, (*remarks, *free, UNKNOWN)

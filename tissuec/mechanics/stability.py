@@ -37,6 +37,24 @@ class SoftestMotion(Struct, frozen=True, eq=False):
         return int(balance.free[np.argmax((self.shape**2).sum(axis=1))])
 
 
+def is_firm(balance: Balance, x: Floats) -> bool:
+    """Return whether every motion at x [m], shape (free, 3), is known to resist.
+
+    That is so if K without ``LOOSE`` of the stiffest has positive pivots alone. Where motions
+    are neutral, nothing is known.
+    """
+    bars = balance.bars(x)
+    if NeutralMotions.of(balance, x, np.ones(len(x))).count:
+        return False
+    matrix = balance.matrix(bars, exact=True)
+    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
+    try:
+        factor = Factorization(matrix.plus(np.full(3 * len(x), -LOOSE * top)))
+    except RuntimeError:  # singular
+        return False
+    return factor.is_definite
+
+
 def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
     """Return the softest motion at x [m], shape (free, 3), that is not neutral.
 
@@ -80,5 +98,7 @@ def unstable_node(state: State) -> int | None:
     if not 0 < 3 * len(balance.free) <= LARGEST:
         return None
     balance.freeze(balance.bars(balance.start))
+    if is_firm(balance, balance.start):
+        return None
     mode = softest(balance, balance.start)
     return None if mode is None or mode.resists > -LOOSE else mode.node(balance)

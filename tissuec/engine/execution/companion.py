@@ -275,7 +275,11 @@ class Companion:
         if not self._method:
             if is_fixed:
                 return self._stepped(FINER, interrupt), ""
-            return self._own, "the run used methods of every kind"
+            own = ", ".join(sorted(used))
+            return self._own, (
+                f"no method of another kind can step this net in {MOST:g} times the time of "
+                f"the run, and finer steps of {own} alone confirm the result"
+            )
         rows = np.full_like(self._own, np.nan)
         if not self._is_dear(ran):
             rows = self._stepped(FINER, interrupt, most=self._most)
