@@ -9,11 +9,13 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.fields import Length, OneOf, Points
+from tissuec.core.fields import Length, LengthIfAny, OneOf, Points, PointsIfAny
 from tissuec.meshes.generators import MESHES, Mesh
+from tissuec.meshes.generators.graded import graded_line
 from tissuec.meshes.generators.joining import Pairs, springs
 from tissuec.meshes.generators.limits import require_limits
 
@@ -93,21 +95,35 @@ class Lattice(Struct, frozen=True, eq=False):
 
     Nodes are numbered along z first, then along y, then along x.
 
+    In a body of elements, cells can be finer in a part: within the fine box, their edges are at
+    most as long as the fine cell. Away from it they grow by factors of up to 1.5 until they
+    have the usual length. Planes of fine cells go through the whole block, so that cells beside
+    the fine box are fine in one or two directions. The sides of the box can then have any
+    length.
+
     Attributes:
         kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred), diamond or
             braced cubes.
         cell: Edge of the cubic cell; each side of the box is a whole number of cells.
         box: Two opposite corners of the block.
         reach: Reach of the springs: nearest, second or third neighbours.
+        fine_cell: Largest edge of a cell in the fine box, for elements.
+        fine_box: Two opposite corners of the part with finer cells.
     """
 
     kind: Annotated[str, OneOf(tuple(CRYSTALS))]
     cell: Length
     box: Points
     reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
+    fine_cell: LengthIfAny = None
+    fine_box: PointsIfAny = None
 
     def __post_init__(self) -> None:
         require_limits(self)
+        if (self.fine_cell is None) != (self.fine_box is None):
+            raise ValueError('"fine cell" and "fine box" are needed together')
+        if self.fine_cell is not None and self.fine_cell >= self.cell:
+            raise ValueError('"fine cell" must be smaller than "cell"')
         self.cells()
 
     @property
@@ -123,6 +139,9 @@ class Lattice(Struct, frozen=True, eq=False):
             ValueError: A side of the box is not a whole number of cells, or of more cells than
                 can be counted.
         """
+        if self.fine_cell is not None:
+            x, y, z = (len(line) - 1 for line in self._graded_lines())
+            return x, y, z
         low, high = self.corners
         with np.errstate(over="ignore"):
             length = high - low
@@ -166,7 +185,16 @@ class Lattice(Struct, frozen=True, eq=False):
         return nodes, joined + on_edges * crystal.neighbours[1]
 
     def build(self) -> Mesh:
-        """Return nodes, springs, and the surface with its normals pointing outwards."""
+        """Return nodes, springs, and the surface with its normals pointing outwards.
+
+        Raises:
+            ValueError: There are finer cells, which springs cannot have.
+        """
+        if self.fine_cell is not None:
+            raise ValueError('"fine cell" is for bodies made of elements')
+        return self._mesh()
+
+    def _mesh(self) -> Mesh:
         crystal, cells = CRYSTALS[self.kind], self.cells()
         number = _numbered(crystal, cells)
         place = np.flatnonzero(number.ravel() >= 0)
@@ -238,7 +266,7 @@ class Lattice(Struct, frozen=True, eq=False):
         """Return the cubic cells as hexahedra, in the order of ``cell_nodes``."""
         from tissuec.meshes.elements import mesh_of_cells
 
-        cubes, (x, y, z) = self._cubes.build(), self.cells()
+        cubes, (x, y, z) = self._cubes._mesh(), self.cells()
         number = np.arange(len(cubes.position)).reshape(x + 1, y + 1, z + 1)
         around = [(0, 0), (1, 0), (1, 1), (0, 1)]
         corners = [
@@ -251,7 +279,25 @@ class Lattice(Struct, frozen=True, eq=False):
     @property
     def _cubes(self) -> "Lattice":
         """Return the lattice whose nodes are the corners of the cells."""
-        return Lattice("sodium chloride", self.cell, self.box)
+        return replace(self, kind="sodium chloride", reach=REACH[0])
+
+    def _graded_lines(self) -> list[NDArray[np.float64]]:
+        """Return where planes of nodes are along x, y and z [m], with finer cells.
+
+        Raises:
+            ValueError: The fine box is outside of the box.
+        """
+        assert self.fine_box is not None and self.fine_cell is not None
+        low, high = (corner.tolist() for corner in self.corners)
+        sides = np.sort(np.array(self.fine_box), axis=0).T.tolist()
+        found: list[NDArray[np.float64]] = []
+        for ends, part in zip(zip(low, high, strict=True), sides, strict=True):
+            try:
+                line = graded_line(ends, tuple(part), self.cell, self.fine_cell)
+            except ValueError:
+                raise ValueError('"fine box" is outside of the "box"') from None
+            found.append(line)
+        return found
 
     def second_neighbours_of_surface(self) -> Pairs:
         """Refuse bending springs, because a solid bends against the springs inside.
@@ -267,9 +313,14 @@ class Lattice(Struct, frozen=True, eq=False):
     def _position(
         self, crystal: Crystal, cells: Triple, index: tuple[NDArray[np.int64], ...]
     ) -> NDArray[np.float64]:
+        if self.fine_cell is not None:
+            lines = self._graded_lines()
+            return np.stack(
+                [line[i - _MARGIN] for line, i in zip(lines, index, strict=True)], 1
+            )
         low, high = self.corners
         # Sampled between the corners, because low + n * cell may miss the face by a rounding.
-        lines: list[NDArray[np.float64]] = [
+        lines = [
             np.linspace(low[axis], high[axis], n * crystal.divisions + 1)
             for axis, n in enumerate(cells)
         ]
