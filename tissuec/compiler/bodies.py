@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from tissuec.compiler.drawn_bodies import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiler.element_bodies import BodyElements, ElementReader
 from tissuec.compiler.materials import MaterialReader
-from tissuec.compiler.membrane_bodies import MembraneReader
+from tissuec.compiler.membrane_bodies import MembraneReader, WallBending
 from tissuec.compiler.poisson import Poisson
 from tissuec.compiler.threads import with_slipping
 from tissuec.forces.bending import Hinges
@@ -48,6 +48,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     poisson: Poisson | None  # of a solid whose cells keep their volume
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
     elements: tuple[BodyElements, ...] = ()
+    bends: WallBending | None = None  # of a wall of elements
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -103,8 +104,9 @@ def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
         bending=0,
         thread=None,
         poisson=None,
-        hinges=reader.hinges(),
+        hinges=None,
         elements=elements,
+        bends=reader.bending() if isinstance(reader, MembraneReader) else None,
     )
 
 

@@ -254,11 +254,12 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
 
     skin = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
     position = every(lambda b: b.mesh.position, np.float64, (3,))
-    solid = [
-        block
-        for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False)
-        for block in element_blocks(body.elements, position, n, joined.ends[first:last], first)
-    ]
+    blocks: list[FieldBlock] = []
+    for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
+        ends = joined.ends[first:last]
+        blocks += element_blocks(body.elements, position, n, ends, first)
+        if body.bends is not None:
+            blocks.append(body.bends.block(position, n, ends, first))
     return Network(
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
@@ -277,7 +278,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
                 joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
             )
         ),
-        blocks=(*solid, *(() if hinges is None else (hinges.block,))),
+        blocks=(*blocks, *(() if hinges is None else (hinges.block,))),
     )
 
 

@@ -46,7 +46,6 @@ from tissuec.scene.quantities import (
 )
 
 if TYPE_CHECKING:
-    from tissuec.forces.bending import Hinges
     from tissuec.forces.elements import SolidMaterial
     from tissuec.forces.membranes import MembraneMaterial
     from tissuec.forces.solid_fibres import SolidFibres
@@ -112,10 +111,6 @@ class ElementReader:
             for name, value in numbers.items()
         }
         return {"mass": self._mass(), **springs}
-
-    def hinges(self) -> "Hinges | None":
-        """Return what resists bending beside the elements: nothing in a solid."""
-        return None
 
     def elements(self) -> tuple[BodyElements, ...]:
         """Return the elements with their moduli, shape by shape."""

@@ -1,26 +1,62 @@
-"""Walls made of finite elements: triangles in plane stress, and hinges between them.
+"""Walls made of finite elements: triangles in plane stress, which also resist bending.
 
 A wall of the thickness t resists bending with the rigidity E t³ / (12 (1 - ν²)) of a plate.
 """
 
 import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_bodies import BodyElements, ElementReader
 from tissuec.core.hints import leaving_out
+from tissuec.core.source import Span
 from tissuec.core.vectors import cross, norm
-from tissuec.forces.bending import Hinges, hinges_at
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.imported import Imported
-from tissuec.model.network import Floats
-from tissuec.model.topology import springs_between
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
 from tissuec.scene.fibres import AXIAL
 from tissuec.scene.findings import Findings
 from tissuec.scene.prestress import PRESTRESS
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
-#: Pairs of nodes of a hinge that edges may join: all but its two tips.
-_SIDES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
+
+
+class WallBending(Struct, frozen=True, eq=False):
+    """How a wall resists bending, with nodes numbered within its body.
+
+    Attributes:
+        body: The name of the body.
+        nodes: Patches of triangles, see ``matter.curvature``, shape (triangle, 6).
+        stiffness: Of their folds [N m], shape (triangle, 3, 3).
+        delay: Retardation time [s], shape (triangle,).
+        span: The entry that asks for it.
+    """
+
+    body: str
+    nodes: Indices
+    stiffness: Floats
+    delay: Floats
+    span: Span
+
+    def block(
+        self, position: Floats, first_node: int, ends: NDArray[np.int32], first_spring: int
+    ) -> FieldBlock:
+        """Return the block of the wall.
+
+        Args:
+            position: Of all nodes of the network [m], shape (node, 3).
+            first_node: Number of the first node of the body.
+            ends: Nodes of its springs in the network, shape (spring, 2).
+            first_spring: Number of the first of them.
+        """
+        from tissuec.forces.plates import Plates
+
+        return Plates.of(
+            self.body, self.nodes + first_node, position, self.stiffness, self.delay, ends,
+            first_spring, self.span,
+        ).block  # fmt: skip
 
 
 class MembraneReader(ElementReader):
@@ -67,35 +103,18 @@ class MembraneReader(ElementReader):
         one = self.triangles
         return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)
 
-    def hinges(self) -> Hinges | None:
-        """Return the hinges of the wall; None where it does not resist bending."""
-        mesh = self.drawing.mesh
+    def bending(self) -> WallBending | None:
+        """Return what resists bending; None where nothing does."""
         if self.body.shell is None:
             return None
-        from tissuec.matter.plate import plate  # where walls need it
+        from tissuec.matter.curvature import patches  # where walls need it
 
-        found = plate(mesh)
-        if not len(found.nodes):
-            return None
         young, ratio = self._constants(tuple(map(self._law, self.parts.materials)))
-        shear = young / (2.0 * (1.0 + ratio))
         rigidity = young * self.thickness**3 / (12.0 * (1.0 - ratio**2))
+        shear, found = young / (2.0 * (1.0 + ratio)), patches(self.drawing.mesh)
         delay = self._viscosity(shear) / shear
-        stiffness, damping = (
-            found.constant * self._at_nodes(each)[found.nodes].mean(axis=1)
-            for each in (rigidity, rigidity * delay)
-        )
-        pairs = found.nodes[:, _SIDES].reshape(-1, 2)
-        walls, which = springs_between(mesh.ends, pairs)
-        owners = which // len(_SIDES)
-        return hinges_at(mesh.position, found.nodes, stiffness, damping, walls, owners)
-
-    def _at_nodes(self, values: Floats) -> Floats:
-        """Return the means of the triangles around nodes, shape (node,), in the same unit."""
-        nodes, count = self.triangles.nodes.ravel(), len(self.drawing.mesh.position)
-        total = np.bincount(nodes, np.repeat(values * self.area, 3), count)
-        share = np.bincount(nodes, np.repeat(self.area, 3), count)
-        return total / np.where(share > 0.0, share, 1.0)
+        stiffness = found.stiffness(rigidity, ratio)
+        return WallBending(self.body.name, found.nodes, stiffness, delay, self.body.shell)
 
     def _shares(self, elements: ElementMesh) -> Floats:
         """Return a third of the volume of each triangle [m³], shape (triangle, 3)."""

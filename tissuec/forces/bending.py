@@ -103,6 +103,31 @@ class Hinges(WalledField, frozen=True):
         """Return ∂θ/∂x [1/m], shape (…, hinge, 4, 3); ``position`` is that of ``folded``."""
         return _slopes(*_normals(position[..., self.nodes, :]))
 
+    def first_derivatives(self, position: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return θ - θ0, w, ∂θ/∂x and ∂w/∂x, shape (hinge,) and (hinge, 4, 3), in [1/m].
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        parts = _normals(position[self.nodes])
+        weight, by_a, by_b = self._weight(*parts[3:])
+        swelling = _swelling(*parts[:3], by_a, by_b)
+        return _angle(*parts) - self.drawn, weight, _slopes(*parts), swelling
+
+    def second_derivatives(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return ∂²θ/∂x∂x and ∂²w/∂x∂x [1/m²], shape (hinge, 4, 3, 4, 3).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        parts = _normals(position[self.nodes])
+        _, by_a, by_b = self._weight(*parts[3:])
+        bent, grown = (
+            np.einsum("pi,hpxqy,qj->hixjy", _SPANS, each, _SPANS)
+            for each in (_second(*parts), self._bent(*parts, by_a, by_b))
+        )
+        return bent, grown
+
     def _weight(self, a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
         """Return w, and its derivatives by a² and b² [1/m⁴], shape (…, hinge) each."""
         first, second = self.squares.T

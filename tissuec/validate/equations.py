@@ -27,6 +27,7 @@ from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
 from tissuec.validate.forces.membranes import MembraneWall
+from tissuec.validate.forces.plates import PlateBending
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.forces.volumes import VolumeField
 from tissuec.validate.yielding import Yielding
@@ -182,6 +183,8 @@ class Equations:
                 return VolumeField(field)
             case "bending":
                 return Folding(field)
+            case "plates":
+                return PlateBending(field)
             case "jet":
                 return JetForce(field, state.network)
             case "contact":

@@ -489,8 +489,7 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
         return False
     from tissuec.matter.elasticity import wall_springs
 
-    hinges = network.hinges
-    if hinges is not None and np.isin(hinges.nodes, skin).any():
+    if any(np.isin(one.nodes, skin).any() for one in network.of_kind("bending", "plates")):
         return False
     return bool(wall_springs(skin, network.springs.ends[body.springs]).all())
 

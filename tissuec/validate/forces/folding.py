@@ -37,46 +37,7 @@ class Folding:
         self._squares = hinges.squares  # of twice the drawn areas
 
     def _turned(self, corners: Any) -> tuple[Any, Any, Any, Any]:
-        """Return by how much hinges are folded more than drawn [rad], and how much they count.
-
-        And the slopes of both by the corners [1/m].
-
-        Args:
-            corners: Of each hinge, real or complex, shape (hinge, 4, 3).
-        """
-        foot, along = corners[:, 0], corners[:, 1] - corners[:, 0]
-        length = np.sqrt(_dot(along, along))
-        axis = along / length[:, None]
-        normals: list[Any] = []
-        slopes = np.zeros_like(corners)
-        counts, growing = np.ones_like(length), np.zeros_like(corners)
-        for tip, sign, drawn in ((2, 1.0, self._squares[:, 0]), (3, -1.0, self._squares[:, 1])):
-            reach = corners[:, tip] - foot
-            part = _dot(reach, axis)
-            away = reach - part[:, None] * axis
-            height = np.sqrt(_dot(away, away))
-            normal = sign * cross(axis, away) / height[:, None]
-            normals.append(normal)
-            lift, share = normal / height[:, None], (part / length)[:, None]
-            slopes[:, tip] += lift
-            slopes[:, 1] -= share * lift
-            slopes[:, 0] -= (1.0 - share) * lift
-            double = length * height
-            whole = double**2 + PART * drawn
-            counts = counts * (1.0 + PART) * double**2 / whole
-            # d ln((1 + ε) a²/(a² + ε a0²)) = 2 ε a0² / (a (a² + ε a0²)) da
-            rate = (2.0 * PART * drawn / (double * whole))[:, None]
-            upwards = sign * normal
-            growing[:, tip] += rate * cross(upwards, along)
-            growing[:, 1] += rate * cross(reach, upwards)
-            growing[:, 0] -= rate * cross(reach - along, upwards)
-        upper, lower = normals
-        sine: Any = _dot(cross(lower, upper), axis)
-        cosine: Any = _dot(upper, lower)
-        fold = np.arctan2(sine.real, cosine.real) - self._drawn
-        # d atan2(s, c) = c ds - s dc, for s² + c² = 1
-        turned = fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)
-        return turned, counts, slopes, counts[:, None, None] * growing
+        return turned_hinges(corners, self._drawn, self._squares)
 
     def _seen(self, position: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         more, counts, slopes, growing = self._turned(position[self._nodes].astype(complex))
@@ -127,6 +88,51 @@ class Folding:
                 moved[:, corner, axis] += 1j * STEP
                 blocks[:, :, :, corner, axis] = self._pulled(*self._turned(moved)).imag / STEP
         return assembled(blocks, number[self._nodes], size)
+
+
+def turned_hinges(corners: Any, drawn: Floats, squares: Floats) -> tuple[Any, Any, Any, Any]:
+    """Return by how much hinges are folded more than drawn [rad], and how much they count.
+
+    And the slopes of both by the corners [1/m].
+
+    Args:
+        corners: Of each hinge [m], real or complex, shape (hinge, 4, 3).
+        drawn: Drawn folds [rad], shape (hinge,).
+        squares: Of twice the drawn areas [m⁴], shape (hinge, 2).
+    """
+    foot, along = corners[:, 0], corners[:, 1] - corners[:, 0]
+    length = np.sqrt(_dot(along, along))
+    axis = along / length[:, None]
+    normals: list[Any] = []
+    slopes = np.zeros_like(corners)
+    counts, growing = np.ones_like(length), np.zeros_like(corners)
+    for tip, sign, square in ((2, 1.0, squares[:, 0]), (3, -1.0, squares[:, 1])):
+        reach = corners[:, tip] - foot
+        part = _dot(reach, axis)
+        away = reach - part[:, None] * axis
+        height = np.sqrt(_dot(away, away))
+        normal = sign * cross(axis, away) / height[:, None]
+        normals.append(normal)
+        lift, share = normal / height[:, None], (part / length)[:, None]
+        slopes[:, tip] += lift
+        slopes[:, 1] -= share * lift
+        slopes[:, 0] -= (1.0 - share) * lift
+        double = length * height
+        whole = double**2 + PART * square
+        counts = counts * (1.0 + PART) * double**2 / whole
+        # d ln((1 + ε) a²/(a² + ε a0²)) = 2 ε a0² / (a (a² + ε a0²)) da
+        rate = (2.0 * PART * square / (double * whole))[:, None]
+        upwards = sign * normal
+        growing[:, tip] += rate * cross(upwards, along)
+        growing[:, 1] += rate * cross(reach, upwards)
+        growing[:, 0] -= rate * cross(reach - along, upwards)
+    upper, lower = normals
+    sine: Any = _dot(cross(lower, upper), axis)
+    cosine: Any = _dot(upper, lower)
+    fold = np.arctan2(sine.real, cosine.real) - drawn
+    # d atan2(s, c) = c ds - s dc, for s² + c² = 1
+    turned = fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)
+    return turned, counts, slopes, counts[:, None, None] * growing
 
 
 def _dot(one: Any, other: Any) -> Any:

@@ -1,0 +1,342 @@
+"""Plates: walls of triangles that resist bending at any Poisson's ratio.
+
+The folds of a triangle at its edges say how it is curved (``matter.curvature``). With the folds
+θ_i - θ0_i = Δ_i and the weights w_i of hinges (``forces.bending``), a triangle stores
+
+    E = Σ_i K_ii w_i (1 - cos Δ_i) + Σ_i<j K_ij z_i z_j,    z_i = p_i sin Δ_i,
+    p_i = w_i (3 - w_i)/2,
+
+which is Δᵀ K Δ/2 for small folds. It has no jump where faces are folded onto each other, lets
+go of triangles that collapse, and is never negative, as K is positive, p² ≤ w, and
+sin² Δ ≤ 2 (1 - cos Δ). A triangle with the retardation time τ brakes its folds by the moments
+-τ C dθ/dt with C_ii = K_ii w_i and C_ij = K_ij p_i p_j cos Δ_i cos Δ_j.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces.bending import Hinges, hinges_at
+from tissuec.forces.matrices import as_operator, assembled
+from tissuec.forces.plates_kernel import PlateTable, bend_plates
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import springs_between
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+_BLOCK = 1024  # triangles whose matrices are in memory at a time
+_SECONDS = 2.5e-7  # of one evaluation of a triangle
+#: Places in a patch of the nodes of the hinge opposite to each corner, shape (3, 4).
+HINGES = np.array([[1, 2, 0, 3], [2, 0, 1, 4], [0, 1, 2, 5]])
+#: Pairs of places in a patch that springs join: all edges of its triangles.
+EDGES = np.array([[0, 1], [1, 2], [2, 0], [1, 3], [2, 3], [2, 4], [0, 4], [0, 5], [1, 5]])
+_OF_PATCH = np.zeros((3, 4, 6))
+for _h in range(3):
+    _OF_PATCH[_h, np.arange(4), HINGES[_h]] = 1.0
+
+
+class Plates(WalledField, frozen=True):
+    """Triangles of a wall that resist bending; one that loses an edge of its patch gives way.
+
+    Attributes:
+        name: Of the body.
+        nodes: Patches, see ``matter.curvature``, shape (triangle, 6).
+        stiffness: K [N m], shape (triangle, 3, 3).
+        delay: τ [s], shape (triangle,).
+        drawn: θ0 [rad], shape (triangle, 3).
+        squares: Of drawn normals of the triangle and its neighbours [m⁴], shape
+            (triangle, 3, 2).
+        span: The entry that asks for it.
+    """
+
+    name: str
+    nodes: Indices
+    stiffness: Floats
+    delay: Floats
+    drawn: Floats
+    squares: Floats
+    span: Span
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        nodes: Indices,
+        position: Floats,
+        stiffness: Floats,
+        delay: Floats,
+        ends: NDArray[np.int32],
+        first_spring: int,
+        span: Span,
+    ) -> Self:
+        """Return plates that are at rest as they are drawn.
+
+        Args:
+            name: Of the body.
+            nodes: Patches, shape (triangle, 6).
+            position: Of all nodes as drawn [m], shape (node, 3).
+            stiffness: K [N m], shape (triangle, 3, 3).
+            delay: τ [s], shape (triangle,).
+            ends: Nodes of the springs of the body, shape (spring, 2).
+            first_spring: Number of the first of these.
+            span: The entry that asks for it.
+        """
+        none = np.zeros(0, dtype=np.int64)
+        own = nodes[:, HINGES].reshape(-1, 4)
+        is_hinge = (nodes[:, 3:] != nodes[:, :3]).ravel()
+        drawn, squares = np.zeros(len(own)), np.ones((len(own), 2))
+        zero = np.zeros(int(is_hinge.sum()))
+        hinges = hinges_at(position, own[is_hinge], zero, zero, none, none)
+        drawn[is_hinge], squares[is_hinge] = hinges.drawn, hinges.squares
+        walls, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        count = len(nodes)
+        return cls(
+            first_spring + walls, which // len(EDGES), name, nodes, stiffness, delay,
+            drawn.reshape(count, 3), squares.reshape(count, 3, 2), span,
+        )  # fmt: skip
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(f"the bending of {self.name}", "plates", self, self.span)
+
+    @property
+    def item_count(self) -> int:
+        """Return the number of triangles."""
+        return len(self.nodes)
+
+    def only(self, items: Indices) -> Self:
+        """Return some triangles, by indices of shape (n,), with the walls of all."""
+        names = ("nodes", "stiffness", "delay", "drawn", "squares")
+        return replace(self, **{name: getattr(self, name)[items] for name in names})
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the patches, each once."""
+        places = np.sort(place[self.nodes], axis=1)
+        is_new = np.diff(places, axis=1, prepend=-1) > 0
+        return Items(places[is_new], np.concatenate([[0], np.cumsum(is_new.sum(axis=1))]))
+
+    @property
+    def is_hinge(self) -> NDArray[np.bool_]:
+        """Return which edges have a neighbour, shape (triangle, 3)."""
+        return self.nodes[:, 3:] != self.nodes[:, :3]
+
+    # --- folds --------------------------------------------------------------------------------
+
+    @property
+    def hinges(self) -> Hinges:
+        """Return the hinges of all triangles that have a neighbour, with K_ii."""
+        has, none = self.is_hinge.ravel(), np.zeros(0, dtype=np.int64)
+        own = np.einsum("tii->ti", self.stiffness).ravel()[has]
+        return Hinges(
+            none, none, self.nodes[:, HINGES].reshape(-1, 4)[has], own, 0.0 * own,
+            self.drawn.ravel()[has], self.squares.reshape(-1, 2)[has],
+        )  # fmt: skip
+
+    def _spread_out(self, values: Floats) -> Floats:
+        """Return numbers of hinges by triangle and edge, zero where there is no hinge.
+
+        Args:
+            values: In any unit, shape (…, hinge, n…) with the hinges on the first axis.
+        """
+        has = self.is_hinge.ravel()
+        found = np.zeros((len(has), *values.shape[1:]))
+        found[has] = values
+        return found.reshape(self.item_count, 3, *values.shape[1:])
+
+    def folded(self, position: Floats) -> Floats:
+        """Return θ - θ0 [rad], shape (triangle, 3); zero where there is no hinge.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        return self._spread_out(self.hinges.folded(position))
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        found = np.zeros(position.shape[:-2])
+        for state in np.ndindex(found.shape):
+            for own in self._parts():
+                more, weight, _, _ = own._first(position[state])
+                z = _share(weight) * np.sin(more)
+                stored = np.einsum("ti,tij,tj->t", z, own._beside, z) / 2.0
+                stored += (own._own * weight * 2.0 * np.sin(0.5 * more) ** 2).sum(axis=1)
+                found[state] += stored.sum()
+        return found
+
+    @property
+    def _own(self) -> Floats:
+        """Return K_ii [N m], shape (triangle, 3)."""
+        return np.einsum("tii->ti", self.stiffness)
+
+    @property
+    def _beside(self) -> Floats:
+        """Return K without its diagonal [N m], shape (triangle, 3, 3)."""
+        return self.stiffness * (1.0 - np.eye(3))
+
+    def _first(self, position: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return Δ, w and their derivatives by the nodes of patches.
+
+        Shapes (triangle, 3) and (triangle, 3, 6, 3).
+        """
+        more, weight, slopes, swelling = self.hinges.first_derivatives(position)
+        by_x, of_weight = (
+            np.einsum("thpx,hpn->thnx", self._spread_out(each), _OF_PATCH)
+            for each in (slopes, swelling)
+        )
+        return self._spread_out(more), self._spread_out(weight), by_x, of_weight
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
+
+        Without ``exact``, that of the folds alone, whose negative eigenvalues count as zero.
+        """
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for own in self._parts():
+            values = own._exact(position) if exact else own._positive(position)
+            total = total + assembled(values, number[own.nodes], size)
+        return coo_matrix(total)
+
+    def _positive(self, position: Floats) -> Floats:
+        """Return the positive part by folds, shape (triangle, 6, 3, 6, 3)."""
+        more, weight, slopes, _ = self._first(position)
+        value, way = np.linalg.eigh(self._by_folds(more, weight, np.cos(more)))
+        inner = (way * np.maximum(value, 0.0)[:, None, :]) @ way.swapaxes(1, 2)
+        return np.einsum("tij,tiax,tjby->taxby", inner, slopes, slopes, optimize=True)
+
+    def _by_folds(self, more: Floats, weight: Floats, kept: Floats) -> Floats:
+        """Return K_ii w_i times a number, and K_ij p_i p_j cos Δ_i cos Δ_j, (triangle, 3, 3).
+
+        Args:
+            more, weight: Δ and w, shape (triangle, 3).
+            kept: The number, shape (triangle, 3).
+        """
+        turn = _share(weight) * np.cos(more)
+        found = self._beside * turn[:, :, None] * turn[:, None, :]
+        found[:, np.arange(3), np.arange(3)] = self._own * weight * kept
+        return found
+
+    def _exact(self, position: Floats) -> Floats:
+        """Return ∂²E/∂x∂x of each triangle, shape (triangle, 6, 3, 6, 3)."""
+        more, weight, slopes, swelling = self._first(position)
+        sine, cosine = np.sin(more), np.cos(more)
+        p, slope = _share(weight), 1.5 - weight
+        moment = np.einsum("tij,tj->ti", self._beside, p * sine)
+        by_z = (p * cosine)[..., None, None] * slopes
+        by_z = by_z + (slope * sine)[..., None, None] * swelling
+        found = np.einsum("tij,tiax,tjby->taxby", self._beside, by_z, by_z, optimize=True)
+        twice = self._own * weight * cosine - moment * sine * p
+        mixed = self._own * sine + moment * cosine * slope
+        found += np.einsum("ti,tiax,tiby->taxby", twice, slopes, slopes)
+        half = np.einsum("ti,tiax,tiby->taxby", mixed, slopes, swelling)
+        found += half + half.transpose(0, 3, 4, 1, 2)
+        found -= np.einsum("ti,tiax,tiby->taxby", moment * sine, swelling, swelling)
+        bent, grown = map(self._spread_out, self.hinges.second_derivatives(position))
+        turning = self._own * weight * sine + moment * cosine * p
+        growing = self._own * (1.0 - cosine) + moment * sine * slope
+        inner = turning[..., None, None, None, None] * bent
+        inner += growing[..., None, None, None, None] * grown
+        return found + np.einsum(
+            "hpa,thpxqy,hqb->taxby", _OF_PATCH, inner, _OF_PATCH, optimize=True
+        )
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of braking forces; see ``Field``.
+
+        By positions, the change of their direction is left out, which leaves both positive.
+        """
+        if not self.delay.any():
+            return None
+        from scipy.sparse import coo_matrix
+
+        slow = self._braking(position, number, size)
+        return coo_matrix(slow.shape), slow
+
+    def _braking(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
+        """Return minus the derivative of braking forces by velocities [N s/m]."""
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for own in self._parts():
+            more, weight, slopes, _ = own._first(position)
+            inner = own._by_folds(more, weight, np.ones_like(more))
+            inner *= own.delay[:, None, None]
+            values = np.einsum("tij,tiax,tjby->taxby", inner, slopes, slopes, optimize=True)
+            total = total + assembled(values, number[own.nodes], size)
+        return coo_matrix(total)
+
+    # --- bounds -------------------------------------------------------------------------------
+
+    def stiffening(self, time: float, position: Floats) -> Resisting:
+        """Return what resists folding as an operator [N/m]; see ``Effect``."""
+        count = len(position)
+        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
+
+    def braking(self, position: Floats) -> Resisting | None:
+        """Return what brakes it as an operator [N s/m]; see ``Effect``."""
+        if not self.delay.any():
+            return None
+        count = len(position)
+        return as_operator(self._braking(position, np.arange(count), count))
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        return self.hinges.spread(time, position)
+
+    def noise(self, time: float, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+        return self.hinges.noise(time, position)
+
+    @property
+    def seconds(self) -> float:
+        """Return an estimate of the time of one evaluation [s]."""
+        return _SECONDS * self.item_count
+
+    @property
+    def derivatives(self) -> str:
+        """Return why there are no exact derivatives for learning."""
+        return "have no exact derivatives"
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return bend_plates
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PlateTable:
+        """Return the record of the kernel, which is valid at any position."""
+        return PlateTable(
+            nodes=np.ascontiguousarray(place[self.nodes]),
+            stiffness=np.ascontiguousarray(self.stiffness),
+            delay=self.delay,
+            cosine=np.cos(self.drawn),
+            sine=np.sin(self.drawn),
+            upper=np.ascontiguousarray(self.squares[..., 0]),
+            lower=np.ascontiguousarray(self.squares[..., 1]),
+            room=np.zeros((3, 28)),
+        )
+
+    def _parts(self) -> Iterator[Self]:
+        """Yield the triangles a block at a time."""
+        for first in range(0, self.item_count, _BLOCK):
+            yield self.only(np.arange(first, min(first + _BLOCK, self.item_count)))
+
+
+def _share(weight: Floats) -> Floats:
+    """Return p = w (3 - w)/2, shape (triangle, 3)."""
+    return 0.5 * weight * (3.0 - weight)

@@ -1,0 +1,128 @@
+"""The bending of walls of triangles, by the moments of the folds at their edges.
+
+A triangle whose folds differ by Δ from the drawn ones stores Δᵀ K Δ/2 while these are small.
+Beyond, K_ii Δ²/2 is K_ii (1 - cos Δ) as in a hinge, and Δ_i Δ_j is sin Δ_i sin Δ_j; a hinge
+that counts w counts w (3 - w)/2 in the second.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from tissuec.validate.forces import assembled
+from tissuec.validate.forces.folding import turned_hinges
+
+if TYPE_CHECKING:
+    from tissuec.forces.plates import Plates
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+STEP = 1e-30  # of complex steps, by which forces are differentiated
+
+
+class PlateBending:
+    """The bending of one wall as a field of forces.
+
+    Args:
+        plates: Read for their nodes, drawn folds and areas, stiffness and delay.
+    """
+
+    def __init__(self, plates: "Plates"):
+        self._nodes, self._matrix, self._delay = plates.nodes, plates.stiffness, plates.delay
+        self._edges: list[tuple[Indices, Indices, Floats, Floats]] = []
+        for edge in range(3):
+            has = np.flatnonzero(plates.nodes[:, 3 + edge] != plates.nodes[:, edge])
+            order = np.array([(edge + 1) % 3, (edge + 2) % 3, edge, 3 + edge])
+            self._edges.append((has, order, plates.drawn[has, edge], plates.squares[has, edge]))
+
+    def _hinges(self, corners: Any) -> tuple[Any, Any, Any, Any]:
+        """Return Δ, w and their slopes by the corners of patches [1/m].
+
+        Args:
+            corners: Of each patch, real or complex, shape (triangle, 6, 3).
+        """
+        count = len(corners)
+        more, counts = np.zeros((2, count, 3), dtype=corners.dtype)
+        slopes, growing = np.zeros((2, count, 3, 6, 3), dtype=corners.dtype)
+        for edge, (has, order, drawn, squares) in enumerate(self._edges):
+            own = corners[has][:, order]
+            found = turned_hinges(own, drawn, squares)
+            more[has, edge], counts[has, edge] = found[0], found[1]
+            slopes[has[:, None], edge, order] = found[2]
+            growing[has[:, None], edge, order] = found[3]
+        return more, counts, slopes, growing
+
+    def _pulled(self, corners: Any) -> Any:
+        """Return ∂E/∂x of the corners of patches [N], shape (triangle, 6, 3)."""
+        more, counts, slopes, growing = self._hinges(corners)
+        by_fold, by_count = np.zeros_like(more), np.zeros_like(more)
+        for i in range(3):
+            for j in range(3):
+                k = self._matrix[:, i, j]
+                w, sine = counts[:, i], np.sin(more[:, i])
+                if i == j:
+                    by_fold[:, i] += k * w * sine
+                    by_count[:, i] += k * (1.0 - np.cos(more[:, i]))
+                    continue
+                v = counts[:, j]
+                other = k * v * (3.0 - v) / 2.0 * np.sin(more[:, j])
+                by_fold[:, i] += other * w * (3.0 - w) / 2.0 * np.cos(more[:, i])
+                by_count[:, i] += other * (3.0 - 2.0 * w) / 2.0 * sine
+        pulled = np.einsum("ti,tiax->tax", by_fold, slopes)
+        return pulled + np.einsum("ti,tiax->tax", by_count, growing)
+
+    def _braked(self, position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return forces that brake [N], shape (triangle, 6, 3), and the powers lost [W]."""
+        more, counts, slopes, _ = (
+            np.real(each) for each in self._hinges(position[self._nodes].astype(complex))
+        )
+        speed = np.einsum("tiax,tax->ti", slopes, velocity[self._nodes])
+        turning = counts * (3.0 - counts) / 2.0 * np.cos(more)
+        brake = np.einsum("ti,tij,tj,tj->ti", turning, self._matrix, turning, speed)
+        own = np.einsum("tii->ti", self._matrix)
+        brake += own * (counts - turning**2) * speed
+        brake *= self._delay[:, None]
+        return np.einsum("ti,tiax->tax", brake, slopes), (brake * speed).sum(axis=1)
+
+    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
+        """Add the forces on all nodes [N], shape (node, 3)."""
+        pulled = self._pulled(position[self._nodes].astype(complex)).real
+        if self._delay.any():
+            pulled = pulled + self._braked(position, velocity)[0]
+        np.subtract.at(to, self._nodes, pulled)
+
+    def energy(self, time: float, position: Floats) -> float:
+        """Return the stored energy [J]."""
+        more, counts, _, _ = self._hinges(position[self._nodes].astype(complex))
+        more, counts = more.real, counts.real
+        z = counts * (3.0 - counts) / 2.0 * np.sin(more)
+        own = np.einsum("tii->ti", self._matrix)
+        whole = 0.5 * np.einsum("ti,tij,tj->", z, self._matrix, z)
+        return float(whole + (own * (counts * (1.0 - np.cos(more)) - 0.5 * z * z)).sum())
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is put in from outside [W]: none."""
+        return 0.0
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is lost [W]."""
+        return float(self._braked(position, velocity)[1].sum()) if self._delay.any() else 0.0
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int
+    ) -> sparse.coo_matrix:
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
+
+        Args:
+            number: Of each node among those that may move, -1 for others.
+            size: How many may move.
+        """
+        blocks = np.zeros((len(self._nodes), 6, 3, 6, 3))
+        for corner in range(6):
+            for axis in range(3):
+                moved = position[self._nodes].astype(complex)
+                moved[:, corner, axis] += 1j * STEP
+                blocks[:, :, :, corner, axis] = self._pulled(moved).imag / STEP
+        return assembled(blocks, number[self._nodes], size)
