@@ -1,6 +1,7 @@
 """Springs rupture at the very time at which their tension reaches their strength."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -258,6 +259,6 @@ def test_the_largest_load_within_the_shortest_of_steps_is_found(start):
     within = AcceptedStep.__new__(AcceptedStep)
     within.start, within.end = start, start + 8.0 * np.spacing(start)
     top = start + 3.0 * np.spacing(start)
-    within.loads = lambda when, limit: np.array([-abs(when - top)])
-    found = within._summit(within.start, within.end, limit=None)
+    limit = SimpleNamespace(loads=lambda within, when: np.array([-abs(when - top)]))
+    found = within._summit(within.start, within.end, limit)
     assert abs(found - top) <= 4.0 * np.spacing(start)

@@ -258,7 +258,6 @@ MISTAKES = {
     "made of elements; bending = 3 %": 'TIS306: "bending" is not available for elements',
     "made of elements; fibres = (1, 0, 0)":
         "TIS306: fibres of block have no effect: its tissue has no fibre modulus",
-    "made of elements; rupture is allowed": "TIS306: rupture is not available for elements",
     "made of elements; thickness = 1 mm": 'TIS306: a body of elements cannot have "thickness"',
     "made of elements; springs where x > 1 mm { tissue is nut }":
         "TIS306: a tissue for springs where x > 1 mm is not available for elements",

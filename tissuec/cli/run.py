@@ -368,7 +368,7 @@ def _tell(
             what = f"{logged_event.kind}{springs}: {logged_event.cause}"
             settings.say(f"  {show(time, TIME)}: {what} ({logged_event.span.place})")
     for line in wording.springs_of_events(
-        (e.kind, e.springs) for _, e in outcome.logged_events
+        ((e.kind, e.springs) for _, e in outcome.logged_events), network.first_mark
     ):
         settings.say(f"  {line}")
     expectations = [ExpectationResult(**one) for one in facts["expectations"]]
@@ -394,7 +394,8 @@ def _tell(
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
     """Return which springs something happened to, by the author's ids."""
-    if not springs:
+    marks = [spring for spring in springs if spring >= network.first_mark]
+    if not springs or marks:  # of elements, the cause says which
         return ""
     ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""

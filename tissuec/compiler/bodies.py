@@ -49,6 +49,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
     elements: tuple[BodyElements, ...] = ()
     bends: WallBending | None = None  # of a wall of elements
+    breaking: Provenance | None = None  # where what breaks each element comes from
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -107,6 +108,7 @@ def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
         hinges=None,
         elements=elements,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
+        breaking=reader.limits.known(reader.part) if body.may_rupture else None,
     )
 
 

@@ -19,7 +19,8 @@ from tissuec.compiler.bodies import BodyArrays, build_body
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.contact import contact_of, with_tools
 from tissuec.compiler.drawn_bodies import Drawing, draw
-from tissuec.compiler.element_bodies import element_blocks
+from tissuec.compiler.element_bodies import element_blocks, marks_of
+from tissuec.compiler.element_limits import ElementMarks, skin_marks
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.holds import check_holds
 from tissuec.compiler.inflations import check_inflations
@@ -230,10 +231,16 @@ def build_bodies(scene: Scene, findings: Findings) -> Bodies:
 
 def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:
     """Return the network of several bodies, one after the other, and of their joints."""
-    parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)]).tolist()
+    marks = [
+        marks_of(one.body, one.elements, one.breaking, n)
+        for one, n in zip(bodies, nodes, strict=False)
+        if one.breaking is not None
+    ]
+    parts: Sequence[BodyArrays | JointArrays | ElementMarks] = [*bodies, *joints, *marks]
     springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
-    firsts = [*nodes[: len(bodies)], *(0 for _ in joints)]  # joints know the nodes of the net
+    # Joints and marks know the nodes of the net.
+    firsts = [*nodes[: len(bodies)], *(0 for _ in (*joints, *marks))]
     joined = Springs.joined(
         [part.springs.behind(first) for part, first in zip(parts, firsts, strict=True)]
     )
@@ -252,12 +259,16 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     ) -> NDArray[Any]:
         return behind_one_another([pick(body) for body in bodies], kind, shape)
 
-    skin = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
+    skins = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
+    skin = behind_one_another(skins, np.int32, (3,))
     position = every(lambda b: b.mesh.position, np.float64, (3,))
+    behind = springs[len(bodies) + len(joints) :]
+    marked = [one.part(first) for one, first in zip(marks, behind, strict=False)]
+    first_marks = {part.name: int(part.springs.start) for part in marked}
     blocks: list[FieldBlock] = []
     for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
-        ends = joined.ends[first:last]
-        blocks += element_blocks(body.elements, position, n, ends, first)
+        ends, mark = joined.ends[first:last], first_marks.get(body.body.name, 0)
+        blocks += element_blocks(body.elements, position, n, ends, first, mark)
         if body.bends is not None:
             blocks.append(body.bends.block(position, n, ends, first))
     return Network(
@@ -265,20 +276,17 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
         mass=uniform(every(lambda b: b.mass, np.float64)),
         springs=replace(joined, inelastic=inelastic),
-        skin=behind_one_another(skin, np.int32, (3,)),
+        skin=skin,
         node_ids=every(lambda b: b.node_ids, np.int64),
         bodies=tuple(map(_body_part, bodies, pairwise(nodes), pairwise(springs))),
         provenance={
             name: _join_provenance([p.provenance[name] for p in parts if name in p.provenance])
             for name in ("mass", *NUMBERS)
         },
-        joints=tuple(
-            JointPart(one.joint.name, slice(first, last), one.joint.span)
-            for one, first, last in zip(
-                joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
-            )
-        ),
+        joints=tuple(map(_joint_part, joints, pairwise(springs[len(bodies) :]))),
         blocks=(*blocks, *(() if hinges is None else (hinges.block,))),
+        marks=tuple(marked),
+        skin_marks=skin_marks(skin, blocks),
     )
 
 
@@ -299,6 +307,11 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         elements=sum(len(one.nodes) for one in body.elements),
         is_wall=body.body.is_wall,
     )
+
+
+def _joint_part(joint: JointArrays, springs: tuple[int, int]) -> JointPart:
+    """Return a joint with the first and the last but one of its springs."""
+    return JointPart(joint.joint.name, slice(*springs), joint.joint.span)
 
 
 def _shifted(nodes: NDArray[np.int32], first: int) -> NDArray[np.int32]:
@@ -347,8 +360,11 @@ def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Schedul
 
 
 def _can_break(network: Network, script: Script) -> bool:
-    """Return whether a spring can rupture or slip, from the start or after an action."""
+    """Return whether a spring or element can break or slip, from the start or later."""
     limits = (network.springs.strength, network.springs.crush)
+    fields = (block.field for block in network.blocks)
+    if any(field.breakable is not None for field in fields):
+        return True
     return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
         may_break(event.action, network) for event in _events(script)
     )

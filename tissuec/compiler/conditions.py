@@ -27,7 +27,7 @@ from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
 
-COUNTED = ("nodes", "springs", "pieces")
+COUNTED = ("nodes", "springs", "elements", "pieces")
 LEDGER = "energy drift"
 _NEAR = 0.01  # of a number: half of the range that is proposed in place of it
 #: What could be taken for a measure, and what to write instead.
@@ -272,7 +272,7 @@ class Conditions:
                 "TIS702",
                 "wrong form of count",
                 node.span,
-                hint="forms: count(nodes of A), count(springs of A), count(pieces of A)",
+                hint="forms: " + ", ".join(f"count({one} of A)" for one in COUNTED),
             )
         return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
 

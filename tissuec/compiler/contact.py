@@ -253,7 +253,7 @@ def _joined(network: Network, law: ContactLaw) -> Indices:
 
     Those of a body that touches itself, and stitches of threads, which go into the tissue.
     """
-    stitches = network.springs.ends[network.body_springs :].astype(np.int64)
+    stitches = network.joined_ends.astype(np.int64)
     stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
     own = network.springs.ends[: network.body_springs if law.within_bodies else 0]
     low, high = np.sort(np.concatenate([own.astype(np.int64), stitches]), axis=1).T

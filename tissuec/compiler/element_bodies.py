@@ -13,6 +13,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.element_limits import ElementMarks, LimitReader
 from tissuec.compiler.tissue_parts import OF_FIBRES, Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
@@ -34,7 +35,7 @@ from tissuec.scene.element_bodies import note_of, refuse
 from tissuec.scene.fibres import SECOND_FIBRES
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
-from tissuec.scene.model import AssignedQuantity, PrestressDirection
+from tissuec.scene.model import AssignedQuantity, Body, PrestressDirection
 from tissuec.scene.prestress import FORMS, PRESTRESS
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
@@ -96,6 +97,9 @@ class ElementReader:
         self.made, self.part = drawing.body.elements, drawing.element_part
         self.parts = TissueParts(self.body, findings)
         self._note = (note_of(self.made),)
+        self.limits = LimitReader(
+            self.body, self.parts, self.part, drawing.mesh.elements, findings
+        )
         for number in part_numbers(self.part):
             self._refuse_springs(self.parts.materials[number])
 
@@ -106,8 +110,12 @@ class ElementReader:
         known = Provenance(
             np.broadcast_to(np.int32(0), length.shape), (Origin(self.made.span, MADE_OF),)
         )
+        breaking = self.limits.known(self.drawing.part[self.drawing.mesh.ends[:, 0]])
         springs = {
-            name: (np.broadcast_to(value, length.shape), known)
+            name: (
+                np.broadcast_to(value, length.shape),
+                breaking if name in ("strength", "crush") else known,
+            )
             for name, value in numbers.items()
         }
         return {"mass": self._mass(), **springs}
@@ -121,7 +129,7 @@ class ElementReader:
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
-            self._fibres(), self._prestretch(),
+            self._fibres(), self._prestretch(), self.limits.limits,
         )  # fmt: skip
         found: list[BodyElements] = []
         first = 0
@@ -387,12 +395,28 @@ class ElementReader:
         return node_shares(SHAPES[elements.shape], self.drawing.mesh.position[elements.nodes])
 
 
+def marks_of(
+    body: Body, elements: Sequence[BodyElements], known: Provenance, first_node: int
+) -> ElementMarks:
+    """Return the springs that mark the elements of a body that may rupture.
+
+    Args:
+        body: The body.
+        elements: Its elements, shape by shape.
+        known: Where what breaks each of them comes from.
+        first_node: Number of its first node in the network.
+    """
+    nodes = np.concatenate([one.nodes[:, 0] for one in elements]) + first_node
+    return ElementMarks.of(body, nodes, known)
+
+
 def element_blocks(
     elements: Sequence[BodyElements],
     position: Floats,
     nodes: int,
     ends: NDArray[np.int32],
     first_spring: int,
+    first_mark: int,
 ) -> list[FieldBlock]:
     """Return the blocks of the elements of one body.
 
@@ -402,10 +426,9 @@ def element_blocks(
         nodes: Number of the first node of the body.
         ends: Nodes of its springs in the network, shape (spring, 2).
         first_spring: Number of the first of them.
+        first_mark: Number of the first spring that marks one of the elements.
     """
-    if not elements:
-        return []
-    return [_block(one, position, nodes, ends, first_spring) for one in elements]
+    return [_elements(one, position, nodes, ends, first_spring, first_mark) for one in elements]
 
 
 def _block(
@@ -414,6 +437,7 @@ def _block(
     first_node: int,
     ends: NDArray[np.int32],
     first_spring: int,
+    first_mark: int,
 ) -> FieldBlock:
     """Return the block of elements of one shape; see ``element_blocks``."""
     nodes, springs = elements.nodes + first_node, (ends, first_spring, elements.span)
@@ -425,4 +449,5 @@ def _block(
     from tissuec.forces.elements import SolidElements
 
     shape, solid = SHAPES[elements.shape], cast("SolidMaterial", elements.material)
+    solid = solid.marked(first_mark)
     return SolidElements.of(elements.body, shape, nodes, position, solid, *springs).block

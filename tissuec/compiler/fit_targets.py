@@ -19,7 +19,7 @@ from tissuec.script.measures.vector import VectorMeasure
 #: Endings of results, which know what is what; all else is a table.
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf", ".h5md")
 #: What jumps, or is none of the motion: no slope leads to it.
-JUMPING = ("nodes", "springs", "pieces", "count", "ruptured", "energy drift")
+JUMPING = ("nodes", "springs", "elements", "pieces", "count", "ruptured", "energy drift")
 FREE_ZERO = "free zero"
 _BEHIND = ("in", "every", "to", "weighing", "with")
 

@@ -65,7 +65,7 @@ def check_fields(
     shown[plan.output.frames] = True
     there: dict[Place, bool] = {
         "node": bool(shown.any()),
-        "spring": bool((shown[network.springs.ends].all(axis=1) & ~network.bends).any()),
+        "spring": bool((shown[network.springs.ends].all(axis=1) & network.shown_springs).any()),
         "triangle": bool(shown[network.skin].all(axis=1).any()),
         "cell": bool(preserved_bodies(network, plan)),
     }

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bending_springs import with_bending
 from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.element_limits import NOT_ALLOWED
 from tissuec.compiler.poisson import Poisson, poisson_of
 from tissuec.compiler.shells import hinges_of
 from tissuec.compiler.spring_laws import SpringLaws
@@ -42,9 +43,6 @@ from tissuec.scene.quantities import (
 
 if TYPE_CHECKING:  # nets of numbers need none of it
     from tissuec.compiler.matter import Matter, MatterReader
-
-#: The origin of limits of springs that cannot rupture.
-NOT_ALLOWED = "rupture is not allowed"
 
 
 class MaterialReader:

@@ -21,7 +21,7 @@ from tissuec.mechanics.rest import rests_pressed
 from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Indices, Network, numbers_in
-from tissuec.scene.model import Tissue
+from tissuec.scene.model import AssignedQuantity, Tissue
 from tissuec.script.plan import RELAXATION
 from tissuec.script.verbs.settle import Settle
 
@@ -54,7 +54,7 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
 
 def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
     """W302: nodes that no spring holds."""
-    joined = compiled.network.springs.ends[compiled.network.body_springs :]
+    joined = compiled.network.joined_ends
     for body, ends in _bodies(compiled):
         if not len(ends):
             continue
@@ -262,12 +262,13 @@ def _stiffest(network: Network, omega: float) -> str:
 
 
 def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W209: springs that break at a strain which no tissue bears.
+    """W209: springs and elements that break at a strain which no tissue bears.
 
     Left out are threads, many of which are made softer so that steps are longer, and nets typed
     in as tables, which need not be tissue.
     """
     network = compiled.network
+    yield from _late_elements(compiled)
     if not np.isfinite(network.springs.strength).any():
         return
     from tissuec.matter.breaking import breaking_strains
@@ -283,6 +284,31 @@ def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
         if strain[median] > IMPLAUSIBLE:
             tissues = compiled.scene.tissues.values()
             yield _breaks_late(network, tissues, body, median, float(strain[median]))
+
+
+def _late_elements(compiled: Compiled) -> Iterator[Diagnostic]:
+    """Yield bodies whose elements have a breaking strain that no tissue bears."""
+    network = compiled.network
+    tissues = list(compiled.scene.tissues.values())
+    for body in network.bodies:
+        for field in network.of_kind("elements"):
+            limits = field.limits if field.name == body.name else None
+            strain = np.zeros(0) if limits is None else limits.strain
+            late = np.flatnonzero(np.isfinite(strain) & (strain > IMPLAUSIBLE))
+            if limits is None or not len(late):
+                continue
+            place = network.provenance["strength"][int(limits.marks[late[0]])].span
+            known = (one for tissue in tissues for one in tissue.given.values())
+            given = next((one for one in known if one.span == place), None)
+            stretch = 1.0 + float(strain[late[0]])
+            yield Diagnostic(
+                "W209",
+                f"elements of {body.name} break only at {stretch:.3g} times their length",
+                body.span,
+                Hint("") if given is None else _smaller_strain(given),
+                (Note("the breaking strain", place),),
+            )
+            break
 
 
 def _breaks_late(
@@ -310,7 +336,6 @@ def _breaking_early(network: Network, tissues: Iterable[Tissue], spring: int) ->
     place = network.provenance["strength"][spring].span
     limits = ((tissue, one) for tissue in tissues for one in tissue.given.values())
     tissue, given = next((pair for pair in limits if pair[1].span == place), (None, None))
-    strain = f"{PLAUSIBLE:.0%}".replace("%", " %")
     if given is None or given.how != "written" or not given.quantity.is_of_matter:
         better = show(
             float(network.springs.behaviour.pull(PLAUSIBLE * network.springs.rest)[spring]),
@@ -322,6 +347,12 @@ def _breaking_early(network: Network, tissues: Iterable[Tissue], spring: int) ->
             "tissue has torn; tissues of matter/ have a breaking strain instead. If nothing is "
             "to tear in this run, leave it as it is"
         )
+    return _smaller_strain(given)
+
+
+def _smaller_strain(given: AssignedQuantity) -> Hint:
+    """Return a hint to write a strain that tissue bears in place of a limit."""
+    place, strain = given.span, f"{PLAUSIBLE:.0%}".replace("%", " %")
     name, entry = given.quantity.name, f"breaking strain = {strain}"
     if name != "breaking strain":
         return Hint(f"write {entry} instead of the {name}", Edit(entry, place))
@@ -342,7 +373,7 @@ def _bodies(
         with_joints: Whether springs of joints between its nodes count as well.
     """
     network = compiled.network
-    joined = network.springs.ends[network.body_springs :]
+    joined = network.joined_ends
     for body in network.bodies:
         ends = network.springs.ends[body.springs]
         if with_joints:
@@ -353,7 +384,7 @@ def _bodies(
 
 def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
     """Return a body's nodes and springs, with springs that join it and nodes at their ends."""
-    joined = network.springs.ends[network.body_springs :]
+    joined = network.joined_ends
     beside = ((joined >= body.nodes.start) & (joined < body.nodes.stop)).any(axis=1)
     own = numbers_in(body.nodes)
     nodes = np.union1d(own, joined[beside])

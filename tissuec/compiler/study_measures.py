@@ -142,6 +142,7 @@ class _MeasureReader:
     def __init__(self, compiled: Compiled):
         scene = compiled.scene
         self.plan, self.groups, self.scope = compiled.plan, compiled.groups, scene.constants
+        self.network = compiled.network
         self.duration = scene.simulation.duration
         self.conditions = Conditions(
             compiled.groups, scene.tools, scene.constants, duration=self.duration
@@ -244,6 +245,9 @@ class _MeasureReader:
             if owner.word != "of" or not isinstance(owner.value, s.Name):
                 self.findings.reject("TIS303", f'unexpected "{owner.word}"', owner.span)
             springs = self.groups.springs(owner.value).indices
+            if not self.groups.is_springs(owner.value):
+                nodes = self.groups.nodes(owner.value).indices
+                springs = np.append(springs, self.network.marks_within(nodes))
         return StudyMeasure(name, "s", TIME, EVENT, event=kind.key, springs=springs)
 
     # --- parts --------------------------------------------------------------------------------

@@ -168,6 +168,10 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     plan, groups = compiled.plan, compiled.groups
     network = compiled.network
     breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
+    for field in network.of_kind("elements"):
+        if field.limits is not None:
+            able = np.isin(field.walled, field.limits.finite)
+            breakable[field.walls[able]] = True
     for event in plan.every_event:
         if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True
@@ -254,7 +258,8 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
 
 def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W410: a cut that goes by a held body, further away than it comes before."""
-    state = state_at_start(compiled)
+    # Before any cut, also those at 0 s.
+    state = replace(state_at_start(compiled), alive=compiled.network.present)
     moved = 0.0  # [m]
     for event in compiled.plan.events:
         action = event.action

@@ -184,10 +184,12 @@ def _acting(state: State, held: Bools, moved: Bools) -> Bools:
     """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
     ends = state.springs.ends
     acting = state.alive & ~join_nodes_of(ends, held)
+    acting[state.network.first_mark :] = False
     if moved.any():
         # Driven nodes feel them, even if nobody asks for it: steps must not depend on that.
         one, other = moved[ends.T]
         acting |= state.alive & (one | other)
+        acting[state.network.first_mark :] = False
     if state.springs.inelastic is not None:
         acting |= state.alive & state.springs.inelastic.remembers
     # Drawing them in does work on them, even where both ends are held.

@@ -11,6 +11,7 @@ import numpy as np
 
 from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
+from tissuec.engine.breaking_elements import Loads
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption, Method, Samples, Statistics
 from tissuec.engine.method_choice import MethodChoice
@@ -23,7 +24,7 @@ from tissuec.engine.watching import (
     Standpoint,
     cut_step,
     first_interruption,
-    may_hold,
+    may_happen,
     steps_together,
 )
 from tissuec.kernels.records import (
@@ -91,6 +92,7 @@ class Engine:
         # The step that is made and not taken over, and what interrupts in it.
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._closely = -np.inf  # until when steps are looked at one by one [s]
+        self._loads: Loads | None = None  # of elements that may break
 
     @property
     def choice(self) -> MethodChoice:
@@ -134,6 +136,7 @@ class Engine:
         control.equip(state, begins=begins)
         stepper.forget_net()
         self._stale, stepper.segment, self._viewed = False, None, None
+        self._loads = Loads.of(stepper.inputs) if self.method.watch_strength else None
         if not stepper.progress.step:
             stepper.update(step=stepper.first_step())
 
@@ -315,7 +318,9 @@ class Engine:
             if reason is None:
                 continue
             if reason in (HELD, SURPASSED, VIEWED):
-                self._viewed = first_interruption(stepper, watch, surpassed=reason == SURPASSED)
+                self._viewed = first_interruption(
+                    stepper, watch, self._loads, surpassed=reason == SURPASSED
+                )
                 if view <= self.viewable:
                     return Interruption("viewed", view)
                 if (found := self._leave_viewed()) is not None:
@@ -330,19 +335,21 @@ class Engine:
     def _call(self, watch: Watch | None, survey: Survey | None) -> int | None:
         """Call the loop over steps; return why it came back, None if it is to be called again.
 
-        With a survey, many steps are made at once, and made again one by one if a condition may
-        hold in them.
+        With a survey, or without any condition, many steps are made at once, and made again one
+        by one if a condition may hold in them, or an element break.
         """
         stepper = self.stepper
         limit = stepper.call_limit()
         if self._control.is_free:
             limit = min(limit, self._control.trial.look)
-        together = 1 if watch is None else steps_together(stepper)
-        if survey is None or together == 1 or stepper.progress.time < self._closely:
-            return stepper.call(0 if watch is None else 1, limit)
+        if watch is None and self._loads is None:
+            return stepper.call(0, limit)
+        together = 1 if watch is not None and survey is None else steps_together(stepper)
+        if together == 1 or stepper.progress.time < self._closely:
+            return stepper.call(1, limit)
         kept = Standpoint(stepper)
         reason = stepper.call(together, limit)
-        if may_hold(stepper, survey):
+        if may_happen(stepper, survey, self._loads, kept):
             self._closely = stepper.progress.end
             kept.bring_back(stepper)
             return None

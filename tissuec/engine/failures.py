@@ -13,13 +13,19 @@ MONSTROUS = 1e6  # lengths of a spring over the size of the drawing that no tiss
 
 
 def overloaded(state: State) -> Indices:
-    """Return the intact springs that tension or pressure breaks now, ascending, shape (n,)."""
+    """Return the intact springs that break now, ascending, shape (n,).
+
+    They are broken by tension or pressure, or mark elements that break.
+    """
     breaks = np.isfinite(state.springs.strength) | np.isfinite(state.springs.crush)
     able = np.flatnonzero(state.alive & breaks)
     springs = state.springs.some(able)
     tension = stretched(springs, state.position, state.velocity).tension
     torn, crushed = tension > springs.strength, -tension > springs.crush
-    return able[torn | crushed]
+    found = [able[torn | crushed]]
+    shapes = (field.breakable for field in state.fields)
+    found += [each.broken(state.position) for each in shapes if each is not None]
+    return np.sort(np.concatenate(found))
 
 
 def is_flight(work: Work, progress: Progress, inputs: KernelInputs) -> bool:

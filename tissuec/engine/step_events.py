@@ -1,7 +1,7 @@
 """Events within an accepted step: ruptures and triggers, found on its dense output."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import OPERATIONS
 from tissuec.kernels.records import Progress
 from tissuec.model.network import Floats, Indices
-from tissuec.model.springs import Springs
 
 FINE = 32  # pieces in which a suspect spring is followed
 TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
@@ -21,6 +20,28 @@ RESOLUTION = 1e-12  # of the step, to which times are located
 
 Watch = Callable[[float, Floats, Floats], bool]
 Survey = Callable[[Floats, Floats, Floats], bool]
+
+
+class Breakable(Protocol):
+    """What can break within a step, with a limit each."""
+
+    @property
+    def force(self) -> Floats:
+        """Return the limits in the unit of the loads, shape (limit,)."""
+        ...
+
+    @property
+    def springs(self) -> Indices:
+        """Return the numbers of the springs that die at each limit, shape (limit,)."""
+        ...
+
+    def loads(self, within: "AcceptedStep", when: float) -> Floats:
+        """Return what is compared with the limits at a time in a step [s], shape (limit,)."""
+        ...
+
+    def some(self, chosen: NDArray[np.bool_] | list[int]) -> Self:
+        """Return a selection of limits, by a mask of shape (limit,) or by indices."""
+        ...
 
 
 class AcceptedStep:
@@ -62,35 +83,34 @@ class AcceptedStep:
         self._inside.look(when, self.start, self.end, now, x, v, ledger, work, self._net)
         return x, v, ledger
 
-    def loads(self, when: float, limits: "Limits") -> Floats:
-        """Return the tension or pressure of springs that have limits [N], shape (limit,).
+    def tensions(self, when: float) -> Floats:
+        """Return the tensions of the springs that act at a time in the step [N].
 
-        Args:
-            when: Time in the step [s].
-            limits: The limits.
+        The shape is (spring,).
         """
         x, v, _ = self.state(when)
         if when == self.end:  # else rest lengths are those of this time
             OPERATIONS["place"](when, x, v, self._net)
         tension = np.empty(len(self._inputs.springs.ids))
         OPERATIONS["tension"](x, v, tension, self._net)
-        return limits.sign * tension[limits.spring]
+        return tension
 
-    def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
-        """Return when the first spring exceeds a limit [s], and the springs that do then.
+    def first_rupture(self, limits: Breakable, looks: int) -> tuple[float, Indices] | None:
+        """Return when the first limit is exceeded [s], and the springs that break then.
 
-        Their indices have the shape (n,); None if no spring exceeds a limit.
+        Their indices have the shape (n,); None if no limit is exceeded.
 
         Args:
+            limits: Of all that can break.
             looks: Number of states within the step that are tested first.
         """
-        limits = self._suspects(Limits.of(self._inputs.springs), looks)
-        if not len(limits.spring):
+        limits = self._suspects(limits, looks)
+        if not len(limits.force):
             return None
         times = np.linspace(self.start, self.end, FINE + 1)
-        loads = np.array([self.loads(t, limits) for t in times])
+        loads = np.array([limits.loads(self, t) for t in times])
         first = np.inf
-        for row in range(len(limits.spring)):
+        for row in range(len(limits.force)):
             limit = limits.some([row])
             bracket = self._bracket(times, loads[:, row], limit)
             if bracket is None or bracket[0] >= first:
@@ -101,19 +121,18 @@ class AcceptedStep:
                 first = self._crossing(below, min(above, first), limit)
         if first == np.inf:
             return None
-        broken = self.loads(first, limits) >= limits.force * (1.0 - TOGETHER)
-        found = np.sort(self._inputs.springs.ids[limits.spring[broken]])
-        return float(first), found.astype(np.int64)
+        broken = limits.loads(self, first) >= limits.force * (1.0 - TOGETHER)
+        return float(first), np.sort(limits.springs[broken]).astype(np.int64)
 
-    def _suspects(self, limits: "Limits", looks: int) -> "Limits":
-        """Return the limits that springs come close to at any look."""
+    def _suspects(self, limits: Breakable, looks: int) -> Breakable:
+        """Return the limits that loads come close to at any look."""
         times = np.linspace(self.start, self.end, looks + 1)
-        loads = np.array([self.loads(t, limits) for t in times])
+        loads = np.array([limits.loads(self, t) for t in times])
         tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:]).max(axis=0)
         return limits.some(tops > SUSPECT * limits.force)
 
     def _bracket(
-        self, times: Floats, loads: Floats, limit: "Limits"
+        self, times: Floats, loads: Floats, limit: Breakable
     ) -> tuple[float, float] | None:
         """Return times below and above the first crossing of one limit, None without one."""
         above = np.flatnonzero(loads > limit.force)
@@ -131,27 +150,27 @@ class AcceptedStep:
                 return times[peak - 1], summit
         return (times[first - 1], times[first]) if first < len(times) else None
 
-    def _summit(self, low: float, high: float, limit: "Limits") -> float:
+    def _summit(self, low: float, high: float, limit: Breakable) -> float:
         """Return when the load of one limit is largest, by golden section."""
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         left, right = high - ratio * (high - low), low + ratio * (high - low)
-        value_left, value_right = self.loads(left, limit)[0], self.loads(right, limit)[0]
+        value_left, value_right = limit.loads(self, left)[0], limit.loads(self, right)[0]
         # Times in a very short step are only as fine as rounding lets them be.
         while high - low > max(1e-8 * (self.end - self.start), 4.0 * np.spacing(self.end)):
             if value_left > value_right:
                 high, right, value_right = right, left, value_left
                 left = high - ratio * (high - low)
-                value_left = self.loads(left, limit)[0]
+                value_left = limit.loads(self, left)[0]
             else:
                 low, left, value_left = left, right, value_right
                 right = low + ratio * (high - low)
-                value_right = self.loads(right, limit)[0]
+                value_right = limit.loads(self, right)[0]
         return left if value_left > value_right else right
 
-    def _exceeds(self, when: float, limit: "Limits") -> bool:
-        return bool(self.loads(when, limit)[0] > limit.force[0])
+    def _exceeds(self, when: float, limit: Breakable) -> bool:
+        return bool(limit.loads(self, when)[0] > limit.force[0])
 
-    def _crossing(self, below: float, above: float, limit: "Limits") -> float:
+    def _crossing(self, below: float, above: float, limit: Breakable) -> float:
         """Return the first time with a load above its limit, by bisection."""
         resolution = RESOLUTION * (self.end - self.start)
         return bisect(lambda when: self._exceeds(when, limit), below, above, resolution)
@@ -164,24 +183,36 @@ class Limits(NamedTuple):
         spring: Places among the springs that act, shape (limit,).
         sign: 1 for tension, -1 for pressure.
         force: Limits of the tension times ``sign`` [N].
+        ids: Numbers of all springs that act, shape (spring,).
     """
 
     spring: Indices
     sign: Floats
     force: Floats
+    ids: Indices
 
     @classmethod
-    def of(cls, springs: Springs) -> "Limits":
-        """Return all limits that there are."""
+    def of(cls, inputs: KernelInputs) -> "Limits":
+        """Return all limits of the springs that act."""
+        springs = inputs.springs
         torn = np.flatnonzero(np.isfinite(springs.strength))
         crushed = np.flatnonzero(np.isfinite(springs.crush))
         sign = np.repeat([1.0, -1.0], [len(torn), len(crushed)])
         force = np.concatenate([springs.strength[torn], springs.crush[crushed]])
-        return cls(np.concatenate([torn, crushed]), sign, force)
+        return cls(np.concatenate([torn, crushed]), sign, force, springs.ids)
+
+    @property
+    def springs(self) -> Indices:
+        """Return the numbers of the springs, shape (limit,)."""
+        return self.ids[self.spring]
+
+    def loads(self, within: AcceptedStep, when: float) -> Floats:
+        """Return tensions or pressures at a time in a step [N], shape (limit,)."""
+        return self.sign * within.tensions(when)[self.spring]
 
     def some(self, chosen: NDArray[np.bool_] | list[int]) -> "Limits":
         """Return a selection of limits, by a mask of shape (limit,) or by indices."""
-        return Limits(self.spring[chosen], self.sign[chosen], self.force[chosen])
+        return Limits(self.spring[chosen], self.sign[chosen], self.force[chosen], self.ids)
 
 
 def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:

@@ -5,11 +5,20 @@ from typing import Any
 from numpy.typing import NDArray
 
 from tissuec.engine.backends import bound_inside
+from tissuec.engine.breaking_elements import LoadedElements, Loads, may_break
 from tissuec.engine.method import Interruption
 from tissuec.engine.run_arrays import arrays_of
-from tissuec.engine.step_events import RESOLUTION, AcceptedStep, Survey, Watch, bisect
+from tissuec.engine.step_events import (
+    RESOLUTION,
+    AcceptedStep,
+    Limits,
+    Survey,
+    Watch,
+    bisect,
+)
 from tissuec.engine.stepper import Stepper
 from tissuec.kernels.records import GLANCES, Progress
+from tissuec.model.network import Indices
 
 # Steps that are looked at together for conditions, and coordinates of states in them, at most.
 MOST_TOGETHER, GLANCED = 16, 200_000
@@ -27,7 +36,24 @@ def steps_together(stepper: Stepper) -> int:
     return min(MOST_TOGETHER, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
 
 
-def may_hold(stepper: Stepper, survey: Survey) -> bool:
+def may_happen(
+    stepper: Stepper, survey: Survey | None, loads: Loads | None, kept: "Standpoint"
+) -> bool:
+    """Return whether something may interrupt in the steps of the last call.
+
+    Args:
+        stepper: It has made the steps.
+        survey: Tells whether a condition may hold.
+        loads: Of elements that may break.
+        kept: Where the call began.
+    """
+    if survey is not None and _may_hold(stepper, survey):
+        return True
+    steps = stepper.progress.glanced // GLANCES
+    return loads is not None and steps > 0 and may_break(loads, stepper, kept.position, steps)
+
+
+def _may_hold(stepper: Stepper, survey: Survey) -> bool:
     """Return whether a condition may hold in the steps of the last call."""
     buffer, outwards = stepper.buffer.buffer, stepper.inputs.outwards
     found = slice(stepper.progress.glanced)
@@ -42,7 +68,13 @@ class Standpoint:
 
     def __init__(self, stepper: Stepper):
         self._progress: Progress = stepper.progress
+        self._position = stepper.work.x[stepper.progress.current].copy()
         self._arrays: list[NDArray[Any]] = [array.copy() for array in arrays_of(stepper.work)]
+
+    @property
+    def position(self) -> NDArray[Any]:
+        """Return the positions there [m], flat, shape (3 node,)."""
+        return self._position
 
     def bring_back(self, stepper: Stepper) -> None:
         """Go back."""
@@ -52,18 +84,29 @@ class Standpoint:
 
 
 def first_interruption(
-    stepper: Stepper, watch: Watch | None, *, surpassed: bool
+    stepper: Stepper, watch: Watch | None, loads: Loads | None, *, surpassed: bool
 ) -> tuple[AcceptedStep, Interruption | None]:
     """Return the accepted step, and the first rupture or trigger in it.
 
     Args:
         stepper: It has made the step, and not taken it over.
         watch: Condition that is watched.
+        loads: Of elements that may break.
         surpassed: Whether springs may rupture in the step.
     """
     inside, work = bound_inside(stepper.integrator), stepper.table(stepper.work)
     within = AcceptedStep(inside, stepper.progress, work, stepper.acting(), stepper.inputs)
-    rupture = within.first_rupture(stepper.integrator.looks) if surpassed else None
+    looks, ruptures = stepper.integrator.looks, list[tuple[float, Indices] | None]()
+    if surpassed:
+        ruptures.append(within.first_rupture(Limits.of(stepper.inputs), looks))
+    start = stepper.work.x[stepper.progress.current]
+    if loads is not None and may_break(loads, stepper, start, 1):
+        ruptures.append(within.first_rupture(LoadedElements(loads), looks))
+    # What breaks at the same time as the first does so as the run goes on from there.
+    found = (one for one in ruptures if one is not None)
+    rupture = min(found, key=lambda one: one[0], default=None)
+    if watch is None:
+        stepper.update(glanced=0)
     stop = within.end if rupture is None else rupture[0]
     triggered = None if watch is None else _trigger(stepper, within, watch, stop)
     if triggered is not None and (rupture is None or triggered < stop):

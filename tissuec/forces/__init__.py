@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
     from tissuec.forces.derivatives import ForceDerivatives
+    from tissuec.forces.element_limits import BreakableElements
     from tissuec.forces.load import Load
     from tissuec.forces.triangles import SkinTriangles
 
@@ -121,6 +122,11 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
     def joining_springs(self) -> Indices:
         """Return the springs whose ends its items hold together, shape (n,); often none."""
         return np.zeros(0, dtype=np.int64)
+
+    @property
+    def breakable(self) -> "BreakableElements | None":
+        """Return the elements that break at a limit; None without any."""
+        return None
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which nodes this ties to anything outside their piece, shape (node,)."""

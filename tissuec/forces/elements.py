@@ -42,6 +42,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces.element_limits import BreakableElements, ElementLimits
 from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
 from tissuec.forces.matrices import as_operator, assembled
 from tissuec.forces.solid_fibres import SolidFibres
@@ -82,6 +83,7 @@ class SolidMaterial(NamedTuple):
         laws: Members of ``laws.solid.SOLID_LAWS``.
         fibres: As drawn; None without any.
         prestretch: None without any.
+        limits: What breaks them; None where nothing may break.
     """
 
     shear: Floats
@@ -91,17 +93,29 @@ class SolidMaterial(NamedTuple):
     laws: tuple[SolidLaw, ...]
     fibres: SolidFibres | None = None
     prestretch: Prestretch | None = None
+    limits: ElementLimits | None = None
 
     def some(self, items: Indices) -> "SolidMaterial":
         """Return that of some elements, by indices of shape (n,)."""
-        columns = self.shear, self.bulk, self.viscosity, self.law
-        others = (each and each.some(items) for each in (self.fibres, self.prestretch))
-        shear, bulk, viscosity, law = (column[items] for column in columns)
-        return SolidMaterial(shear, bulk, viscosity, law, self.laws, *others)
+        shear, bulk, viscosity = (c[items] for c in (self.shear, self.bulk, self.viscosity))
+        return SolidMaterial(
+            shear, bulk, viscosity, self.law[items], self.laws,
+            self.fibres and self.fibres.some(items),
+            self.prestretch and self.prestretch.some(items),
+            self.limits and self.limits.some(items),
+        )  # fmt: skip
+
+    def marked(self, first: int) -> "SolidMaterial":
+        """Return the same with marks that are counted from a first one."""
+        if self.limits is None:
+            return self
+        return self._replace(limits=self.limits._replace(marks=first + self.limits.marks))
 
 
 class SolidElements(WalledField, frozen=True):
-    """Solid elements of one shape; an element that loses an edge is gone.
+    """Solid elements of one shape; an element that loses an edge or breaks is gone.
+
+    ``walls`` are the springs along edges, and behind them the marks of ``limits``.
 
     Attributes:
         name: Of the body.
@@ -116,6 +130,7 @@ class SolidElements(WalledField, frozen=True):
         laws: The first is neo-Hookean.
         fibres: Families of fibres, without stress; there may be none.
         prestretch: None without any.
+        limits: What breaks them; None where nothing may break.
         span: The entry that asks for the elements.
     """
 
@@ -132,6 +147,7 @@ class SolidElements(WalledField, frozen=True):
     laws: tuple[SolidLaw, ...]
     fibres: SolidFibres
     prestretch: Prestretch | None
+    limits: ElementLimits | None
     span: Span
 
     @classmethod
@@ -173,14 +189,18 @@ class SolidElements(WalledField, frozen=True):
             raise ValueError(f"{shape.name} {flat[0]} is flat or inside out")
         local = np.minimum(shape.local * material.shear, material.bulk)
         pairs = nodes[:, shape.edges].reshape(-1, 2)
-        walls, which = springs_between(ends, pairs)
+        edges, which = springs_between(ends, pairs)
+        walls, walled = first_spring + edges, which // len(shape.edges)
+        if material.limits is not None:
+            walls = np.append(walls, material.limits.marks)
+            walled = np.append(walled, np.arange(len(nodes)))
         laws = (NeoHookean(), *material.laws)
         numbers = {law: k for k, law in reversed(list(enumerate(laws)))}
         law = np.array([numbers[law] for law in material.laws], dtype=np.int64)[material.law]
         return cls(
-            first_spring + walls, which // len(shape.edges), name, shape, nodes, drawn, row,
+            walls, walled, name, shape, nodes, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law, laws,
-            fibres, prestretch, span,
+            fibres, prestretch, material.limits, span,
         )  # fmt: skip
 
     @property
@@ -199,7 +219,8 @@ class SolidElements(WalledField, frozen=True):
         """Return some elements, by indices of shape (n,), with the walls of all."""
         some = {name: getattr(self, name)[items] for name in _COLUMNS}
         prestretch = self.prestretch and self.prestretch.some(items)
-        return replace(self, fibres=self.fibres.some(items), prestretch=prestretch, **some)
+        limits, fibres = self.limits and self.limits.some(items), self.fibres.some(items)
+        return replace(self, fibres=fibres, prestretch=prestretch, limits=limits, **some)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the elements."""
@@ -209,7 +230,16 @@ class SolidElements(WalledField, frozen=True):
     @property
     def joining_springs(self) -> Indices:
         """Return the springs along the edges of elements, shape (n,)."""
-        return self.walls
+        if self.limits is None:
+            return self.walls
+        return self.walls[~np.isin(self.walls, self.limits.marks)]
+
+    @property
+    def breakable(self) -> BreakableElements | None:
+        """Return the elements that have a limit; None without any."""
+        if self.limits is None or not len(able := self.limits.finite):
+            return None
+        return BreakableElements(self.only(able), self.limits.some(able))
 
     @property
     def volume(self) -> Floats:

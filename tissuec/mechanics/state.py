@@ -230,6 +230,31 @@ class State(Struct, eq=False):
             if not np.isin(reeling.springs, springs).any()
         }
 
+    def break_springs(self, springs: Indices) -> Indices:
+        """Remove springs that break, and edges of elements that no other element has.
+
+        Args:
+            springs: Springs and marks of elements, shape (n,).
+
+        Returns:
+            The edges, ascending, shape (m,).
+        """
+        self.alive = self.alive.copy()
+        self.alive[springs] = False
+        marks = springs[springs >= self.network.first_mark]
+        own, held = np.zeros((2, len(self.alive)), dtype=bool)
+        if len(marks):
+            for field in self.of_kind("elements"):
+                broken, intact = np.zeros((2, field.item_count), dtype=bool)
+                broken[field.walled[np.isin(field.walls, marks)]] = True
+                intact[:] = True
+                intact[field.lost_items(self.alive)] = False
+                own[field.walls[broken[field.walled]]] = True
+                held[field.walls[intact[field.walled]]] = True
+        edges = np.flatnonzero(own & self.alive & ~held)
+        self.alive[edges] = False
+        return edges
+
     def give_way(self, springs: Indices) -> list[str]:
         """Let the knots slip whose springs exceed their limits; return the names of the knots.
 

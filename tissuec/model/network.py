@@ -144,6 +144,23 @@ class JointPart(Struct, frozen=True):
         return NetSize(0, self.springs.stop - self.springs.start)
 
 
+class MarkPart(Struct, frozen=True):
+    """Springs that mark the elements of a body that can break, one for each of them.
+
+    A mark has no force and leads from a node of its element to the same node; it is there while
+    its element has not broken. Nothing shows or counts marks as springs, and no set has them.
+
+    Attributes:
+        name: Of the body.
+        springs: In the order of its elements, shape by shape.
+        span: Of the body.
+    """
+
+    name: str
+    springs: slice
+    span: Span
+
+
 class ToolShape(NamedTuple):
     """Shapes that pairs of nodes of a tool carry.
 
@@ -195,6 +212,9 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         bodies: The parts of the arrays that belong to each body.
         joints: Springs behind those of the bodies that join them.
         tools: Nodes behind those of the bodies that carry the shapes of tools.
+        marks: Springs behind all others that mark elements.
+        skin_marks: Of each triangle of the skin, the mark of its element, or -1, shape
+            (triangle,); None without any.
         memories: Hidden nodes behind all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
@@ -217,6 +237,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     memories: tuple[MemoryPart, ...] = ()
     blocks: tuple[FieldBlock, ...] = ()
     drag: Floats | None = None
+    marks: tuple[MarkPart, ...] = ()
+    skin_marks: Indices | None = None
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):
@@ -264,6 +286,21 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     def elements_of(self, body: str) -> tuple[Any, ...]:
         """Return the elements of a body, shape by shape."""
         return tuple(each for each in self.elements if each.name == body)
+
+    def marks_within(self, nodes: Indices) -> Indices:
+        """Return the marks of elements all of whose nodes are among some, shape (mark,).
+
+        Args:
+            nodes: Shape (n,).
+        """
+        inside = np.zeros(self.node_count, dtype=bool)
+        inside[nodes] = True
+        found = [
+            each.limits.marks[inside[each.nodes].all(axis=1)]
+            for each in self.of_kind("elements")
+            if each.limits is not None
+        ]
+        return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
     def field(self, kind: str) -> Any:
         """The field of the first block of a kind; None if there is none."""
@@ -342,7 +379,17 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     @property
     def body_springs(self) -> int:
         """Return how many springs belong to bodies; they come first."""
-        return self.joints[0].springs.start if self.joints else self.spring_count
+        return self.joints[0].springs.start if self.joints else self.first_mark
+
+    @property
+    def first_mark(self) -> int:
+        """Return how many springs are no marks; they come first."""
+        return self.marks[0].springs.start if self.marks else self.spring_count
+
+    @property
+    def joined_ends(self) -> NDArray[np.int32]:
+        """Return the nodes of the springs of joints, shape (spring, 2)."""
+        return self.springs.ends[self.body_springs : self.first_mark]
 
     @property
     def parts(self) -> tuple[BodyPart | JointPart, ...]:
@@ -356,7 +403,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
         """Return whether springs of joints lead from one body to another."""
-        ends = self.springs.ends[self.body_springs :]
+        ends = self.joined_ends
         first, second = (
             ((ends >= body.nodes.start) & (ends < body.nodes.stop)).any(axis=1)
             for body in (one, other)
@@ -364,8 +411,26 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return bool((first & second).any())
 
     def owner(self, spring: int) -> BodyPart | JointPart:
-        """Return the body or joint of a spring."""
+        """Return the body or joint of a spring; of a mark, the body."""
+        if spring >= self.first_mark:
+            name = next(one.name for one in self.marks if spring < one.springs.stop)
+            return next(body for body in self.bodies if body.name == name)
         return next(part for part in self.parts if spring < part.springs.stop)
+
+    @property
+    def edges(self) -> NDArray[np.bool_]:
+        """Return which springs are edges of elements, shape (spring,)."""
+        edges = np.zeros(self.spring_count, dtype=bool)
+        for body in self.bodies:
+            edges[body.springs] = body.is_made_of_elements
+        return edges
+
+    @property
+    def shown_springs(self) -> NDArray[np.bool_]:
+        """Return which springs are shown: none that only bend or mark, shape (spring,)."""
+        shown = ~self.bends
+        shown[self.first_mark :] = False
+        return shown
 
     @property
     def bends(self) -> NDArray[np.bool_]:
@@ -389,7 +454,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     def size(self) -> NetSize:
         """Return how many nodes, springs and elements its bodies and joints have."""
         edges = (part.springs for part in self.bodies if part.is_made_of_elements)
-        springs = self.spring_count - sum(part.stop - part.start for part in edges)
+        springs = self.first_mark - sum(part.stop - part.start for part in edges)
         return NetSize(self.body_nodes, springs, sum(part.elements for part in self.bodies))
 
     @property

@@ -1,6 +1,6 @@
 """The network and the recording in a result file: written once, read to resume and to show."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import Any
 
@@ -15,6 +15,7 @@ from tissuec.model.network import (
     BodyPart,
     Grid,
     JointPart,
+    MarkPart,
     MemoryPart,
     Network,
     ThreadBody,
@@ -101,6 +102,17 @@ def write_network(store: Store, network: Network) -> None:
         text = f"{table['springs'][0]} of each joint"
         store.array(f"{NETWORK}/joints/springs", rows, text)
         _write_names(store, f"{NETWORK}/joints", "joint", network.joints)
+    if network.marks:
+        rows = np.array([_range(part.springs) for part in network.marks], dtype=np.int64)
+        text = (
+            "of each body whose elements can break: the first spring that stands for one of "
+            "them, without any force, and the one after the last"
+        )
+        store.array(f"{NETWORK}/marks/springs", rows, text)
+        _write_names(store, f"{NETWORK}/marks", "such body", network.marks)
+    if network.skin_marks is not None:
+        text = "of each triangle of the skin: the spring that stands for its element, or -1"
+        store.array(f"{NETWORK}/marks/skin", network.skin_marks, text)
     shown = np.array([network.shown_nodes, network.node_count])
     text = "first internal node, which only stores state, and the one after the last"
     store.array(f"{NETWORK}/hidden", shown, text)
@@ -154,7 +166,10 @@ def _write_tools(store: Store, network: Network) -> None:
 
 
 def _write_names(
-    store: Store, path: str, what: str, parts: Sequence[BodyPart | JointPart | ToolPart]
+    store: Store,
+    path: str,
+    what: str,
+    parts: Sequence[BodyPart | JointPart | MarkPart | ToolPart],
 ) -> None:
     store.texts(f"{path}/name", [part.name for part in parts], f"name of each {what}")
 
@@ -204,22 +219,27 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         **arrays,
         springs=springs,
         bodies=bodies,
-        joints=_read_joints(file, span),
+        joints=tuple(
+            JointPart(name, place, span) for name, place in _read_parts(file, "joints")
+        ),
         tools=_read_tools(file, span),
         provenance={},
         memories=memories,
+        marks=tuple(MarkPart(name, place, span) for name, place in _read_parts(file, "marks")),
+        skin_marks=access.array(file, f"{NETWORK}/marks/skin")
+        if _holds(file, "marks/skin")
+        else None,
     )
 
 
-def _read_joints(file: ResultGroup, span: Span) -> tuple[JointPart, ...]:
-    if not _holds(file, "joints"):
-        return ()
-    group = access.group(file, f"{NETWORK}/joints")
+def _read_parts(file: ResultGroup, what: str) -> Iterator[tuple[str, slice]]:
+    """Yield names of parts, such as "joints", with their springs."""
+    if not _holds(file, what):
+        return
+    group = access.group(file, f"{NETWORK}/{what}")
     springs = access.array(group, "springs").tolist()
-    return tuple(
-        JointPart(name, slice(*place), span)
-        for name, place in zip(access.texts(group, "name"), springs, strict=True)
-    )
+    for name, place in zip(access.texts(group, "name"), springs, strict=True):
+        yield name, slice(*place)
 
 
 def _read_threads(bodies: ResultGroup, count: int) -> list[ThreadBody | None]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.hints import alternatives
-from tissuec.results.export import find_log, moments_of, spring_name
+from tissuec.results.export import find_log, moments_of, names_of
 from tissuec.results.frame_arrays import OverFrames
 from tissuec.results.logs import Log
 from tissuec.results.shapes import ExportedShape
@@ -69,10 +69,7 @@ def _events(trajectory: Trajectory, pandas: Any) -> "pandas.DataFrame":
         "kind": [event.kind for event in trajectory.events],
         "cause": [event.cause for event in trajectory.events],
         "place": [event.place for event in trajectory.events],
-        "springs": [
-            tuple(spring_name(trajectory, spring) for spring in event.springs)
-            for event in trajectory.events
-        ],
+        "springs": [names_of(trajectory, event) for event in trajectory.events],
     }
     index = pandas.Index([event.time for event in trajectory.events], name=TIME, dtype=float)
     return pandas.DataFrame(columns, index=index)

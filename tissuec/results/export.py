@@ -29,6 +29,7 @@ from tissuec.results.trajectory import Trajectory
 
 WRITTEN = 12  # significant digits of times that scenes say
 
+ELEMENT = "element-"  # before the number of one that broke
 _OF_EVENTS = ("kind", "springs", "cause", "place")
 
 
@@ -217,14 +218,25 @@ def _event_rows(trajectory: Trajectory) -> Iterator[list[Any]]:
 
 def event_facts(trajectory: Trajectory, event: Event) -> tuple[str, str, str, str]:
     """Return the kind of an event, the ids of its springs, its cause and its place."""
-    springs = " ".join(spring_name(trajectory, number) for number in event.springs)
+    springs = " ".join(names_of(trajectory, event))
     return event.kind, springs, event.cause, event.place
 
 
+def names_of(trajectory: Trajectory, event: Event) -> tuple[str, ...]:
+    """Return the ids of the springs of an event, or of the elements that broke in it."""
+    marks = [one for one in event.springs if one >= trajectory.network.first_mark]
+    return tuple(spring_name(trajectory, number) for number in marks or event.springs)
+
+
 def spring_name(trajectory: Trajectory, number: int) -> str:
-    """Return the id of a spring, with its body where there are several that count their own."""
+    """Return the id of a spring, with its body where there are several that count their own.
+
+    Of a mark, it is the number of its element.
+    """
     network = trajectory.network
     identity = str(network.springs.ids[number])
+    if number >= network.first_mark:
+        identity = f"{ELEMENT}{identity}"
     if len(network.parts) < 2:
         return identity
     return f"{network.owner(number).name}:{identity}"

@@ -47,4 +47,5 @@ def full_name(group: NamedGroup) -> str:
 
 
 def _within(network: Network, nodes: Indices) -> Indices:
-    return np.flatnonzero(np.isin(network.springs.ends, nodes).all(axis=1))
+    ends = network.springs.ends[: network.first_mark]
+    return np.flatnonzero(np.isin(ends, nodes).all(axis=1))

@@ -57,16 +57,34 @@ def stepping(manifest: Mapping[str, Any]) -> str:
     return f"{methods(statistics)}, {steps} ({code}), {manifest['wall_time']:.2f} s"
 
 
-def springs_of_events(events: Iterable[tuple[str, Sequence[int]]]) -> list[str]:
-    """Return how many springs each kind of event concerned: ``rupture: 3 springs``.
+def concerned(springs: Sequence[int], first_mark: int) -> tuple[int, str]:
+    """Return how many things an event concerned, and what they are: elements or springs.
+
+    Args:
+        springs: Of the event. Where there are marks of elements among them, all others are
+            edges of these.
+        first_mark: Of the network: numbers from it on are marks.
+    """
+    marks = sum(spring >= first_mark for spring in springs)
+    return (marks, "element") if marks else (len(springs), "spring")
+
+
+def springs_of_events(
+    events: Iterable[tuple[str, Sequence[int]]], first_mark: int
+) -> list[str]:
+    """Return how many springs or elements events concerned: ``rupture: 3 springs``.
 
     Args:
         events: Kinds with the springs.
+        first_mark: As for ``concerned``.
     """
-    counts: Counter[str] = Counter()
+    counts: Counter[tuple[str, str]] = Counter()
     for kind, springs in events:
-        counts[kind] += len(springs)
-    return [f"{kind}: {counted(count, 'spring')}" for kind, count in counts.items() if count]
+        count, what = concerned(springs, first_mark)
+        counts[kind, what] += count
+    return [
+        f"{kind}: {counted(count, what)}" for (kind, what), count in counts.items() if count
+    ]
 
 
 def expectations(states: Sequence[str]) -> str:

@@ -20,7 +20,8 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
     """
     network = snapshot.state.network
     nodes = np.arange(network.body_nodes)
-    springs = np.flatnonzero((network.springs.ends < len(nodes)).all(axis=1))
+    ends = network.springs.ends[: network.first_mark]
+    springs = np.flatnonzero((ends < len(nodes)).all(axis=1))
     cells = RecordedMesh.of(network, nodes, springs).cells(snapshot.state.alive)
     points: dict[str, NDArray[Any]] = {
         "position": snapshot.position[nodes],

@@ -29,29 +29,34 @@ class Break(Struct, frozen=True, eq=False):
 
 
 class Strains:
-    """The breakable springs of a stretch and how near to breaking they came.
+    """What can break in a stretch, springs and then elements, and how near to that it came.
 
     Attributes:
-        able: Their places among the living springs, shape (able,).
+        springs: Numbers of the springs, and of the marks of the elements, shape (able,).
         highest: Largest load so far, shape (able,).
     """
 
     def __init__(self, equations: Equations):
         self._equations = equations
         breaks = np.isfinite(equations.strength) | np.isfinite(equations.crush)
-        self.able = np.flatnonzero(breaks)
-        self.highest = np.zeros(len(self.able))
+        self._able = np.flatnonzero(breaks)
+        self.springs = np.concatenate([equations.springs[self._able], equations.marks])
+        self.highest = np.zeros(len(self.springs))
 
     def at(self, time: float, y: Floats) -> Floats:
-        """Return tensions and pressures divided by their limits, dimensionless, shape (able,).
+        """Return loads divided by their limits, dimensionless, shape (able,).
 
         Args:
             time: Time [s].
             y: Unknowns, see ``Equations``.
         """
         equations = self._equations
-        springs = equations.pull(time, *equations.spread(time, y))
-        return equations.burdens(springs)[self.able]
+        moved, velocity = equations.spread(time, y)
+        burdens = np.zeros(0)
+        if len(self._able):
+            springs = equations.pull(time, moved, velocity)
+            burdens = equations.burdens(springs)[self._able]
+        return np.concatenate([burdens, equations.element_burdens(moved)])
 
     def first_break(self, step: Step) -> Break | None:
         """Return the first break within a step, with all springs that break at that time."""
@@ -67,10 +72,10 @@ class Strains:
         self.highest = np.maximum(self.highest, loads)
         broken = loads >= 1.0 - TOGETHER
         broken[found[1]] = True
-        return Break(found[0], self._equations.springs[self.able[broken]])
+        return Break(found[0], np.sort(self.springs[broken]))
 
     def _crossing(self, step: Step, suspects: Indices) -> tuple[float, int] | None:
-        """Return the time of the first crossing and the spring, as a place in ``able``."""
+        """Return the time of the first crossing and the spring, as a place in ``springs``."""
         times = np.linspace(step.start, step.stop, FINE + 1)
         seen = np.array([self.at(time, step.near(time))[suspects] for time in times])
         brackets: list[tuple[float, float, int]] = []

@@ -117,6 +117,12 @@ class _SampleRecorder(Recorder):
         tension = snapshot.tension
         strain = np.maximum(tension / state.springs.strength, -tension / state.springs.crush)
         self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
+        for field in state.fields:
+            if (breakable := field.breakable) is not None:
+                loads = [breakable.loads(position) for position in samples.position]
+                marks = breakable.limits.marks
+                highest = np.max(loads, axis=0, initial=0.0)
+                self._strain[marks] = np.maximum(self._strain[marks], highest)
         self._rows.append(
             (
                 samples.time,
@@ -146,17 +152,22 @@ class _SampleRecorder(Recorder):
             force=force,
             imbalance=imbalance,
             scale=np.maximum.accumulate(scale),
-            breaks=_breaks(outcome),
+            breaks=_breaks(outcome, self.network),
             firings=tuple(firings),
             strain=self._strain,
             outcome=outcome,
         )
 
 
-def _breaks(outcome: Outcome) -> tuple[Break, ...]:
-    """Return what broke, joined by time: a run reports it by tissues."""
+def _breaks(outcome: Outcome, network: Network) -> tuple[Break, ...]:
+    """Return what broke, joined by time: a run reports it by tissues.
+
+    Edges that are lost with elements are left out.
+    """
+    edges = network.edges
     found: dict[float, list[int]] = {}
     for time, logged_event in outcome.logged_events:
         if logged_event.kind in ("rupture", "crush"):
-            found.setdefault(time, []).extend(logged_event.springs)
+            springs = [one for one in logged_event.springs if not edges[one]]
+            found.setdefault(time, []).extend(springs)
     return tuple(Break(time, np.sort(np.array(springs))) for time, springs in found.items())

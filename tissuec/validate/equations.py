@@ -134,6 +134,7 @@ class Equations:
         touching = state.touching
         self.contact = None if touching is None else NearbyContact(touching)
         self.fields = tuple(self._formula(block, state) for block in state.present_blocks)
+        self.solids = [one for one in self.fields if isinstance(one, ElementSolid)]
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = state.gravity, state.braking[self.free]
         self.mass = state.mass[self.free]
@@ -295,6 +296,20 @@ class Equations:
         The shape is (spring,).
         """
         return np.maximum(springs.tension / self.strength, -springs.tension / self.crush)
+
+    def element_burdens(self, moved: Floats) -> Floats:
+        """Return loads of elements divided by their limits, in the order of ``marks``.
+
+        The shape is (element,).
+        """
+        every = (solid.burdens(self.drawn + moved) for solid in self.solids)
+        return np.concatenate([_NONE, *every])
+
+    @property
+    def marks(self) -> Indices:
+        """Return the springs that mark the elements that may break, shape (element,)."""
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate([none, *(solid.marks for solid in self.solids)])
 
     def node_forces(self, springs: SpringStates) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
@@ -485,6 +500,16 @@ def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((signs, (rows, ends.ravel())), shape=(count, nodes))
 
 
-def overloaded(equations: Equations, springs: SpringStates) -> Indices:
-    """Return the numbers of the intact springs above their limits, ascending, shape (n,)."""
-    return equations.springs[equations.burdens(springs) > 1.0]
+def overloaded(equations: Equations, moved: Floats, springs: SpringStates) -> Indices:
+    """Return the intact springs, and marks of elements, that are above their limits.
+
+    They are numbers of the network, ascending, shape (n,).
+
+    Args:
+        equations: Of the stretch.
+        moved: Displacements of all nodes [m], shape (node, 3).
+        springs: State of the springs.
+    """
+    torn = equations.springs[equations.burdens(springs) > 1.0]
+    broken = equations.marks[equations.element_burdens(moved) > 1.0]
+    return np.sort(np.concatenate([torn, broken]))

@@ -79,9 +79,8 @@ class ReferenceRun:
     def _at_once(self, equations: Equations) -> Ending | None:
         """Return what breaks before any time passes."""
         time = self.state.time
-        broken = overloaded(
-            equations, equations.pull(time, *equations.spread(time, self._y(equations)))
-        )
+        moved, velocity = equations.spread(time, self._y(equations))
+        broken = overloaded(equations, moved, equations.pull(time, moved, velocity))
         if not len(broken):
             return None
         return Ending(time, broken, [])
@@ -103,7 +102,7 @@ class ReferenceRun:
             if found is not None:
                 break
         self._take(equations, ending.time, y)
-        able = equations.springs[strains.able]
+        able = strains.springs
         self.strain[able] = np.maximum(self.strain[able], strains.highest)
         return ending
 
@@ -127,7 +126,7 @@ class ReferenceRun:
 
     def _ending(self, equations: Equations, strains: Strains, step: Step) -> Ending | None:
         """Return the first break or trigger within a step."""
-        broken = strains.first_break(step) if len(strains.able) else None
+        broken = strains.first_break(step) if len(strains.springs) else None
         fired = self._trigger(equations, step, broken.time if broken else step.stop)
         if fired is not None and (broken is None or fired.time < broken.time):
             return fired
@@ -206,9 +205,8 @@ class ReferenceRun:
         for name in self.state.give_way(broken):
             broken = broken[broken != self.state.knots[name].hold]
         if len(broken):
-            self.state.alive = self.state.alive.copy()
-            self.state.alive[broken] = False
-            self.ruptured[broken] = True
+            edges = self.state.break_springs(broken)
+            self.ruptured[broken] = self.ruptured[edges] = True
             self.breaks.append(Break(self.state.time, broken))
         self.state.seize()
         self._carry_out()

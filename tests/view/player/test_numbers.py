@@ -183,11 +183,12 @@ def test_springs_that_break_together_are_one_mark():
         Event(0.9, "rupture", (3,), "too much", ""),
         Event(1.0, "cut", (1,), "cut it", ""),
     ]
-    found = marks(events, 2.0)
+    events += [Event(1.5, "rupture", (3, 20, 21), "too much", "")] * 2
+    found = marks(events, 2.0, 20)  # from 20 on, they are elements
     assert [mark.text for mark in found] == [
-        "18 springs ruptured", "1 spring ruptured", "cut it: 1 spring",
+        "18 springs ruptured", "1 spring ruptured", "cut it: 1 spring", "4 elements ruptured",
     ]  # fmt: skip
-    assert [mark.sign for mark in found] == ["bolt", "bolt", "cross"]
+    assert [mark.sign for mark in found] == ["bolt", "bolt", "cross", "bolt"]
 
 
 def test_every_kind_of_event_has_a_sign(repository):

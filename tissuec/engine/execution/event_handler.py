@@ -4,6 +4,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from tissuec.engine.execution.broken_elements import broken_elements
 from tissuec.engine.execution.buckling import unstable_rest
 from tissuec.engine.execution.failure_messages import explain_action
 from tissuec.engine.execution.leaks import leaking, torn_by
@@ -189,11 +190,13 @@ class EventHandler:
             self._log(slipped(name, knot))
         motion = state.position, state.velocity
         is_pressed = observables.tension(state, *motion, springs) < 0.0
-        state.alive = state.alive.copy()
-        state.alive[springs] = False
-        self.run_state.ruptured[springs] = True
-        self._log_broken("rupture", springs[~is_pressed])
+        edges = state.break_springs(springs)
+        self.run_state.ruptured[springs] = self.run_state.ruptured[edges] = True
+        is_mark = springs >= self.network.first_mark
+        self._log_broken("rupture", springs[~is_pressed & ~is_mark])
         self._log_broken("crush", springs[is_pressed])
+        for event in broken_elements(self.network, springs[is_mark], edges):
+            self._log(event)
 
     def _log_broken(self, kind: str, springs: Indices) -> None:
         """Enter springs that broke, by the places that their limits come from."""

@@ -393,9 +393,9 @@ def wishes(network: Network, plan: Plan) -> Recording:
     is_of_cells = any(one.at == "cell" for one in fields)
     return Recording(
         nodes=output.frames,
-        springs=np.flatnonzero(shown[network.springs.ends].all(axis=1) & ~network.bends).astype(
-            "i4"
-        ),
+        springs=np.flatnonzero(
+            shown[network.springs.ends].all(axis=1) & network.shown_springs
+        ).astype("i4"),
         single=output.single,
         compress=output.compress,
         logs=logs,

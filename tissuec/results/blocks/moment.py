@@ -14,6 +14,7 @@ from tissuec.results.fields import FieldChannel
 from tissuec.results.trajectory import Trajectory
 
 _NO_TRIANGLES: Indices = np.zeros((0, 3), dtype=np.int64)
+_NONE: Indices = np.zeros(0, dtype=np.int64)
 
 
 class Facts:
@@ -73,16 +74,17 @@ class Moment:
         triangles: Its points that are corners of the skin, shape (triangle, 3).
         whole: Positions of all nodes that frames contain, by network number [m], shape (node,
             3).
+        broken: Marks of elements that have broken, shape (n,).
     """
 
     def __init__(
         self, facts: Facts, cloud: Cloud, nodes: Indices, springs: Indices, position: Floats,
         velocity: Floats, recorded: Mapping[str, Floats], whole: Floats,
-        triangles: Indices = _NO_TRIANGLES,
+        triangles: Indices = _NO_TRIANGLES, broken: Indices = _NONE,
     ):  # fmt: skip
         self.facts, self.cloud, self.nodes, self.springs = facts, cloud, nodes, springs
         self.position, self.velocity, self.recorded = position, velocity, recorded
-        self.triangles, self.whole = triangles, whole
+        self.triangles, self.whole, self.broken = triangles, whole, broken
 
     @property
     def network(self) -> Network:
@@ -106,7 +108,8 @@ class Moment:
     def _alive(self) -> NDArray[np.bool_]:
         """Which springs of the network are there, as far as they are of this cloud."""
         alive = np.zeros(self.network.spring_count, dtype=bool)
-        alive[self.springs] = True
+        alive[self.springs] = alive[self.network.first_mark :] = True
+        alive[self.broken] = False
         return alive
 
     @cached_property
@@ -162,7 +165,7 @@ class CloudMoments:
             np.asarray(one[frame], dtype=float)
             for one in (trajectory.position, trajectory.velocity)
         )
-        drawn = trajectory.cells(frame)
+        drawn, broken = trajectory.cells(frame), self._broken(float(trajectory.times[frame]))
         numbers = {one: self._numbers(one, frame) for one in trajectory.channels}
         whole = position
         if len(position) < network.body_nodes:
@@ -184,8 +187,15 @@ class CloudMoments:
             springs = drawn.springs[own].astype(np.int64)
             yield Moment(
                 self._facts, cloud, nodes, springs, position[at], velocity[at], recorded, whole,
-                corners,
+                corners, broken,
             )  # fmt: skip
+
+    def _broken(self, time: float) -> Indices:
+        """Return the marks of elements that have broken until a time [s], shape (n,)."""
+        first = self._facts.network.first_mark
+        events = (event for event in self._trajectory.events if event.time <= time)
+        marks = [spring for event in events for spring in event.springs if spring >= first]
+        return np.array(marks, dtype=np.int64)
 
     def _numbers(self, channel: FieldChannel, frame: int) -> Floats:
         """Return the numbers of a field at all nodes, springs or triangles of a frame."""

@@ -15,7 +15,9 @@ from tissuec.script.measures.snapshot import Snapshot
 class Ruptured(ScalarMeasure):
     """The number of springs of A that have broken by themselves; true if it is not 0.
 
-    They are torn by tension or crushed by compression; the event log distinguishes both.
+    They are torn by tension or crushed by compression; the event log distinguishes both. In
+    bodies that are made of elements, it is the number of elements all of whose nodes belong to
+    A.
     """
 
     form = "ruptured(A)"
@@ -26,6 +28,9 @@ class Ruptured(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        return one_column(
-            np.count_nonzero(snapshot.ruptured[snapshot.springs(subjects[0])]), snapshot
-        )
+        subject, network = subjects[0], snapshot.state.network
+        springs = snapshot.springs(subject)
+        if not subject.is_springs and network.marks:
+            edges = network.edges[springs]
+            springs = np.append(springs[~edges], snapshot.marks(subject))
+        return one_column(np.count_nonzero(snapshot.ruptured[springs]), snapshot)

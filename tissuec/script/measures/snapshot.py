@@ -134,12 +134,22 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
             return subject.springs
         inside = np.zeros(self.state.network.node_count, dtype=bool)
         inside[self.nodes(subject)] = True
-        return np.flatnonzero(inside[self.state.springs.ends].all(axis=1))
+        ends = self.state.springs.ends[: self.state.network.first_mark]
+        return np.flatnonzero(inside[ends].all(axis=1))
 
     def intact(self, subject: "Subject") -> Indices:
         """Return those of its springs that are alive, shape (spring,)."""
         springs = self.springs(subject)
         return springs[self.state.alive[springs]]
+
+    def marks(self, subject: "Subject") -> Indices:
+        """Return the marks of elements of a subject: those with all nodes in it, shape (n,).
+
+        A set of springs has none.
+        """
+        if subject.is_springs:
+            return _NOTHING
+        return self.state.network.marks_within(self.nodes(subject))
 
     def with_ledger(self, ledger: EnergyBalance) -> "Snapshot":
         """Return this snapshot with a ledger, and with all that was computed already."""

@@ -57,6 +57,7 @@ class ElementSolid:
             self._slope = np.einsum("eqax,exy->eqay", self._slope, drawn_out(elements))
         self._weight = np.linalg.det(sides) * weights
         self._volume = self._weight.sum(axis=1)
+        self._limits = elements.limits
 
     # --- states -------------------------------------------------------------------------------
 
@@ -126,7 +127,11 @@ class ElementSolid:
         np.subtract.at(to, self._nodes, push)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J], the work of the stress along a straight way.
+        """Return the stored energy [J]."""
+        return float(self._energies(position).sum())
+
+    def _energies(self, position: Floats) -> Floats:
+        """Return the energy of each element [J], the work of the stress along a straight way.
 
         Each law is integrated from the drawn state on, where it stores nothing.
         """
@@ -151,10 +156,34 @@ class ElementSolid:
             e = spread * one + (1.0 - 3.0 * spread) * ((stretched**2).sum(axis=2) - 1.0)
             total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
         mean = (self._weight * j).sum(axis=1) / self._volume
-        whole = (self._weight * total).sum() + 0.5 * self._bulk @ (
-            self._volume * (mean - 1.0) ** 2
-        )
-        return float(whole)
+        of_mean = 0.5 * self._bulk * self._volume * (mean - 1.0) ** 2
+        return np.asarray((self._weight * total).sum(axis=1) + of_mean)
+
+    @property
+    def marks(self) -> Indices:
+        """Return the springs that die with elements that break, shape (element,)."""
+        none = np.zeros(0, dtype=np.int64)
+        return none if self._limits is None else np.asarray(self._limits.marks)
+
+    def burdens(self, position: Floats) -> Floats:
+        """Return loads divided by what breaks the elements, dimensionless, shape (element,).
+
+        Principal stretches are the singular values of the mean of F.
+        """
+        limits = self._limits
+        if limits is None:
+            return np.zeros(0)
+        f, j, pressure = self._strained(position)
+        part = self._weight / self._volume[:, None]
+        widest = np.linalg.svd(np.einsum("eq,eqxk->exk", part, f), compute_uv=False)[:, 0]
+        stress = self._stress(np.einsum("eqxk,eqxl->eqkl", f, f), np.sign(j), pressure)
+        kirchhoff = np.einsum("eq,eqxk,eqkl,eqyl->exy", part, f, stress, f)
+        largest = np.linalg.eigvalsh(kirchhoff)[:, -1] / widest
+        held = self._energies(position) / self._volume ** (2.0 / 3.0)
+        loads = (
+            (widest - 1.0) / limits.strain, largest / limits.stress, held / limits.toughness
+        )  # fmt: skip
+        return np.asarray(np.max(loads, axis=0))
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside [W]: none."""

@@ -5,12 +5,11 @@ their order, such as a motion that was written anew. Each spring that breaks is 
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable
 
 from msgspec import Struct
 
 from tissuec.model.network import Indices
-from tissuec.results.recording import Event
 from tissuec.view.compare.matching import MatchedIndices
 from tissuec.view.compare.sides import Side
 
@@ -68,8 +67,8 @@ class EventComparison(Struct, frozen=True):
 
 def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison:
     """Return the events of both runs and those of only one."""
-    left_a = _entries(a.events, springs.number(a.network.spring_count, "a"), odd=True)
-    left_b = _entries(b.events, springs.number(b.network.spring_count, "b"), odd=False)
+    left_a = _entries(a, springs.number(a.network.spring_count, "a"), odd=True)
+    left_b = _entries(b, springs.number(b.network.spring_count, "b"), odd=False)
     both: list[MatchedEvent] = []
     for key in (_exactly, _alike, _of_kind):
         met, left_a, left_b = _meet(left_a, left_b, key)
@@ -78,24 +77,31 @@ def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison
     return EventComparison(tuple(both), tuple(left_a), tuple(left_b))
 
 
-def _entries(events: Iterable[Event], pair: Indices, *, odd: bool) -> list[EventEntry]:
+def _entries(side: Side, pair: Indices, *, odd: bool) -> list[EventEntry]:
     """Return events with the springs that both sides have numbered alike.
 
+    Of elements that break, their marks are the springs.
+
     Args:
+        side: The run.
         pair: The pair of each spring, -1 without.
         odd: Whether springs without one get odd numbers, or even ones, below zero.
     """
     found: list[EventEntry] = []
-    for event in events:
-        numbered = zip(pair[list(event.springs)].tolist(), event.springs, strict=True)
+    for event in side.events:
+        marks = [one for one in event.springs if one >= side.network.first_mark]
+        concerned = marks or event.springs
+        numbered = zip(pair[list(concerned)].tolist(), concerned, strict=True)
         springs = tuple(n if n >= 0 else -2 * s - 2 + odd for n, s in numbered)
         if event.kind not in BREAKING:
             found.append(
                 EventEntry(event.time, event.kind, event.cause, tuple(sorted(springs)))
             )
             continue
-        for number, spring in zip(springs, event.springs, strict=True):
-            found.append(EventEntry(event.time, event.kind, event.cause, (number,), spring))
+        # What broke several elements names the first of them, which says nothing of the others.
+        cause = "" if marks else event.cause
+        for number, spring in zip(springs, concerned, strict=True):
+            found.append(EventEntry(event.time, event.kind, cause, (number,), spring))
     return found
 
 

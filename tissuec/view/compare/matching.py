@@ -75,7 +75,7 @@ def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
 
     Of several springs between two nodes the first matches the first, and so on.
     """
-    keys = [key_of(part.name) for part in a.network.parts]
+    keys = [key_of(part.name) for part in (*a.network.parts, *a.network.marks)]
     codes_a = _spring_codes(a.network, nodes, "a", keys)
     codes_b = _spring_codes(b.network, nodes, "b", keys)
     apart_a, apart_b = _told_apart(codes_a, codes_b)
@@ -99,7 +99,7 @@ def _spring_codes(
     number, count = nodes.number(network.node_count, which), len(nodes)
     ends = np.sort(number[network.springs.ends], axis=1).reshape(-1, 2)
     codes = np.full(network.spring_count, -1)
-    for part in network.parts:
+    for part in (*network.parts, *network.marks):
         if (key := key_of(part.name)) in keys:
             low, high = ends[part.springs].T
             codes[part.springs] = (keys.index(key) * count + low) * count + high

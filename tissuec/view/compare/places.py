@@ -84,5 +84,9 @@ class SideParts:
         return f"{self.network.node_ids[number]} of {name}"
 
     def spring(self, number: int) -> str:
-        """Return the name of a spring: "14 of oviduct"."""
+        """Return the name of a spring or of a marked element: "14 of oviduct"."""
         return f"{self.network.springs.ids[number]} of {self.network.owner(number).name}"
+
+    def broken(self, number: int) -> str:
+        """Return what breaks under the number of a spring: "spring", or "element"."""
+        return "spring" if number < self.network.first_mark else "element"

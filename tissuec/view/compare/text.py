@@ -242,14 +242,19 @@ def _broken(
     shifted = [meeting for meeting in both if meeting.shift]
     if not (shifted or only[0] or only[1]):
         return
+    kinds = {places[0].broken(meeting.a.spring) for meeting in both}
+    for place, entries in zip(places, only, strict=True):
+        kinds |= {place.broken(entry.spring) for entry in entries}
+    what = kinds.pop() if len(kinds) == 1 else "spring or element"
     yield (
-        f"{kind}: {counted(len(both) + len(only[0]), 'spring')} in a, "
+        f"{kind}: {counted(len(both) + len(only[0]), what)} in a, "
         f"{len(both) + len(only[1])} in b, {len(both)} of them in both"
     )
     if shifted:
         worst = max(shifted, key=lambda meeting: abs(meeting.shift))
         yield (
-            f"  times differ by up to {show(abs(worst.shift), TIME)}: spring "
+            f"  times differ by up to {show(abs(worst.shift), TIME)}: "
+            f"{places[0].broken(worst.a.spring)} "
             f"{places[0].spring(worst.a.spring)}, {show(worst.a.time, TIME, digits=6)} -> "
             f"{show(worst.b.time, TIME, digits=6)}"
         )
@@ -261,7 +266,8 @@ def _broken(
 def _springs(entries: Sequence[EventEntry], places: SideParts) -> str:
     told = [f"{places.spring(e.spring)} at {show(e.time, TIME)}" for e in entries[:MOST_NAMED]]
     more = f", and {len(entries) - MOST_NAMED} more" if len(entries) > MOST_NAMED else ""
-    return f"spring{'s' if len(entries) > 1 else ''} {', '.join(told)}{more}"
+    what = places.broken(entries[0].spring)
+    return f"{what}{'s' if len(entries) > 1 else ''} {', '.join(told)}{more}"
 
 
 # --- logs and motion --------------------------------------------------------------------------

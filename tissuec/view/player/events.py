@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from tissuec.core.errors import counted
 from tissuec.results.recording import Event
+from tissuec.results.wording import concerned
 
 #: Shape of the mark -> kinds of events; what stands nowhere here is a ring.
 SIGNS = {
@@ -38,28 +39,35 @@ class Mark(Struct, frozen=True):
     text: str
 
 
-def marks(events: Iterable[Event], duration: float) -> list[Mark]:
-    """Return marks in order; springs that break nearly together are one of them."""
-    found: list[tuple[Event, int]] = []
+def marks(events: Iterable[Event], duration: float, first_mark: int) -> list[Mark]:
+    """Return marks in order; springs or elements that break nearly together are one of them.
+
+    Args:
+        events: In the order of time.
+        duration: Of the run [s].
+        first_mark: Of the network; see ``wording.concerned``.
+    """
+    found: list[tuple[Event, int, str]] = []
     for event in events:
+        many, what = concerned(event.springs, first_mark)
         last = found[-1][0] if found else None
         if (
             last is not None
-            and last.kind == event.kind
+            and (last.kind, found[-1][2]) == (event.kind, what)
             and event.kind in BREAKING
             and event.time - last.time < duration / _MOST
         ):
-            found[-1] = last, found[-1][1] + len(event.springs)
+            found[-1] = last, found[-1][1] + many, what
         else:
-            found.append((event, len(event.springs)))
-    return [_mark(event, springs) for event, springs in found]
+            found.append((event, many, what))
+    return [_mark(*one) for one in found]
 
 
-def _mark(event: Event, springs: int) -> Mark:
+def _mark(event: Event, many: int, what: str) -> Mark:
     sign = next((sign for sign, kinds in SIGNS.items() if event.kind in kinds), "ring")
     text = event.cause
     if event.kind in BREAKING:
-        text = f"{counted(springs, 'spring')} {BREAKING[event.kind]}"
+        text = f"{counted(many, what)} {BREAKING[event.kind]}"
     elif event.kind == "cut":
-        text = f"{text}: {counted(springs, 'spring')}"
+        text = f"{text}: {counted(many, what)}"
     return Mark(event.time, event.kind, sign, text)

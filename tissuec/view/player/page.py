@@ -167,7 +167,7 @@ def describe(
         "clock": _shown(trajectory.clock),
         **_pairs(trajectory),
         "curves": [_curve(one, k, pack) for k, one in enumerate(read_curves(trajectory))],
-        "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
+        "marks": _marks(trajectory, duration),
         "view": _view(film, options),
         "colour": options.colour or "tension",
         **pack_fields(nodes, field, pack, scale),
@@ -230,6 +230,12 @@ def _pack_forces(film: PlayerData, pack: Pack, most: Mapping[str, float]) -> Non
     pack.add(
         "force", even(film.force, RULES.longest * most["force"], _FORCES).transpose(0, 2, 1)
     )
+
+
+def _marks(trajectory: Trajectory, duration: float) -> list[Any]:
+    """Return what happened, as marks on the timeline."""
+    first = trajectory.network.first_mark
+    return [as_data(mark) for mark in marks(trajectory.events, duration, first)]
 
 
 def _tools(film: PlayerData, pack: Pack) -> dict[str, Any]:

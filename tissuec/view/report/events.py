@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tissuec.core.errors import counted
-from tissuec.results.export import event_facts
+from tissuec.results.export import ELEMENT, event_facts
 from tissuec.results.recording import Event
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, Section, element, folded, html, row, table
@@ -46,4 +46,5 @@ def _springs(names: Sequence[str]) -> Content:
     if len(names) <= SHOWN:
         return " ".join(names)
     rest = f" … and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return folded(counted(len(names), "spring"), element("p", " ".join(names[:NAMED]), rest))
+    what = "element" if names[0].rpartition(":")[2].startswith(ELEMENT) else "spring"
+    return folded(counted(len(names), what), element("p", " ".join(names[:NAMED]), rest))

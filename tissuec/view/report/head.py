@@ -53,7 +53,10 @@ def sentence(content: ReportContent) -> Iterator[str]:
     yield from _reached(content)
     if content.statistics is not None:
         yield wording.stepping(content.manifest)
-    yield from wording.springs_of_events((one.kind, one.springs) for one in content.events)
+    yield from wording.springs_of_events(
+        ((one.kind, one.springs) for one in content.events),
+        content.trajectory.network.first_mark,
+    )
     states = [one.state for one in content.expectations]
     if states and content.kind == "done" and "not recorded" not in states:
         yield f"expectations: {wording.expectations(states)}"

@@ -1,0 +1,199 @@
+"""What breaks the elements of bodies that may rupture, and the springs that mark them.
+
+An element has a spring of its own that bears nothing. Where the element breaks, this mark dies,
+as springs do that break, so that results, checkpoints and scripts know what is left.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.tissue_parts import Material, TissueParts, part_numbers
+from tissuec.core.errors import Note
+from tissuec.core.names import key_of
+from tissuec.core.source import Span
+from tissuec.laws import LINEAR
+from tissuec.meshes.generators import ElementMesh
+from tissuec.model.network import Floats, Indices, MarkPart, Origin, Provenance
+from tissuec.model.springs import NUMBERS, Springs
+from tissuec.scene.element_bodies import note_of, refuse
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import AssignedQuantity, Body
+
+if TYPE_CHECKING:
+    from tissuec.forces.element_limits import ElementLimits
+    from tissuec.forces.elements import SolidElements
+
+NOT_ALLOWED = "rupture is not allowed"
+#: Limits of elements by the keys of their quantities.
+_LIMITS = ("breaking strain", "strength", "toughness")
+CRUSHING = "crushing force"
+#: Of the toughness of a tissue, what elements at the tip of a crack hold per area when it
+#: advances; the rest is set free around them. Measured: see "Cracks" in docs/numerics.md.
+AT_TIPS = {"hexahedron": 0.3, "wedge": 0.25, "tetrahedron": 0.2}
+
+
+class ElementMarks(Struct, frozen=True, eq=False):
+    """Springs that mark the elements of one body, as a part of a network.
+
+    Attributes:
+        springs: One for each element, at the nodes that it has in the network.
+        memory: Nothing.
+        provenance: Of their numbers, by name; ``strength`` is that of what breaks the elements.
+        name: Of the body.
+        span: Of the body.
+    """
+
+    springs: Springs
+    provenance: Mapping[str, Provenance]
+    name: str
+    span: Span
+    memory: Mapping[str, Floats] = {}
+
+    @classmethod
+    def of(cls, body: Body, nodes: Indices, known: Provenance) -> "ElementMarks":
+        """Return the marks of elements.
+
+        Args:
+            body: The body.
+            nodes: One node of each element in the network, shape (element,).
+            known: Where their limits come from.
+        """
+        count = len(nodes)
+        numbers = dict(zip(NUMBERS, (0.0, 0.0, 0.0, np.inf, np.inf), strict=True))
+        springs = Springs.of(
+            np.stack([nodes, nodes], axis=1).astype(np.int32),
+            {name: np.broadcast_to(value, count) for name, value in numbers.items()},
+            np.broadcast_to(np.int32(0), count),
+            (LINEAR,),
+            np.arange(1, count + 1),
+        )
+        return cls(springs, dict.fromkeys(NUMBERS, known), body.name, body.span)
+
+    def part(self, first: int) -> MarkPart:
+        """Return where they are in a network in which the first has a number."""
+        return MarkPart(self.name, slice(first, first + len(self.springs.ids)), self.span)
+
+
+def skin_marks(skin: NDArray[np.int32], solids: "Sequence[SolidElements]") -> Indices | None:
+    """Return the mark of the element that each triangle of a skin belongs to, or -1.
+
+    The shape is (triangle,). None without elements.
+
+    Args:
+        skin: Corners, shape (triangle, 3).
+        solids: Elements, of which some may break.
+    """
+    solids = [solid for solid in solids if solid.limits is not None]
+    if not solids:
+        return None
+    found = np.full(len(skin), -1)
+    wanted = _keys(skin)
+    order = np.argsort(wanted)
+    for solid in solids:
+        assert solid.limits is not None
+        faces = solid.nodes[:, solid.shape.triangles]
+        keys = _keys(faces.reshape(-1, 3))
+        marks = np.repeat(solid.limits.marks, faces.shape[1])
+        place = np.searchsorted(wanted, keys, sorter=order)
+        place = order[np.minimum(place, len(skin) - 1)]
+        same = wanted[place] == keys
+        found[place[same]] = marks[same]
+    return found
+
+
+def _keys(triangles: NDArray[np.integer]) -> Indices:
+    """Return a number for each triangle of fewer than two million nodes, whatever its order."""
+    low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
+    return (low << 42) | (middle << 21) | high
+
+
+class LimitReader:
+    """Reads what breaks the elements of one body.
+
+    Args:
+        body: The body.
+        parts: What its tissues say.
+        part: Number of the part of each element, shape (element,).
+        shapes: The elements, shape by shape.
+        findings: Takes diagnostics.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        parts: TissueParts,
+        part: Indices,
+        shapes: Sequence[ElementMesh],
+        findings: Findings,
+    ):
+        assert body.elements is not None
+        self.body, self.parts, self.part, self.findings = body, parts, part, findings
+        self.shapes = shapes
+        self.made = body.elements
+        self.given: list[AssignedQuantity | None] = [None] * len(parts.materials)
+        if body.may_rupture:
+            found = parts.found("breaking force")
+            for number in part_numbers(part):
+                self.given[number] = self._limit(found[number], parts.materials[number])
+
+    def _limit(
+        self, given: AssignedQuantity | None, material: Material
+    ) -> AssignedQuantity | None:
+        """Return what breaks the elements of a part; reports limits of springs."""
+        assert material.tissue is not None
+        crush = material.tissue.given.get(CRUSHING)
+        if crush is not None and crush.value != crush.quantity.none:
+            refuse(f"a {CRUSHING}", crush.span, self.made, self.findings)
+        if given is None:
+            self.parts.missing("breaking strain", material, note_of(self.made))
+        if given.quantity.is_of_matter or given.value == given.quantity.none:
+            return given
+        self.findings.reject(
+            "TIS306",
+            "the breaking force of each spring is not available for elements",
+            given.span,
+            hint="write a breaking strain, a strength or a toughness in the tissue instead",
+            notes=(
+                Note(f"used by {self.body.name}", self.body.span),
+                note_of(self.made),
+            ),
+        )
+
+    @property
+    def limits(self) -> "ElementLimits | None":
+        """Return the limits of the elements, with marks numbered within the body."""
+        if not self.body.may_rupture:
+            return None
+        from tissuec.forces.element_limits import ElementLimits
+
+        strain, stress, toughness = (
+            np.array([_value(one, key) for one in self.given])[self.part] for key in _LIMITS
+        )
+        share = [np.full(len(one.nodes), AT_TIPS[one.shape]) for one in self.shapes]
+        toughness = toughness * np.concatenate(share)
+        return ElementLimits(strain, stress, toughness, np.arange(len(self.part)))
+
+    def known(self, part: NDArray[np.integer]) -> Provenance:
+        """Return where limits come from.
+
+        Args:
+            part: Of each element or edge, shape (n,).
+        """
+        if not self.body.may_rupture:
+            origins = (Origin(self.body.span, NOT_ALLOWED),)
+            return Provenance(np.broadcast_to(np.int32(0), part.shape), origins)
+        origins = tuple(
+            Origin(self.body.span, "none") if one is None else Origin(one.span, one.how)
+            for one in self.given
+        )
+        return Provenance(part.astype(np.int32), origins)
+
+
+def _value(given: AssignedQuantity | None, key: str) -> float:
+    """Return a limit, infinite where another quantity says it."""
+    is_it = given is not None and key_of(given.quantity.name) == key
+    return given.value if given is not None and is_it else np.inf

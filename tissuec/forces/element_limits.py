@@ -1,0 +1,149 @@
+"""What breaks solid elements: a strain, a stress, or the energy of a crack.
+
+With the mean F̄ of the deformation gradient over the volume V of an element, whose largest
+principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without what is viscous,
+whose largest principal value is τ₁, an element is broken by
+
+    a breaking strain ε    λ - 1 > ε
+    a strength S           τ₁ / λ > S, the force per drawn section in tension
+    a toughness G          E > G V^(2/3), E being its energy.
+
+The last is the crack band (Z. P. Bažant, B. H. Oh, Mater. Struct. 16:155, 1983): elements of
+the size V^(1/3) that break side by side set free E / V^(2/3) per area of the crack, on meshes
+of any size.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.forces import acts_of
+from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
+from tissuec.forces.elements_kernel import ElementTable
+from tissuec.forces.solid_strain import energy
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.solid import SolidLaw
+from tissuec.model.network import Floats, Indices
+
+
+class Loaded(Protocol):
+    """Elements of one shape, as ``forces.elements.SolidElements``."""
+
+    @property
+    def laws(self) -> tuple[SolidLaw, ...]:
+        """Return their laws."""
+        ...
+
+    @property
+    def volume(self) -> Floats:
+        """Return the volumes as drawn [m³], shape (element,)."""
+        ...
+
+    def only(self, items: Indices) -> Self:
+        """Return some elements, by indices of shape (n,)."""
+        ...
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
+        """Return the record of the kernel.
+
+        Args:
+            place: Index of each node in its arrays, shape (node,).
+            acts: Nothing.
+            position: Of all nodes [m], shape (node, 3); not used.
+        """
+        ...
+
+
+class ElementLimits(NamedTuple):
+    """Limits of elements; infinite where there is none.
+
+    Attributes:
+        strain: Shape (element,).
+        stress: [Pa], shape (element,).
+        toughness: Energy per area of a crack that they hold when they break [J/m²], shape
+            (element,).
+        marks: The spring without force that stands for each element: it is there while the
+            element is, shape (element,).
+    """
+
+    strain: Floats
+    stress: Floats
+    toughness: Floats
+    marks: Indices
+
+    def some(self, items: Indices) -> "ElementLimits":
+        """Return those of some elements, by indices of shape (n,)."""
+        strain, stress = self.strain[items], self.stress[items]
+        return ElementLimits(strain, stress, self.toughness[items], self.marks[items])
+
+    @property
+    def finite(self) -> Indices:
+        """Return the elements that have a limit, shape (n,)."""
+        least = np.minimum(np.minimum(self.strain, self.stress), self.toughness)
+        return np.flatnonzero(np.isfinite(least))
+
+
+class BreakableElements(Struct, frozen=True, eq=False):
+    """Elements of one shape that can break.
+
+    Attributes:
+        elements: All of them have a limit.
+        limits: Theirs.
+    """
+
+    elements: Loaded
+    limits: ElementLimits
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops, which set the loads."""
+        return burden_elements
+
+    def some(self, items: Indices) -> "BreakableElements":
+        """Return some of them, by indices of shape (n,)."""
+        return BreakableElements(self.elements.only(items), self.limits.some(items))
+
+    def table(self, place: Indices) -> LimitTable:
+        """Return the record of the kernel.
+
+        Args:
+            place: Index of each node in the arrays of the kernel, shape (node,).
+        """
+        own = self.elements
+        solid = own.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
+        weight = solid.weight[:, :, None]
+        mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
+        energies = 0
+        if solid.is_curved:
+            from tissuec.compiled.laws import slope_addresses
+
+            (energies,) = slope_addresses(tuple((energy(law),) for law in own.laws))
+        area = own.volume ** (2.0 / 3.0)
+        return LimitTable(
+            solid=solid, mean=np.ascontiguousarray(mean), strain=self.limits.strain,
+            stress=self.limits.stress, energy=self.limits.toughness * area,
+            energies=energies, here=np.zeros(29),
+        )  # fmt: skip
+
+    def loads(self, position: Floats) -> Floats:
+        """Return the loads divided by what breaks the elements, shape (element,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        from tissuec.compiled.calls import kernel_on
+
+        call = kernel_on(self.kernel, self.table(np.arange(len(position))))
+        found, still = np.zeros(len(self.limits.marks)), np.zeros(0)
+        call(0.0, np.ascontiguousarray(position, dtype=float).ravel(), still, found, still)
+        return found
+
+    def broken(self, position: Floats) -> Indices:
+        """Return the marks of those that break, shape (n,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        return self.limits.marks[self.loads(position) > 1.0]
