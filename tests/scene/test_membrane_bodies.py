@@ -319,7 +319,7 @@ MISTAKES = {
     (MADE, SPHERE, "; interior is spokes"):
         'TIS306: "interior" of a mesh is not available for elements',
     (MADE + "; rupture is allowed", SHEET, ""):
-        "TIS306: rupture is not available for elements",
+        "TIS306: rupture of walls is not available for elements",
     (MADE + "; fibres is axial", SHEET, ""):
         "TIS306: fibres of wall have no effect: its tissue has no fibre modulus",
 }  # fmt: skip

@@ -428,7 +428,7 @@ def element_blocks(
         first_spring: Number of the first of them.
         first_mark: Number of the first spring that marks one of the elements.
     """
-    return [_elements(one, position, nodes, ends, first_spring, first_mark) for one in elements]
+    return [_block(one, position, nodes, ends, first_spring, first_mark) for one in elements]
 
 
 def _block(

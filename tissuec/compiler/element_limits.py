@@ -5,7 +5,7 @@ as springs do that break, so that results, checkpoints and scripts know what is 
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from msgspec import Struct
@@ -17,6 +17,7 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.laws import LINEAR
 from tissuec.meshes.generators import ElementMesh
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, MarkPart, Origin, Provenance
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.scene.element_bodies import note_of, refuse
@@ -78,22 +79,23 @@ class ElementMarks(Struct, frozen=True, eq=False):
         return MarkPart(self.name, slice(first, first + len(self.springs.ids)), self.span)
 
 
-def skin_marks(skin: NDArray[np.int32], solids: "Sequence[SolidElements]") -> Indices | None:
+def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
     """Return the mark of the element that each triangle of a skin belongs to, or -1.
 
-    The shape is (triangle,). None without elements.
+    The shape is (triangle,). None where no element may break.
 
     Args:
         skin: Corners, shape (triangle, 3).
-        solids: Elements, of which some may break.
+        blocks: Of elements.
     """
-    solids = [solid for solid in solids if solid.limits is not None]
-    if not solids:
+    solids = (cast("SolidElements", b.field) for b in blocks if b.kind == "elements")
+    able = [solid for solid in solids if solid.limits is not None]
+    if not able:
         return None
     found = np.full(len(skin), -1)
     wanted = _keys(skin)
     order = np.argsort(wanted)
-    for solid in solids:
+    for solid in able:
         assert solid.limits is not None
         faces = solid.nodes[:, solid.shape.triangles]
         keys = _keys(faces.reshape(-1, 3))

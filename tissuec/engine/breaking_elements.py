@@ -51,8 +51,12 @@ class Loads:
         """Return the loads, shape (element,); ``x`` are flat positions [m], shape (3 node,)."""
         found = np.empty(len(self.marks))
         first = 0
-        for call, count in self._calls:
-            call(0.0, x, _STILL, found[first : first + count], _STILL)
+        for (call, count), shape in zip(self._calls, self._shapes, strict=True):
+            own = found[first : first + count]
+            call(0.0, x, _STILL, own, _STILL)
+            if not shape.is_coded():
+                position = x.reshape(-1, 3)[self._place]
+                np.maximum(own, shape.by_energy(position), out=own)
             first += count
         return found
 

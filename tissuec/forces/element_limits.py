@@ -14,6 +14,7 @@ of any size.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -43,6 +44,14 @@ class Loaded(Protocol):
 
     def only(self, items: Indices) -> Self:
         """Return some elements, by indices of shape (n,)."""
+        ...
+
+    def energies(self, position: Floats) -> Floats:
+        """Return the energy of each element [J], shape (element,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
         ...
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
@@ -115,17 +124,32 @@ class BreakableElements(Struct, frozen=True, eq=False):
         solid = own.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
         weight = solid.weight[:, :, None]
         mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
-        energies = 0
-        if solid.is_curved:
-            from tissuec.compiled.laws import slope_addresses
-
-            (energies,) = slope_addresses(tuple((energy(law),) for law in own.laws))
-        area = own.volume ** (2.0 / 3.0)
+        address = _address_of_energies(own.laws)
+        is_coded = address is not None
         return LimitTable(
             solid=solid, mean=np.ascontiguousarray(mean), strain=self.limits.strain,
-            stress=self.limits.stress, energy=self.limits.toughness * area,
-            energies=energies, here=np.zeros(29),
+            stress=self.limits.stress,
+            energy=self.energy if is_coded else np.full(len(own.volume), np.inf),
+            energies=address or 0, here=np.zeros(29),
         )  # fmt: skip
+
+    @property
+    def energy(self) -> Floats:
+        """Return the energies that break them [J], shape (element,)."""
+        return np.asarray(self.limits.toughness * self.elements.volume ** (2.0 / 3.0))
+
+    def is_coded(self) -> bool:
+        """Return whether the kernel sets all loads, rather than those of stretch and stress."""
+        has_none = not np.isfinite(self.limits.toughness).any()
+        return has_none or _address_of_energies(self.elements.laws) is not None
+
+    def by_energy(self, position: Floats) -> Floats:
+        """Return the loads of energy alone, shape (element,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        return np.asarray(self.elements.energies(position) / self.energy)
 
     def loads(self, position: Floats) -> Floats:
         """Return the loads divided by what breaks the elements, shape (element,).
@@ -138,7 +162,7 @@ class BreakableElements(Struct, frozen=True, eq=False):
         call = kernel_on(self.kernel, self.table(np.arange(len(position))))
         found, still = np.zeros(len(self.limits.marks)), np.zeros(0)
         call(0.0, np.ascontiguousarray(position, dtype=float).ravel(), still, found, still)
-        return found
+        return found if self.is_coded() else np.maximum(found, self.by_energy(position))
 
     def broken(self, position: Floats) -> Indices:
         """Return the marks of those that break, shape (n,).
@@ -147,3 +171,14 @@ class BreakableElements(Struct, frozen=True, eq=False):
             position: Of all nodes [m], shape (node, 3).
         """
         return self.limits.marks[self.loads(position) > 1.0]
+
+
+@cache
+def _address_of_energies(laws: tuple[SolidLaw, ...]) -> int | None:
+    """Return where the compiled energies of laws are; None if one has no code."""
+    from tissuec.compiled.laws import slope_addresses
+
+    try:
+        return slope_addresses(tuple((energy(law),) for law in laws))[0]
+    except TypeError:  # of sums over principal stretches, only slopes are compiled
+        return None

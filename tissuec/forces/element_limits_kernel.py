@@ -13,6 +13,7 @@ from tissuec.forces.elements_kernel import (
 )
 from tissuec.kernels.records import Floats, Rows
 
+NONE = 1e300  # limits that are larger are none
 _SWEEPS = 8  # of rotations; four leave rounding
 _SMALL = 1e-2  # exponents whose exponential is summed up as a series
 
@@ -25,7 +26,7 @@ class LimitTable(NamedTuple):
     strain: Floats  # shape (element,)
     stress: Floats  # [Pa], shape (element,)
     energy: Floats  # [J], shape (element,)
-    energies: int  # address of the energies of laws
+    energies: int  # address of the energies of laws; 0 where no energy breaks elements
     here: Floats  # scratch: as a row of ``ElementTable.points``
 
 
@@ -48,7 +49,7 @@ def burden_elements(
         deform(at, limits.mean[solid.row[e]], here)
         widest = longest(here)
         f[e] = (widest - 1.0) / limits.strain[e]
-        if limits.stress[e] < 1e300 or limits.energy[e] < 1e300:
+        if limits.stress[e] < NONE or limits.energy[e] < NONE:
             pull, stored = loaded(e, at, here, limits)
             f[e] = max(f[e], max(pull / widest / limits.stress[e], stored / limits.energy[e]))
 
@@ -76,6 +77,8 @@ def longest(here: Floats) -> float:
 def loaded(e: int, at: Floats, here: Floats, limits: LimitTable) -> tuple[float, float]:
     """Return the largest principal Kirchhoff stress of an element [Pa], and its energy [J].
 
+    Where no energy breaks it, that is not all of the energy.
+
     Args:
         e: Number of the element.
         at: Positions of its nodes [m], flat, shape (3 node,).
@@ -94,7 +97,8 @@ def loaded(e: int, at: Floats, here: Floats, limits: LimitTable) -> tuple[float,
     for q in range(solid.points.shape[0]):
         weight = solid.weight[row, q]
         j = deform(at, solid.gradients[row, q], here)
-        stored += weight * stored_at(e, here, limits)
+        if limits.energy[e] < NONE:
+            stored += weight * stored_at(e, here, limits)
         stress(e, solid.bulk[e] * strain + solid.local[e] * (j - 1.0), here, solid)
         for family in range(solid.fibres.shape[1]):
             stretch(e, solid.fibres[e, family], here, solid)
