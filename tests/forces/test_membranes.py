@@ -10,8 +10,10 @@ from tissuec.core.source import Source, Span
 from tissuec.forces.membranes import EDGES, MembraneMaterial, Membranes
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.laws.solid.exponential import SolidExponential
+from tissuec.laws.solid.hencky import Hencky
 from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
 from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.ogden import Ogden
 from tissuec.laws.solid.veronda_westmann import VerondaWestmann
 from tissuec.laws.solid.yeoh import Yeoh
 from tissuec.validate.forces.membranes import MembraneWall
@@ -209,6 +211,36 @@ def test_a_nearly_incompressible_sheet_follows_the_formulas_of_rubber(law):
         first, second = derivatives(law, 0.0, 0.0)
         stress = 2.0 * SHEAR * (stretch**2 - stretch**-4) * (first + stretch**2 * second)
         np.testing.assert_allclose(piola, stress / stretch * np.eye(2), rtol=2e-4, atol=1e-7)
+
+
+PRINCIPAL = {
+    "ogden": (Ogden(5.0), lambda x: 2.0 * SHEAR / 5.0 * x**5.0),
+    "two terms": (
+        Ogden(-3.0, second_exponent=7.0, second_share=0.4),
+        lambda x: -2.0 / 3.0 * 0.6 * SHEAR * x**-3.0 + 2.0 / 7.0 * 0.4 * SHEAR * x**7.0,
+    ),
+    "hencky": (Hencky(), lambda x: 2.0 * SHEAR * np.log(x)),
+}
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("name", PRINCIPAL)
+@pytest.mark.parametrize("way", ["pulled", "pressed", "equibiaxial"])
+def test_laws_in_principal_stretches(name, ratio, way):
+    # J σ_i is x dψ/dx without its mean over the isochoric stretches x, plus K J (J - 1).
+    law, slope = PRINCIPAL[name]
+    plane, bulk = np.diag(STRETCHES[way]), bulk_of(ratio)
+
+    def stress(thickness):
+        stretch = np.array([*plane, thickness])
+        j = stretch.prod()
+        part = slope(j ** (-1.0 / 3.0) * stretch)
+        return part - part.mean() + bulk * j * (j - 1.0)
+
+    thickness = brentq(lambda t: stress(t)[2], 0.3, 2.5, xtol=1e-15, rtol=1e-15)
+    made, drawn = wall(law, ratio=ratio, parts=False)
+    _, piola = uniform(made, drawn, np.diag(plane))
+    np.testing.assert_allclose(piola, np.diag(stress(thickness)[:2] / plane), atol=1e-6 * SHEAR)
 
 
 @pytest.mark.parametrize("ratio", [-0.4, *RATIOS])

@@ -1,23 +1,27 @@
 """Walls of finite elements: what their triangles are made of, runs, and what is refused."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from tests.every import every
-from tests.whole_runs import carried_out
+from tests.whole_runs import carried_out, same_on_threads
 from tissuec.analysis.bodies import properties_of
 from tissuec.cli import group
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.blocks import parts_of
 from tissuec.forces.membranes import Membranes
 from tissuec.forces.plates import Plates
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.settling import settle
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
+from tissuec.validate.validation import validate
 
 SHEET = (
     "sheet {{ corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm; "
@@ -299,6 +303,47 @@ def test_check_counts_triangles(tmp_path):
     (tmp_path / "wall.tis").write_text(scene().source.text, encoding="utf-8")
     said = CliRunner().invoke(group, ["check", str(tmp_path / "wall.tis")])
     assert "(45 nodes, 64 elements)" in said.output
+
+
+CLOTH = """language 1
+tissue cloth { Young's modulus = 30 kPa; density = 1 g/cm^3; retardation time = 1 ms }
+body wall {
+  mesh is sheet {
+    corner = (0, 0, 0) cm; first edge = (35, 0, 0) cm; second edge = (0, 35, 0) cm
+    columns = 72; rows = 72
+  }
+  tissue is cloth; thickness = 2 mm; made of elements
+}
+set rim = nodes of wall where x < 1 mm
+set tip = nodes of wall where x > 349 mm
+environment { gravity = (0, 0, -9.81) m/s^2; contact is off }
+script { at 0 s: { fix rim; push tip with (0, 0, 1) N } }
+simulate { duration = 0.4 ms; step = 20 us; integrator is velocity verlet }
+output { trajectory every 0.2 ms; energy every 0.2 ms }
+"""
+
+
+def test_threads_share_triangles_and_change_no_bit(threads_in_small_nets):
+    found = same_on_threads(CLOTH, 2, 5)
+    assert np.ptp(found.position[:], axis=0).max() > 1e-7
+    network = compile_request(Request(Source("cloth.tis", CLOTH)))[0].network
+    for field in network.of_kind("membranes", "plates"):
+        groups = parts_of(field, np.arange(network.node_count))
+        assert max(map(len, groups)) >= 2
+        assert sum(part.item_count for group in groups for part in group) == field.item_count
+
+
+def test_a_run_is_that_of_the_reference():
+    script = """\
+set low = nodes of wall where x < 0.1 mm
+set high = nodes of wall where x > 19.9 mm
+script { at 0 s: fix low; from 0 s to 4 ms: move high by (1, 0, 1) mm using smooth profile }
+output { stress of high every 1 ms; force of high every 1 ms; energy every 1 ms }
+"""
+    tissue = "retardation time = 0.1 ms; Poisson's ratio = 0.45"
+    found = compiled(script=script, duration="4 ms", tissue=tissue)
+    report = validate(found, method="DOP853", rtol=None, progress=Mock())
+    assert report.verdict == "kept", report.reasons
 
 
 # --- mistakes ---------------------------------------------------------------------------------

@@ -192,6 +192,34 @@ def test_what_does_not_go_with_a_plane_is_refused(old, new, said):
     assert said in str(caught.value)
 
 
+SHEET = """language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3 }
+body wall {
+  mesh is sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 9, 0) mm
+                  columns = 5; rows = 3 }
+  tissue is gel; thickness = 1 mm; made of elements; bending is none
+}
+environment {
+  gravity = (0, 0, 0) m/s^2; symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)
+}
+simulate { duration = 1 ms }
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("; bending is none", "", "wall resists bending, but not against its mirror image"),
+        ("facing (1, 0, 0)", "facing (0, 0, 1)", "triangles of wall lie within this plane"),
+    ],
+)
+def test_walls_have_their_mirror_image_where_they_do_not_bend(old, new, said):
+    assert compiled_scene(SHEET).network.of_kind("symmetry")
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(SHEET.replace(old, new))
+    assert said in str(caught.value)
+
+
 def test_a_turn_in_the_plane_is_no_conflict():
     turn = "from 0 s to 10 ms: turn top by 5 deg around (1, 0, 0) using smooth profile"
     compiled_scene(cube("x", script=turn))

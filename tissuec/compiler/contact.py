@@ -360,7 +360,7 @@ def _stiffness_of_springs(
     nodes = np.arange(network.node_count)
     for solid in network.elements:
         # The trace of a node's stiffness, as the sum of springs. Unstrained, all are positive.
-        is_unstrained = solid.prestretch is None
+        is_unstrained = not solid.is_prestressed
         matrix = solid.matrix(0.0, network.position, nodes, len(nodes), exact=is_unstrained)
         each += matrix.tocsr().diagonal().reshape(-1, 3).sum(axis=1)[: network.body_nodes]
     if each.any():

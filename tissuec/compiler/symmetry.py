@@ -95,7 +95,7 @@ def _placed(plane: Blade, network: Network, findings: Findings, span: Span) -> W
 
 
 def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> None:
-    """Reject springs within a plane, of which half belongs to the mirror image."""
+    """Reject what is within a plane, of which half belongs to the mirror image; and bending."""
     springs = network.springs
     acts = (springs.stiffness > 0.0) | (springs.law > 0)
     within = np.flatnonzero(acts & np.isin(springs.ends, one.nodes).all(axis=1))
@@ -107,6 +107,24 @@ def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> 
             one.span,
             hint="let the plane cross only elements, or ends of springs",
         )
+    for wall in network.of_kind("membranes"):
+        if np.isin(wall.nodes, one.nodes).all(axis=1).any():
+            findings.reject(
+                "TIS309",
+                f"triangles of {wall.name} lie within this plane and would count for both "
+                "halves",
+                one.span,
+                hint="let the plane cross the wall",
+            )
+    for bent in network.of_kind("bending", "plates"):
+        if len(there := np.intersect1d(bent.nodes, one.nodes)):
+            name = next(b.name for b in network.bodies if there[0] < b.nodes.stop)
+            findings.reject(
+                "TIS306",
+                f"{name} resists bending, but not against its mirror image behind this plane",
+                one.span,
+                hint="draw the whole wall, or write bending is none in the body",
+            )
 
 
 def _projection(node: int, planes: Iterable[WrittenPlane]) -> Floats:

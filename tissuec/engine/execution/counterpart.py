@@ -68,7 +68,7 @@ def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[
     if method == "rkc2":
         # Matrices of implicit methods contain neither elements nor internal variables of
         # springs, and other explicit methods need the short steps that this one avoids.
-        if any(network.of_kind(kind) for kind in ("elements", "membranes")):
+        if network.elements:
             return ()
         return others if network.springs.inelastic is not None else ("esdirk43", *others)
     return ("rkn4", *others) if method == "dop853" else others
