@@ -41,6 +41,9 @@ def symmetry_block(
     """Return what keeps nodes on planes of symmetry; None without such planes.
 
     What does not go with a plane is reported.
+
+    Args:
+        plan: What the script does to nodes on planes, and gravity.
     """
     planes: list[WrittenPlane] = []
     for sentence in scene.environment.planes:

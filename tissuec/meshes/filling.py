@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from tissuec.core.errors import counted
 from tissuec.geometry.edges import Edges, Floats, Indices, volume
 from tissuec.geometry.inside import inside
+from tissuec.meshes.finer import FinePart, shaken
+from tissuec.meshes.finer import sites as graded_sites
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators.lattice import CRYSTALS, LARGEST, REACH, Lattice
 
@@ -58,12 +60,14 @@ class Interior(Struct, frozen=True, eq=False):
         cell: Edge of the cubic cell [m].
         for_matter: Whether the inside is joined to the surface so firmly that no face can
             shear.
+        part: Where tetrahedra are finer; None without such a part.
     """
 
     position: Floats
     triangles: Indices
     cell: float
     for_matter: bool
+    part: FinePart | None = None
 
     @property
     def _tie(self) -> float:
@@ -127,8 +131,15 @@ class Interior(Struct, frozen=True, eq=False):
         Where triangles are large beside the curvature or the thickness, tetrahedra cross the
         surface, or leave gaps.
         """
-        block = self.lattice("caesium chloride", REACH[0]).build()
-        sites, _ = self._sites(block.position, 3.0**0.5 / 2.0)
+        if self.part is None:
+            places = self.lattice("caesium chloride", REACH[0]).build().position
+            sites, _ = self._sites(places, 3.0**0.5 / 2.0)
+        else:
+            low, high = self.box()
+            cells = np.rint((high - low) / self.cell).astype(np.int64)
+            places, size = graded_sites(low, cells, self.part)
+            sites, number = self._sites(places, 3.0**0.5 / 2.0 * size / self.cell)
+            sites = shaken(self.position, sites, size[number >= 0])
         points = np.concatenate([self.position, sites])
         cells, edges = self._divided(points)
         corners = points[cells]
@@ -174,19 +185,22 @@ class Interior(Struct, frozen=True, eq=False):
     def _holds(self, points: Floats) -> NDArray[np.bool_]:
         return inside(points, self.position, self.triangles)
 
-    def _sites(self, sites: Floats, neighbour: float) -> tuple[Floats, Indices]:
+    def _sites(self, sites: Floats, neighbour: float | Floats) -> tuple[Floats, Indices]:
         """Return the sites that become nodes, and the number of each site among them, or -1.
 
         Args:
             sites: All of the box [m], shape (site, 3).
-            neighbour: Distance of nearest neighbours in cells.
+            neighbour: Distance of nearest neighbours in cells, or that of each site, shape
+                (site,).
         """
         from scipy.spatial import KDTree
 
-        clear = 0.5 * neighbour * self.cell
+        clear = np.broadcast_to(0.5 * neighbour * self.cell, len(sites))
         found = np.flatnonzero(self._holds(sites))
-        surface = KDTree(self._sampled(clear / 2.0))
-        far, _ = surface.query(sites[found], distance_upper_bound=clear)
+        clear = clear[found]
+        surface = KDTree(self._sampled(float(clear.min(initial=self.cell)) / 2.0))
+        most = float(clear.max(initial=0.0))
+        far, _ = surface.query(sites[found], distance_upper_bound=most)
         found = found[far >= (1.0 - self._tie) * clear]
         if not len(found):
             raise FormatError(
@@ -197,9 +211,14 @@ class Interior(Struct, frozen=True, eq=False):
         return sites[found], number
 
     def _sampled(self, spacing: float) -> Floats:
-        """Return points all over the surface, no further apart than a spacing."""
+        """Return points all over the surface, no further apart than a spacing.
+
+        Where cells are larger than those of the fine part, the spacing is larger likewise.
+        """
         corners = self.position[self.triangles]
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
+        if self.part is not None:
+            sides = sides * self.part.fine / self.part.size_at(corners).min(axis=1)
         parts = np.maximum(np.ceil(sides / spacing), 1.0).astype(np.int64)
         found = [self.position]
         for many in np.unique(parts[parts > 1]):

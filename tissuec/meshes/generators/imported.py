@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import counted
-from tissuec.core.fields import InFile, Named, OneOf, Real
+from tissuec.core.fields import InFile, LengthIfAny, Named, OneOf, PointsIfAny, Real
 from tissuec.core.files import read_bytes
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read
@@ -20,7 +20,7 @@ from tissuec.meshes.formats.conversion import way_of_folder
 from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
-from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.limits import require_fine_part, require_limits
 from tissuec.meshes.images import is_image
 from tissuec.meshes.stiffness_sharing import (
     area_shares,
@@ -31,6 +31,7 @@ from tissuec.meshes.stiffness_sharing import (
 
 if TYPE_CHECKING:  # scenes without a file need neither repair nor fillings
     from tissuec.meshes.filling import Filling, Interior
+    from tissuec.meshes.finer import FinePart
     from tissuec.meshes.images import LabelImage
     from tissuec.meshes.repair import RepairedMesh
 
@@ -67,6 +68,10 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     A closed surface can be filled with a lattice, whose reach is that of a lattice mesh, or
     with tetrahedra. The lattice is centred on the body; its nodes follow those of the file.
 
+    In a body of elements, tetrahedra can be finer in a part: within the fine box, they are as
+    small as the fine cell. Away from it, their size grows by 0.4 of the distance until it is
+    that of the cell. Edges of the surface there are divided at their middles.
+
     A label image becomes a closed surface, or, filled with cubes, a lattice of those whose
     centre has a label.
 
@@ -86,6 +91,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         merging: Whether coincident nodes are merged. If it is off, parts in contact stay apart.
         merging_distance: Nodes that are no further apart are merged; by default, a millionth of
             the diagonal of the mesh. 0 is the same as merging that is off.
+        fine_cell: Size of the cell in the fine box, for elements in a filling with tetrahedra.
+        fine_box: Two opposite corners of the part with finer cells.
     """
 
     file: InFile
@@ -97,9 +104,14 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     stiffness: Annotated[str, OneOf((EVEN, AREA, VOLUME))] = EVEN
     merging: Annotated[str, OneOf((ON, OFF))] = ON
     merging_distance: Annotated[float | None, Real(units.LENGTH, at_least=0.0)] = None
+    fine_cell: LengthIfAny = None
+    fine_box: PointsIfAny = None
 
     def __post_init__(self) -> None:
         require_limits(self)
+        require_fine_part(self.fine_cell, self.fine_box, self.cell)
+        if self.fine_cell is not None and self.filling != TETRAHEDRA:
+            raise ValueError('"fine cell" is for a filling with tetrahedra')
         if self.filling != "none" and self.cell is None:
             raise ValueError(f'"filling" is {self.filling}, so it needs the size of a "cell"')
         if self.filling == "none" and self.cell is not None:
@@ -201,6 +213,13 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             inner, bonds = self._interior().lattice(kind, self.reach).size()
         except FormatError as error:
             raise self._error(error) from error
+        if (part := self._part) is not None:
+            from tissuec.meshes.finer import sites
+
+            low, high = self._interior().box()
+            cells = np.rint((high - low) / part.cell).astype(np.int64)
+            inner = len(sites(low, cells, part)[0])
+            nodes = len(self._fine_shape.position)
         # Twice as many tetrahedra as a lattice of body-centred cells has, to be safe.
         return nodes + inner, pairs + bonds + 16 * (nodes + inner)
 
@@ -209,7 +228,13 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
         Args:
             for_matter: Whether a filling is joined to its surface as matter needs it.
+
+        Raises:
+            MeshFileError: The file cannot be used.
+            ValueError: There are finer cells, which springs cannot have.
         """
+        if self.fine_cell is not None:
+            raise ValueError('"fine cell" is for bodies made of elements')
         shape = self.shape
         try:
             filling = self._filled(for_matter)
@@ -247,8 +272,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         """Return the mesh with elements; its springs are their edges."""
         from tissuec.meshes.elements import mesh_of_cells
 
-        shape = self.shape
         try:
+            shape = self._fine_shape
             filling = self._filled(for_matter=True)
             position = np.concatenate([shape.position, filling.position])
             if len(filling.tetrahedra):
@@ -302,23 +327,48 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     def _groups(self, filling: "Filling") -> Mapping[str, Indices]:
         """Return the nodes of each group; of images with those of a filling."""
         if not (is_image(self.file.path) and len(filling.position)):
-            return self.shape.groups
+            return self._fine_shape.groups
         from tissuec.meshes.images.nearest import with_inner_nodes
 
-        return with_inner_nodes(self.image, self.shape, filling.position)
+        return with_inner_nodes(self.image, self._fine_shape, filling.position)
+
+    @property
+    def _part(self) -> "FinePart | None":
+        """Return where cells are finer; None without such a part."""
+        if self.fine_cell is None or self.fine_box is None or self.cell is None:
+            return None
+        from tissuec.meshes.finer import FinePart
+
+        one, other = (np.asarray(corner, dtype=np.float64) for corner in self.fine_box)
+        low, high = np.minimum(one, other), np.maximum(one, other)
+        return FinePart(low, high, self.fine_cell, self.cell)
+
+    @cached_property
+    def _fine_shape(self) -> "RepairedMesh":
+        """Return the contents of the file with a finer surface in the fine part."""
+        if (part := self._part) is None:
+            return self.shape
+        from tissuec.meshes.finer import GroupedSurface, divided
+
+        shape = self.shape
+        found = divided(
+            GroupedSurface(shape.position, shape.skin.astype(np.int64), shape.groups), part
+        )
+        position, skin, groups = found
+        return replace(shape, position=position, skin=skin, groups=groups)
 
     def _interior(self, *, for_matter: bool = False) -> "Interior":
         """Return the closed surface; raises FormatError if there is none."""
         from tissuec.meshes.filling import Interior
 
-        shape = self.shape
+        shape = self._fine_shape
         assert self.cell is not None
         if shape.is_volume:
             raise FormatError("it contains volume cells, which cannot be filled")
         edges = Edges.among(shape.skin)
         if not edges.is_closed:
             raise self._open(edges)
-        return Interior(shape.position, shape.skin, self.cell, for_matter)
+        return Interior(shape.position, shape.skin, self.cell, for_matter, self._part)
 
     def _open(self, edges: Edges) -> FormatError:
         """Return why a surface cannot be filled, and where the first defect is."""

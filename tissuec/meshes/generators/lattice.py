@@ -17,7 +17,7 @@ from tissuec.core.fields import Length, LengthIfAny, OneOf, Points, PointsIfAny
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.graded import graded_line
 from tissuec.meshes.generators.joining import Pairs, springs
-from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.limits import require_fine_part, require_limits
 
 Triple = tuple[int, int, int]
 
@@ -120,10 +120,7 @@ class Lattice(Struct, frozen=True, eq=False):
 
     def __post_init__(self) -> None:
         require_limits(self)
-        if (self.fine_cell is None) != (self.fine_box is None):
-            raise ValueError('"fine cell" and "fine box" are needed together')
-        if self.fine_cell is not None and self.fine_cell >= self.cell:
-            raise ValueError('"fine cell" must be smaller than "cell"')
+        require_fine_part(self.fine_cell, self.fine_box, self.cell)
         self.cells()
 
     @property

@@ -63,3 +63,20 @@ def _not_points(value: Any, shape: tuple[int, ...]) -> str:
     if array.shape != shape:
         return f"must have the shape {shape}, not {array.shape}"
     return "" if np.isfinite(array).all() else "must have finite components"
+
+
+def require_fine_part(fine_cell: float | None, fine_box: object, cell: float | None) -> None:
+    """Check the entries of a part with finer cells.
+
+    Args:
+        fine_cell: Size of cells in the part [m].
+        fine_box: Corners of the part.
+        cell: Size of all other cells [m].
+
+    Raises:
+        ValueError: One of them is missing, or cells are not finer.
+    """
+    if (fine_cell is None) != (fine_box is None):
+        raise ValueError('"fine cell" and "fine box" are needed together')
+    if fine_cell is not None and cell is not None and fine_cell >= cell:
+        raise ValueError('"fine cell" must be smaller than "cell"')
