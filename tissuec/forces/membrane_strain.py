@@ -85,9 +85,11 @@ class MembraneStrain:
         self._square = np.maximum(square, 0.0)
         near = np.maximum(self._square, LEAST_SQUARE)
         below, area = self._square - near, np.sqrt(near)
-        p = near ** (-1.0 / 3.0)
-        self._p = _parabola(below, p, -p / (3.0 * near), 4.0 * p / (9.0 * near**2))
-        self._q = _parabola(below, area, 0.5 / area, -0.25 / area**3)
+        slope, bend = 0.5 / area, -0.25 / area**3
+        q, by_q = area + below * (slope + 0.5 * bend * below), slope + bend * below
+        p, rate = q ** (-2.0 / 3.0), by_q / q
+        twice = 10.0 / 9.0 * rate**2 - 2.0 / 3.0 * bend / q
+        self._q, self._p = (q, by_q, bend), (p, -2.0 / 3.0 * rate * p, twice * p)
         along = wall.fibres.along
         self.squares = np.einsum("...eij,efi,efj->...ef", c, along, along)
         self.root = self._balanced()
@@ -97,9 +99,9 @@ class MembraneStrain:
 
     def _balanced(self) -> Floats:
         """Return the cube root of λ; the iteration is that of the kernel."""
-        thin, (q, _, _) = self._wall.thinning / 3.0, self._q
-        far = np.maximum(1.0 - np.abs(thin) * (1.0 - q), 1e-300)
-        root = np.where(thin < 0.0, 1.0 / far, 1.0 + thin * (q - 1.0))
+        q, _, _ = self._q
+        # Of λ from that of J; in the kernel, it is that of J.
+        root = (1.0 + (1.0 + self._wall.thinning) / 3.0 * (q - 1.0)) / np.cbrt(q)
         low, high = np.zeros_like(root), np.full_like(root, 1e300)
         is_open = np.ones(root.shape, dtype=bool)
         for _ in range(ROUNDS):
@@ -280,13 +282,6 @@ class MembraneStrain:
             values = {"i1": i1[..., own], "i2": i2[..., own]}
             found[..., own] = what(self._wall.laws[int(number)]).at(values)
         return found
-
-
-def _parabola(
-    below: Floats, value: Floats, slope: Floats, bend: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Return a parabola and its derivatives, all of shape (…, triangle)."""
-    return value + below * (slope + 0.5 * bend * below), slope + bend * below, bend
 
 
 def _rows(weight: Floats, rows: Floats) -> Floats:

@@ -15,8 +15,8 @@ on nodes are -w P ∂N_a/∂X with
     P = F S,    S = 2 W_A 1 + 2 W_D cof C.
 
 Fibres in the plane add their energy as in solids (``forces.elements``). Below D = 1/25, which
-is a fifth of the area, D^(-1/3) in g and √D in J are their parabolas there: triangles that are
-pressed into a line have finite forces, and open again.
+is a fifth of the area, √D in J is its parabola there: triangles that are pressed into a line
+have finite forces, and open again.
 
 A prestressed triangle is drawn stretched by F0 = λ0 1 in its plane, or along an axis a of it by
 F0 = λ0 a ⊗ a + λ0^(-1/2) (1 - a ⊗ a), as solids are (``forces.solid_prestretch``); ∂N_a/∂X
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
 _BLOCK = 4096  # triangles whose matrices are in memory at a time
-_SECONDS = 1.2e-7  # of one evaluation of a triangle
+_SECONDS = 1e-7  # of one evaluation of a triangle
 _COLUMNS = ("nodes", "gradients", "weight", "shear", "bulk", "viscosity", "law")
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
 
@@ -402,7 +402,7 @@ class Membranes(WalledField, frozen=True):
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
             is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
             by_first=first, by_second=second, by_first_twice=first_twice, by_both=both,
-            by_second_twice=second_twice, state=np.zeros(9),
+            by_second_twice=second_twice, state=np.zeros(7),
         )  # fmt: skip
 
     def _parts(self) -> Iterator[tuple[Indices, Self]]:

@@ -3,14 +3,14 @@
 from math import exp, isfinite, sqrt
 from typing import NamedTuple
 
-from tissuec.forces.elements_kernel import call_law, isochoric
+from tissuec.forces.elements_kernel import call_law
 from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 
-#: Square of the ratio of areas below which powers of it are continued by parabolas, so that
+#: Square of the ratio of areas below which its root is continued by a parabola, so that
 #: triangles that are pressed flat have finite forces.
 LEAST_SQUARE = 0.04
 ROUNDS = 60  # of the iteration for the thickness, more than bisection needs
-LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm of the root of the thickness
+LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm of the root of J
 CLOSE = 1e-8  # step after which an iteration of second order is at rounding
 
 
@@ -36,7 +36,7 @@ class MembraneTable(NamedTuple):
     by_first_twice: int
     by_both: int
     by_second_twice: int
-    state: Floats  # scratch, see ``measure``, shape (9,)
+    state: Floats  # scratch, see ``measure``, shape (7,)
 
 
 def stretch_membranes(
@@ -63,7 +63,7 @@ def stretch_membranes(
             a0 * a0 + a1 * a1 + a2 * a2, a0 * b0 + a1 * b1 + a2 * b2,
             b0 * b0 + b1 * b1 + b2 * b2, state,
         )  # fmt: skip
-        root = thickness_root(e, wall)
+        root = volume_root(e, wall)
         s, t, u = stress(e, root, wall)
         if wall.is_viscous and wall.viscosity[e] > 0.0:
             c0 = v[i] * n0 + v[j] * n1 + v[k] * n2
@@ -98,25 +98,20 @@ def measure(first: float, mixed: float, second: float, state: Floats) -> None:
 
     Args:
         first, mixed, second: C11, C12 and C22.
-        state: Set: C11, C12, C22, tr C, det C, p and dp/d det C, q and dq/d det C,
-            dimensionless, shape (9,).
+        state: Set: C11, C12, C22, tr C, D = det C, q and dq/dD / q, dimensionless, shape (7,).
     """
     square = max(first * second - mixed * mixed, 0.0)
     near = max(square, LEAST_SQUARE)
     area, below = sqrt(near), square - near
-    p, _ = isochoric(area)
-    slope, bend = -p / (3.0 * near), 4.0 * p / (9.0 * near * near)
-    by_area, by_area_twice = 0.5 / area, -0.25 / (area * near)
+    slope, bend = 0.5 / area, -0.25 / (area * near)
+    q = area + below * (slope + 0.5 * bend * below)
     state[0], state[1], state[2] = first, mixed, second
-    state[3], state[4] = first + second, square
-    state[5] = p + below * (slope + 0.5 * bend * below)
-    state[6] = slope + bend * below
-    state[7] = area + below * (by_area + 0.5 * by_area_twice * below)
-    state[8] = by_area + by_area_twice * below
+    state[3], state[4], state[5] = first + second, square, q
+    state[6] = (slope + bend * below) / q
 
 
-def thickness_root(e: int, wall: MembraneTable) -> float:
-    """Return the cube root of the stretch of the thickness, where the energy is least.
+def volume_root(e: int, wall: MembraneTable) -> float:
+    """Return the cube root of J where the energy is least: there is no stress across.
 
     This is Newton's iteration in the logarithm, within limits between which the root lies.
 
@@ -124,12 +119,19 @@ def thickness_root(e: int, wall: MembraneTable) -> float:
         e: Number of the triangle.
         wall: The triangles.
     """
-    thin, q = wall.thinning[e] / 3.0, wall.state[7]
-    # About q^(-thin), which is exact at small strain, and positive at any.
-    root = 1.0 / (1.0 - thin * (q - 1.0)) if thin < 0.0 else 1.0 + thin * (q - 1.0)
+    state, shear, bulk = wall.state, wall.shear[e], wall.bulk[e]
+    trace, q = state[3], state[5]
+    is_plain = (wall.fibres.shape[1] == 0 or wall.dispersion[e] == 0.0) and (
+        not wall.is_curved or wall.law[e] == 0
+    )
+    # About q^((1 + thin)/3), which is exact at small strain, and positive at any.
+    root = 1.0 + (1.0 + wall.thinning[e]) / 3.0 * (q - 1.0)
     low, high = 0.0, 1e300
     for _ in range(ROUNDS):
-        slope, bend = across(e, root, wall)
+        if is_plain:
+            slope, bend = plainly_across(root, shear, bulk, trace, q)
+        else:
+            slope, bend = across(e, root, wall)
         if slope > 0.0:
             high = root
         else:
@@ -145,26 +147,43 @@ def thickness_root(e: int, wall: MembraneTable) -> float:
     return root
 
 
+def plainly_across(
+    root: float, shear: float, bulk: float, trace: float, q: float
+) -> tuple[float, float]:
+    """Return what ``across`` does, of neo-Hookean triangles; without their record, for speed.
+
+    Args:
+        root: The cube root of J.
+        shear, bulk: [Pa].
+        trace, q: Of the state of the triangle.
+    """
+    square = root * root
+    over = square / q
+    in_plane, outside, j = trace / square, over * over, square * root
+    slope = shear * (2.0 * outside - in_plane) / 3.0 + bulk * (j - 1.0) * j
+    bend = shear * (2.0 * in_plane + 8.0 * outside) / 9.0
+    return slope, bend + bulk * (2.0 * j - 1.0) * j
+
+
 def across(e: int, root: float, wall: MembraneTable) -> tuple[float, float]:
     """Return the derivatives of the energy by the logarithm of the thickness [Pa].
 
     Args:
         e: Number of the triangle.
-        root: The cube root of the stretch of the thickness.
+        root: The cube root of J.
         wall: The triangles.
     """
     state = wall.state
-    trace, square, p, q = state[3], state[4], state[5], state[7]
+    trace, square, over = state[3], state[4], root * root / state[5]
     r2 = root * root
-    r4 = r2 * r2
-    in_plane, outside = p * trace / r2, p * r4
+    in_plane, outside = trace / r2, over * over
     i1, slope_of = in_plane + outside, (4.0 * outside - 2.0 * in_plane) / 3.0
     bend_of = (4.0 * in_plane + 16.0 * outside) / 9.0
     first, shear = 0.5, wall.shear[e]
     slope, bend = 0.0, 0.0
     if wall.is_curved and wall.law[e] > 0:
         law = wall.law[e]
-        area, side = p * p * square / r4, p * p * trace * r2
+        area, side = square / (r2 * r2), trace * outside / r2
         i2, slope_2 = area + side, (2.0 * side - 4.0 * area) / 3.0
         first = call_law(wall.by_first, law, i1, i2)
         second = call_law(wall.by_second, law, i1, i2)
@@ -187,7 +206,7 @@ def across(e: int, root: float, wall: MembraneTable) -> tuple[float, float]:
                 slope += pull * strain * spread * slope_of
                 bend += pull * (1.0 + 2.0 * more) * spread * spread * slope_of * slope_of
                 bend += pull * strain * spread * bend_of
-    j = q * r2 * root
+    j = r2 * root
     slope += wall.bulk[e] * (j - 1.0) * j
     return slope, bend + wall.bulk[e] * (2.0 * j - 1.0) * j
 
@@ -208,31 +227,27 @@ def fibre_strain(e: int, family: int, i1: float, wall: MembraneTable) -> float:
 
 
 def stress(e: int, root: float, wall: MembraneTable) -> tuple[float, float, float]:
-    """Return S11, S12 and S22 of a triangle [Pa].
+    """Return S11, S12 and S22 of a triangle [Pa]; what K bears is found from W_λ = 0.
 
     Args:
         e: Number of the triangle.
-        root: The cube root of the stretch of its thickness.
+        root: The cube root of J.
         wall: The triangles.
     """
-    state = wall.state
-    trace, square, p, by_p, q = state[3], state[4], state[5], state[6], state[7]
-    r2 = root * root
-    r4, cube = r2 * r2, r2 * root
-    plain = trace / r2 + r4
-    first, shear = 0.5, wall.shear[e]
-    by_trace, by_square = 0.0, wall.bulk[e] * (q * cube - 1.0) * cube * state[8]
+    state, shear = wall.state, wall.shear[e]
+    trace, square, over = state[3], state[4], root * root / state[5]
+    g = 1.0 / (root * root)
+    outside = over * over  # g λ²
+    first, second, i1 = 0.5, 0.0, g * trace + outside
     if wall.is_curved and wall.law[e] > 0:
-        plain_2 = square / r4 + trace * r2
-        first = call_law(wall.by_first, wall.law[e], p * plain, p * p * plain_2)
-        second = call_law(wall.by_second, wall.law[e], p * plain, p * p * plain_2)
-        by_trace = shear * second * p * p * r2
-        by_square += shear * second * p * (2.0 * by_p * plain_2 + p / r4)
+        i2 = g * (g * square + outside * trace)
+        first = call_law(wall.by_first, wall.law[e], i1, i2)
+        second = call_law(wall.by_second, wall.law[e], i1, i2)
     spread = wall.dispersion[e]
     along = shear * first
     s = t = u = 0.0
     for family in range(wall.fibres.shape[1]):
-        strain = fibre_strain(e, family, p * plain, wall)
+        strain = fibre_strain(e, family, i1, wall)
         if strain > 0.0:
             pull = wall.fibre_stiffness[e] * strain
             pull *= exp(wall.fibre_stiffening[e] * strain * strain)
@@ -240,8 +255,10 @@ def stress(e: int, root: float, wall: MembraneTable) -> tuple[float, float, floa
             pull *= 2.0 * (1.0 - 3.0 * spread)
             x, y = wall.fibres[e, family, 0], wall.fibres[e, family, 1]
             s, t, u = s + pull * x * x, t + pull * x * y, u + pull * y * y
-    by_trace = 2.0 * (by_trace + along * p / r2)
-    by_square = 2.0 * (by_square + along * by_p * plain)
+    second *= shear
+    by_trace = 2.0 * g * (along + second * outside)
+    by_square = 2.0 * second * g * g
+    by_square -= 4.0 * state[6] * outside * (along + second * g * trace)
     s += by_trace + by_square * state[2]
     return s, t - by_square * state[1], u + by_trace + by_square * state[0]
 
@@ -253,14 +270,14 @@ def resist(
 
     Args:
         e: Number of the triangle.
-        root: The cube root of the stretch of its thickness.
+        root: The cube root of J.
         g, o, h: The rates of E11, E12 and E22 [1/s].
         wall: The triangles.
     """
     state, thin = wall.state, wall.thinning[e]
     c, d, k = state[0], state[1], state[2]
     near = max(state[4], LEAST_SQUARE)
-    thick = 2.0 * wall.viscosity[e] * state[7] * root * root * root / (near * near)
+    thick = 2.0 * wall.viscosity[e] * root * root * root / (near * near)
     # cof C times the rate, and its trace.
     b00, b01, b10, b11 = k * g - d * o, k * o - d * h, c * o - d * g, c * h - d * o
     part = (thin * thin - (1.0 + thin) * (1.0 + thin) / 3.0) * (b00 + b11)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-LEAST = 0.2  # of areas, below which powers of the square are continued by parabolas
+LEAST = 0.2  # of areas, below which the root of the square is continued by a parabola
 STEP = 1e-30  # in the complex plane
 LARGEST = 20.0  # logarithm of C33
 HALVINGS = 60  # of the interval for it, which leave rounding
@@ -77,25 +77,20 @@ class MembraneWall:
         return np.exp(0.5 * (low + high))
 
     def _invariants(self, c: Any, across: Any) -> tuple[Any, ...]:
-        """Return g, p'/p, J, q'/q, I1 and I2; p and q are powers of the square of the area."""
+        """Return g, g'/g, J, q'/q, I1 and I2; q is √D, and derivatives are by D."""
         square = c[:, 0, 0] * c[:, 1, 1] - c[:, 0, 1] * c[:, 1, 0]
         near = np.where(square.real < LEAST**2, LEAST**2, square)
-        p, slope_p = _taylor(near, square - near, -1.0 / 3.0)
-        q, slope_q = _taylor(near, square - near, 0.5)
+        below = (square - near) / near
+        q = np.sqrt(near) * (1.0 + below / 2.0 - below * below / 8.0)
+        rate = np.sqrt(near) * (0.5 - below / 4.0) / (near * q)
         trace = c[:, 0, 0] + c[:, 1, 1]
         first, second = trace + across, square + across * trace
-        return (
-            p * across ** (-1.0 / 3.0),
-            slope_p / p,
-            q * across**0.5,
-            slope_q / q,
-            first,
-            second,
-        )
+        j = q * np.sqrt(across)
+        return j ** (-2.0 / 3.0), -2.0 / 3.0 * rate, j, rate, first, second
 
     def _stress(self, c: Any, across: Any) -> tuple[Any, Any]:
         """Return S in the plane, shape (triangle, 2, 2), and S33 [Pa]; C may be complex."""
-        g, of_p, j, of_q, first, second = self._invariants(c, across)
+        g, of_g, j, of_q, first, second = self._invariants(c, across)
         by_first, by_second = np.zeros_like(j), np.zeros_like(j)
         for rule, rows in self._laws:
             values = rule(g[rows] * first[rows], g[rows] ** 2 * second[rows])
@@ -121,7 +116,7 @@ class MembraneWall:
         one = np.eye(2)
         inside = 2.0 * by_one[:, None, None] * one
         inside = inside - 2.0 * (by_second * g * g)[:, None, None] * c
-        inside = inside + 2.0 * (by_g * of_p + by_j * of_q)[:, None, None] * turned + of_fibres
+        inside = inside + 2.0 * (by_g * of_g + by_j * of_q)[:, None, None] * turned + of_fibres
         outside = 2.0 * by_first * g * (1.0 - first / (3.0 * across)) + by_j / across
         more = first - across - 2.0 * second / (3.0 * across)
         return inside, outside + 2.0 * by_second * g * g * more
@@ -225,10 +220,3 @@ class MembraneWall:
                 "e,eax,eby->eaxby", self._weight, push, by_place * (1 + (k == m))
             )
         return assembled(values, number[self._nodes], size)
-
-
-def _taylor(near: Any, below: Any, power: float) -> tuple[Any, Any]:
-    """Return Taylor's polynomial of second order of a power, and its derivative."""
-    a, b = near**power, power * near ** (power - 1.0)
-    c = power * (power - 1.0) * near ** (power - 2.0)
-    return a + below * b + 0.5 * below * below * c, b + below * c
