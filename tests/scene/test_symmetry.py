@@ -119,6 +119,27 @@ def test_a_part_of_a_cube_moves_as_the_whole(axes, tmp_path):
     assert np.abs(part.position[-1][on_plane, "xy".index(axes[0])]).max() < 1e-18
 
 
+@pytest.mark.parametrize("stiffness", ["stiffness = 20 N/m", "surface stiffness = 5 MPa/m"])
+def test_a_probe_on_the_plane_feels_half_of_the_whole(stiffness, tmp_path):
+    """With damping of each node; contact and damping of nodes on the plane belong to both."""
+    probe = """
+tool probe { kind is probe; radius = 8 mm; axis from (0, -4, 28.5) mm to (0, 4, 28.5) mm }
+"""
+    pressed = "from 0 s to 10 ms: move probe by (0, 0, -3) mm using smooth profile"
+    forces = []
+    for axes in ("", "x"):
+        text = cube(axes, script=pressed, duration="12 ms").replace("1e-9", "1e-7")
+        contact = f"contact is tools only; contact {stiffness}; damping = 2 mN*s/m; "
+        contact += "surface damping = 20 Pa*s/m; gravity = (0, 0, 0) m/s^2; "
+        text = text.replace("gravity = (0, 0, -9.81) m/s^2; ", contact)
+        text = text.replace("force of top", "force of probe") + probe
+        run = tissuec.run(text, out=tmp_path / f"{axes or 'whole'}.vtkhdf", companion="off")
+        forces.append(run.logs["force of probe"].value[:, 2])
+    whole, half = forces
+    assert np.abs(whole).max() > 1e-3
+    np.testing.assert_allclose(half, 0.5 * whole, atol=3e-6 * np.abs(whole).max())
+
+
 @pytest.mark.parametrize("by", [settle, rest], ids=["engine", "reference"])
 @pytest.mark.parametrize("axes", ["x", "xy"])
 def test_a_part_of_a_cube_rests_as_the_whole(by, axes):
@@ -177,6 +198,8 @@ def test_what_a_plane_leaves_of_forces_is_in_it_for_every_corner():
         ("is dop853", "is trbdf2", "trbdf2 does not keep nodes on planes of symmetry"),
         ("facing (1, 0, 0)", "", 'symmetric about plane needs "facing"'),
         ("facing (1, 0, 0)", "facing (1, 0, 0) by 2 mm", 'plane does not take "by"'),
+        (PLANES["x"], f"{PLANES['x']}; {PLANES['x'].replace('(1, 0, 0)', '(1, 1, 0)')}",
+         "planes of symmetry must be perpendicular"),
         ("symmetric about plane through", "symmetry plane through", "wrong form of a plane of"),
         ("tissue is gel; made of elements", "tissue is cord", "springs of block lie within"),
     ],

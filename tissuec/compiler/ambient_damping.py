@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.meshes.stiffness_sharing import grid_areas, node_areas
-from tissuec.model.network import Floats, Network
+from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Environment
 
@@ -36,9 +36,16 @@ def skin_areas(network: Network) -> Floats:
             area[body.nodes] = grid_areas(
                 network.position[body.nodes], rows, columns, closed=closed
             )
-        elif len(skin := network.skin_of(body)):
+        elif len(skin := _exposed(network.skin_of(body), network)):
             area += node_areas(network.position, skin)
     return area
+
+
+def _exposed(skin: Indices, network: Network) -> Indices:
+    """Return triangles without those between a body and its mirror image, shape (n, 3)."""
+    for nodes in network.mirrored:
+        skin = skin[~np.isin(skin, nodes).all(axis=1)]
+    return skin
 
 
 def thread_areas(network: Network) -> Floats:

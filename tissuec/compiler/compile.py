@@ -7,7 +7,7 @@ number.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -51,6 +51,9 @@ from tissuec.script.verbs import Demanding, Group, may_break
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.script.verbs.settle import Settle
 from tissuec.script.verbs.tie import Tie
+
+if TYPE_CHECKING:
+    from tissuec.compiler.symmetry import WrittenPlane
 
 
 class Compiled(Struct, frozen=True, eq=False):
@@ -143,6 +146,12 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     joints = build_joints(scene, groups, findings)
     is_joined = joints and bodies.are_whole
     joined = join(bodies.built, joints) if is_joined else bodies.network
+    planes: tuple[WrittenPlane, ...] = ()
+    if scene.environment.planes and bodies.are_whole:
+        from tissuec.compiler.symmetry import read_planes  # where there are any
+
+        planes = read_planes(scene, joined, findings)
+        joined = replace(joined, mirrored=tuple(one.nodes for one in planes))
     braked = with_drag(joined, scene.environment, findings)
     network = with_memory(with_tools(braked, tools, scene.environment))
     _refuse_method(scene, network, findings)
@@ -153,7 +162,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     expects, of_learning = split_expectations(scene.declarations.expects)
     start = _kept_volumes(network, bodies.built)
     plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
-    blocks = _blocks(scene, network, conditions, plan, is_whole=bodies.are_whole)
+    blocks = _blocks(scene, network, conditions, plan, planes, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
     if scene.fit_problems or of_learning:
         from tissuec.compiler.fit_problems import (
@@ -403,9 +412,15 @@ def _script(
 
 
 def _blocks(
-    scene: Scene, network: Network, conditions: Conditions, plan: Plan, *, is_whole: bool
+    scene: Scene,
+    network: Network,
+    conditions: Conditions,
+    plan: Plan,
+    planes: "Sequence[WrittenPlane]",
+    *,
+    is_whole: bool,
 ) -> list[FieldBlock]:
-    """Return contact, forces and planes of symmetry; the arguments are those of ``_plan``."""
+    """Return contact, forces and planes of symmetry; other arguments are those of ``_plan``."""
     findings, contact = conditions.findings, None
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
@@ -416,11 +431,13 @@ def _blocks(
         from tissuec.compiler.forces import force_blocks  # where there are any
 
         found += force_blocks(scene, network, conditions.groups, findings)
-    if scene.environment.planes and is_whole:
-        from tissuec.compiler.symmetry import symmetry_block  # where there are any
+    if planes:
+        from tissuec.compiler.symmetry import shared_contact, symmetry_block
 
-        planes = symmetry_block(scene, network, plan, findings)
-        found += [] if planes is None else [planes]
+        block = symmetry_block(planes, network, plan, findings)
+        if contact is not None and scene.environment.contact is not None:
+            found[0] = shared_contact(contact, block.field, scene.environment.contact).block
+        found.append(block)
     return found
 
 

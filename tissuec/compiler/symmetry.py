@@ -4,15 +4,18 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiler.clauses import ClauseReader
+from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
+from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Scene
+from tissuec.scene.model import ContactLaw, Scene
 from tissuec.scene.settings import PLANE_FORM, SYMMETRIC
 from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs.blade import Blade
@@ -35,15 +38,11 @@ class WrittenPlane(Struct, frozen=True, eq=False):
     span: Span
 
 
-def symmetry_block(
-    scene: Scene, network: Network, plan: Plan, findings: Findings
-) -> FieldBlock | None:
-    """Return what keeps nodes on planes of symmetry; None without such planes.
-
-    What does not go with a plane is reported.
+def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[WrittenPlane, ...]:
+    """Return the planes of symmetry of a scene; wrong ones are reported and left out.
 
     Args:
-        plan: What the script does to nodes on planes, and gravity.
+        network: All bodies and joints.
     """
     planes: list[WrittenPlane] = []
     for sentence in scene.environment.planes:
@@ -51,9 +50,20 @@ def symmetry_block(
             reader = ClauseReader(sentence, SYMMETRIC, (PLANE_FORM,), None, scene.constants)
             plane = read_plane(reader)
             reader.finish()
+            _refuse_angles(plane, planes, findings, reader.span)
             planes.append(_placed(plane, network, findings, reader.span))
-    if not planes:
-        return None
+    return tuple(planes)
+
+
+def symmetry_block(
+    planes: Sequence[WrittenPlane], network: Network, plan: Plan, findings: Findings
+) -> FieldBlock:
+    """Return what keeps nodes on planes of symmetry; what does not go with one is reported.
+
+    Args:
+        planes: At least one.
+        plan: What the script does to nodes on planes, and gravity.
+    """
     for one in planes:
         _refuse_aslant(one, plan.gravity, "gravity", one.span, findings)
         _refuse_motion(one, network, findings)
@@ -64,6 +74,36 @@ def symmetry_block(
     within = np.array([_projection(int(node), planes) for node in nodes]).reshape(-1, 3, 3)
     field = SymmetryPlanes(nodes, within)
     return FieldBlock("the planes of symmetry", SYMMETRY, field, planes[0].span)
+
+
+def shared_contact(contact: Contact, planes: SymmetryPlanes, law: ContactLaw) -> Contact:
+    """Return contact of which nodes on planes have the part of what is drawn.
+
+    Args:
+        contact: Where each node stands for all that is around it.
+        planes: The nodes on planes.
+        law: By surface, nodes have the part of the surface that is drawn already.
+    """
+    if law.surface_stiffness is not None:
+        return contact
+    stiffness = contact.stiffness.copy()
+    stiffness[planes.nodes] *= planes.share
+    return replace(contact, stiffness=stiffness)
+
+
+def _refuse_angles(
+    plane: Blade, others: Iterable[WrittenPlane], findings: Findings, span: Span
+) -> None:
+    """Reject a plane that is neither parallel nor perpendicular to others."""
+    for other in others:
+        cosine = abs(float(plane.normal @ other.plane.normal))
+        if ASLANT < cosine < 1.0 - ASLANT:
+            findings.reject(
+                "TIS306",
+                "planes of symmetry must be perpendicular, or parallel",
+                span,
+                notes=(Note("another plane", other.span),),
+            )
 
 
 def _placed(plane: Blade, network: Network, findings: Findings, span: Span) -> WrittenPlane:

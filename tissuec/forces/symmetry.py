@@ -34,6 +34,11 @@ class SymmetryPlanes(Field, frozen=True):
     within: Floats
 
     @property
+    def share(self) -> Floats:
+        """Return what part of each node belongs to what is drawn, dimensionless, shape (n,)."""
+        return 0.5 ** np.rint(3.0 - np.trace(self.within, axis1=1, axis2=2))
+
+    @property
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
         return mirror

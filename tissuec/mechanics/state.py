@@ -169,6 +169,8 @@ class State(Struct, eq=False):
     def braking(self) -> Floats:
         """Return the ambient damping of each node [N s/m], shape (node,)."""
         braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag
+        if (planes := self.symmetry) is not None:  # the mirror image brakes the other part
+            braking[planes.nodes] *= planes.share
         if own is not None:  # followed by nodes of tools and hidden ones
             braking[: len(own)] += own
         return braking

@@ -221,6 +221,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
+        mirrored: Nodes of bodies on each plane of symmetry; triangles between them are no
+            surface of the whole.
         provenance: Origins by array name ("mass", "stiffness", …).
     """
 
@@ -239,6 +241,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     drag: Floats | None = None
     marks: tuple[MarkPart, ...] = ()
     skin_marks: Indices | None = None
+    mirrored: tuple[Indices, ...] = ()
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):
