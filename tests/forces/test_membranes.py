@@ -16,6 +16,8 @@ from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.laws.solid.ogden import Ogden
 from tissuec.laws.solid.veronda_westmann import VerondaWestmann
 from tissuec.laws.solid.yeoh import Yeoh
+from tissuec.meshes.generators.tube import Tube
+from tissuec.meshes.walls import wall_of_triangles
 from tissuec.validate.forces.membranes import MembraneWall
 
 LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),
@@ -298,6 +300,31 @@ def test_a_prestressed_sheet_is_as_one_that_is_stretched():
     assert stressed.weight.sum() == pytest.approx(
         0.02**2 * THICK / (longer**2 * thickness), rel=1e-12
     )
+
+
+@pytest.mark.parametrize("law", [NeoHookean(), MooneyRivlin(0.3)], ids=["neo", "mooney"])
+def test_a_wider_tube_needs_the_pressure_of_laplace(law):
+    # Of both laws, σ = μ (λ² - λ⁻²) around a tube that becomes no longer (R. S. Rivlin, Phil.
+    # Trans. R. Soc. A 242:173, 1949).
+    sides, radius, step = 24, 0.005, 0.001
+    tube = Tube(axis=((0, 0, 0), (4 * step, 0, 0)), radius=radius, rings=5, sides=sides)
+    mesh = wall_of_triangles(tube.build())
+    x, nodes = mesh.position, mesh.elements[0].nodes
+    even = np.ones(len(nodes))
+    material = MembraneMaterial(
+        SHEAR * even, bulk_of(0.49999) * even, 0.0 * even, np.zeros(len(nodes), dtype=np.int64),
+        (law,), THICK * even, even,
+    )  # fmt: skip
+    made = Membranes.of("tube", nodes, x, material, mesh.ends, 0, SPAN)
+    ring = np.arange(2 * sides, 3 * sides)
+    for stretch in (0.9, 1.1, 1.6, 2.5):
+        wide = x * [1.0, stretch, stretch]
+        outward = wide[ring] * [0.0, 1.0, 1.0] / (stretch * radius)
+        inward = -np.einsum("nk,nk->n", forces(made, wide)[ring], outward)
+        tension = SHEAR * (stretch**2 - stretch**-2) / stretch * THICK
+        # Each facet pulls its two nodes along itself.
+        expected = 2.0 * tension * step * np.sin(np.pi / sides)
+        np.testing.assert_allclose(inward, expected, rtol=1e-3)
 
 
 # --- states that are hard ---------------------------------------------------------------------

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from tests.derivatives import forces, slopes, stiffness
 from tissuec.core.source import Source, Span
 from tissuec.forces.plates import Plates
 from tissuec.matter.curvature import patches
+from tissuec.meshes.generators import Mesh
 from tissuec.meshes.generators.sheet import Sheet
 from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.generators.tube import Tube
@@ -180,6 +182,54 @@ def test_a_plate_on_its_borders_sags_by_its_closed_form(cells, error, ratio):
     z = np.zeros(len(x))
     z[~border] = np.linalg.solve(linear(made, x)[np.ix_(~border, ~border)], load[~border])
     assert z.max() == pytest.approx(0.00406235 * side**4 / RIGIDITY, rel=error)
+
+
+def plate_of(position, triangles, ratio):
+    """Return plates of given triangles in a plane, their places, and their mesh."""
+    side, other = (position[triangles[:, k]] - position[triangles[:, 0]] for k in (1, 2))
+    turned = side[:, 0] * other[:, 1] < side[:, 1] * other[:, 0]
+    triangles = np.where(turned[:, None], triangles[:, ::-1], triangles).astype(np.int32)
+    x = np.column_stack([position, np.zeros(len(position))])
+    mesh = wall_of_triangles(Mesh(x, np.zeros((0, 2), np.int32), triangles))
+    found, even = patches(mesh), np.ones(len(triangles))
+    matrix = found.stiffness(RIGIDITY * even, ratio * even)
+    return Plates.of("wall", found.nodes, x, matrix, 0.0 * even, mesh.ends, 0, SPAN), x, found
+
+
+def nets(cells):
+    """Return irregular nets of a square of 1 m: places and triangles."""
+    steps, random = np.linspace(0.0, 1.0, cells + 1), np.random.default_rng(1)
+    square = np.array([(a, b) for a in steps for b in steps])
+    inside = ((square > 0.0) & (square < 1.0)).all(axis=1)[:, None]
+    moved = random.uniform(-1.0, 1.0, square.shape) / cells * inside
+    number = np.arange(len(square)).reshape(cells + 1, cells + 1)
+    a, b, c, d = (number[i:cells + i, j:cells + j].ravel()
+                  for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))  # fmt: skip
+    one = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    swapped = (np.add.outer(np.arange(cells), np.arange(cells)) % 2 == 1).ravel()
+    first = np.where(swapped[:, None], np.stack([a, b, d], 1), np.stack([a, b, c], 1))
+    second = np.where(swapped[:, None], np.stack([b, c, d], 1), np.stack([a, c, d], 1))
+    loose = square + 0.3 * moved
+    return {
+        "displaced": (square + 0.25 * moved, one),
+        "delaunay": (loose, Delaunay(loose).simplices),
+        "alternating": (square, np.concatenate([first, second])),
+    }
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize(
+    ("net", "low", "high"),
+    [("displaced", 0.95, 1.05), ("delaunay", 0.9, 1.12), ("alternating", 1.0, 1.25)],
+)
+@pytest.mark.parametrize("cells", [10, 20])
+def test_plates_of_irregular_nets_sag_nearly_as_they_should(cells, net, low, high, ratio):
+    made, x, found = plate_of(*nets(cells)[net], ratio)
+    border = (np.isclose(x[:, :2], 0.0) | np.isclose(x[:, :2], 1.0)).any(axis=1)
+    load = np.bincount(found.nodes[:, :3].ravel(), np.repeat(found.area / 3.0, 3), len(x))
+    z = np.zeros(len(x))
+    z[~border] = np.linalg.solve(linear(made, x)[np.ix_(~border, ~border)], load[~border])
+    assert low < z.max() * RIGIDITY / 0.00406235 < high
 
 
 def test_edges_without_a_neighbour_bear_no_moment():

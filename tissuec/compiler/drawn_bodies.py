@@ -16,6 +16,7 @@ from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
+from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import Elemental, Mesh, Threaded
 from tissuec.meshes.generators.imported import Imported, MeshFileError
 from tissuec.meshes.walls import wall_of_triangles
@@ -145,7 +146,8 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             hint = hint or _with_unit(body.mesh.file.name, error.unit)
         findings.reject("TIS605", str(error), place, hint=hint)
     except (ValueError, ArithmeticError) as error:
-        findings.reject("TIS309", f"body {body.name}: {error}", body.span)
+        hint = error.hint if isinstance(error, FormatError) else ""
+        findings.reject("TIS309", f"body {body.name}: {error}", body.span, hint=hint)
     if mesh.origin is not None and mesh.remarks:
         findings.add(
             "W602",

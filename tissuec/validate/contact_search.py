@@ -13,6 +13,8 @@ from tissuec.forces.contact import Contact, ContactPairs
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.forces.contact import ContactForce, Touching
 
+FAR = 1e100  # [m]
+
 
 class NearbyContact:
     """A field of forces, as ``Equations.fields`` has them, of contact."""
@@ -68,6 +70,7 @@ class NearbyContact:
         if len(self._where):
             gone = np.sqrt(((position - self._where) ** 2).sum(axis=1).max())
         if not gone <= reach:
-            self._pairs = self._contact.near(position, 2.0 * reach)
+            # Steps of solvers that are taken back can lead further than squares of distances.
+            self._pairs = self._contact.near(np.clip(position, -FAR, FAR), 2.0 * reach)
             self._where = position.copy()
         return self._pairs
