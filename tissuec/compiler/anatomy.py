@@ -35,6 +35,8 @@ def anatomy_of(compiled: Compiled) -> Anatomy:
             matter[part.name] = found
         elif found:
             notes.append(f"{part.name} has no strain and stress: {found}")
+        if any(len(one.hidden) for one in network.elements_of(part.name)):
+            notes.append(f"the stress of {part.name} is that after complete relaxation")
     tools = {tool.name: tool.kind for tool in compiled.scene.tools.values()}
     return Anatomy(tuple(names), tissue, matter, tools, tuple(notes))
 

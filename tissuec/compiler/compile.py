@@ -24,7 +24,11 @@ from tissuec.compiler.element_limits import ElementMarks, skin_marks
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.holds import check_holds
 from tissuec.compiler.inflations import check_inflations
-from tissuec.compiler.internal_variables import inelastic_of, with_memory
+from tissuec.compiler.internal_variables import (
+    inelastic_of,
+    with_element_memory,
+    with_memory,
+)
 from tissuec.compiler.joints import JointArrays, build_joints
 from tissuec.compiler.outputs import OutputReader
 from tissuec.compiler.script import Script, ScriptReader
@@ -154,6 +158,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
         joined = replace(joined, mirrored=tuple(one.nodes for one in planes))
     braked = with_drag(joined, scene.environment, findings)
     network = with_memory(with_tools(braked, tools, scene.environment))
+    network = with_element_memory(network)
     _refuse_method(scene, network, findings)
     _refuse_forces(network, findings)
     groups.choose_all()
@@ -186,12 +191,13 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
             hint="write integrator is automatic, or an explicit one such as dop853",
         )
     timeless = name == RELAXATION
-    if network.springs.inelastic is None or not (timeless or _is_implicit(name)):
+    if not (network.relaxes and (timeless or _is_implicit(name))):
         return
+    what = "springs" if network.springs.inelastic is not None else "elements"
     reason = "ignores time" if timeless else "does not compute their relaxation"
     findings.add(
         "TIS306",
-        f"{name} does not support springs that relax or yield: it {reason}",
+        f"{name} does not support {what} that relax or yield: it {reason}",
         scene.simulation.span,
         hint="write integrator is automatic, or an explicit one such as dop853",
     )

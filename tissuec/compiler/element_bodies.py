@@ -6,13 +6,14 @@ them is cut, its elements are gone.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NoReturn, cast
+from typing import TYPE_CHECKING, ClassVar, NoReturn, cast
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.element_branches import branches_of
 from tissuec.compiler.element_limits import ElementMarks, LimitReader
 from tissuec.compiler.tissue_parts import OF_FIBRES, Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
@@ -28,7 +29,7 @@ from tissuec.meshes.elements import node_shares
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
+from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
 from tissuec.model.springs import NUMBERS
 from tissuec.scene.element_bodies import note_of, refuse
@@ -42,7 +43,6 @@ from tissuec.scene.quantities import (
     POISSONS_RATIO,
     QUANTITIES,
     RETARDATION_TIME,
-    SHARES,
     YOUNGS_MODULUS,
 )
 
@@ -60,8 +60,7 @@ INCOMPRESSIBLE = 0.4997
 MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (
-    *SHARES, *CONSTANTS, *TIMES, "yield stress", LIMIT,
-    "flow viscosity", VISCOSITY,
+    *CONSTANTS, "yield stress", LIMIT, "flow viscosity", VISCOSITY,
 )  # fmt: skip
 
 
@@ -90,6 +89,9 @@ class ElementReader:
         drawing: Of a body that is made of elements.
         findings: Takes diagnostics.
     """
+
+    #: Quantities that the elements do not have.
+    refused: ClassVar[tuple[str, ...]] = _OF_SPRINGS
 
     def __init__(self, drawing: Drawing, findings: Findings):
         assert drawing.body.elements is not None and drawing.element_part is not None
@@ -130,6 +132,7 @@ class ElementReader:
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             self._fibres(), self._prestretch(), self.limits.limits,
+            branches_of(self.parts, self.part, shear),
         )  # fmt: skip
         found: list[BodyElements] = []
         first = 0
@@ -158,7 +161,7 @@ class ElementReader:
         if material.tissue is None:
             return
         given = material.tissue.given
-        for key in _OF_SPRINGS:
+        for key in self.refused:
             one = given.get(key)
             if one and one.value not in (one.quantity.default, one.quantity.none):
                 refuse(one.quantity.name, one.span, self.made, self.findings)

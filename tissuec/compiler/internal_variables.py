@@ -1,4 +1,4 @@
-"""Internal variables of springs: their parameters, and hidden nodes that store them."""
+"""Internal variables of springs and elements, and hidden nodes that store them."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil, sqrt
@@ -6,8 +6,9 @@ from math import ceil, sqrt
 import numpy as np
 from msgspec.structs import replace
 
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
-from tissuec.model.network import SPRINGS, Floats, Network, Origin
+from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network, Origin
 
 Arrays = Mapping[str, Floats]
 
@@ -71,6 +72,32 @@ def with_memory(network: Network) -> Network:
     known = network.with_memory(SPRINGS, home, mass, Origin(part.span, "memory"))
     stored = replace(inelastic, slot=slot, rate=rate)
     return replace(known, springs=replace(known.springs, inelastic=stored))
+
+
+def with_element_memory(network: Network) -> Network:
+    """Return a network with hidden nodes that store the internal variables of its elements.
+
+    Strains, times the size of their elements, are multiplied as those of springs are.
+    """
+    blocks = [
+        block
+        for block in network.blocks
+        if block.kind == "elements" and block.field.branches is not None
+    ]
+    if not blocks:
+        return network
+    fastest = max(block.field.fastest(network.mass) for block in blocks)
+    first, homes, stored = network.node_count, list[Floats](), list[FieldBlock]()
+    for block in blocks:
+        field = block.field.stored(first, fastest)
+        count = len(field.hidden)
+        first += count
+        homes.append(np.broadcast_to(network.position[field.nodes[0, 0]], (count, 3)))
+        stored.append(field.block)
+    mass = float(network.mass[: network.body_nodes].min())
+    origin = Origin(blocks[0].field.span, "memory")
+    known = network.with_memory(ELEMENTS, np.concatenate(homes), mass, origin)
+    return known.with_blocks(*stored)
 
 
 def _fastest(network: Network) -> float:

@@ -21,10 +21,7 @@ from tissuec.compiler.shells import hinges_of
 from tissuec.compiler.spring_laws import SpringLaws
 from tissuec.compiler.spring_parts import SpringParts
 from tissuec.compiler.tissue_parts import TissueParts, part_numbers
-from tissuec.core.errors import Note
-from tissuec.core.hints import Hint, insertion
 from tissuec.core.names import key_of
-from tissuec.core.units import suggested_unit
 from tissuec.forces.bending import Hinges
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -125,21 +122,7 @@ class MaterialReader:
             lacking = QUANTITIES[
                 OF_MATTER[other][0] if is_matter and OF_MATTER[other] else other
             ]
-            amount = (
-                "20 %" if lacking.name in SHARES else f"1 {suggested_unit(lacking.dimension)}"
-            )
-            example = f"{lacking.name} = {amount}"
-            said_name = given[0].quantity.name if given else name
-            self.findings.reject(
-                "TIS304",
-                f"a {said_name} needs a {lacking.name}",
-                given[0].span if given else where,
-                hint=Hint(
-                    f"for example: {example}",
-                    *([insertion(f"; {example}", given[0].span)] if given else []),
-                ),
-                notes=(Note(f"used by {self.body.name}", self.body.span),),
-            )
+            self.parts.refuse_half(given[0] if given else None, name, lacking, where)
 
     def _mass(self) -> Explained:
         column = self.columns.nodes.get("mass")

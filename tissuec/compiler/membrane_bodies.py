@@ -15,10 +15,12 @@ from tissuec.core.vectors import cross, norm
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.imported import Imported
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.inelastic import TIMES
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.fibres import AXIAL
 from tissuec.scene.findings import Findings
 from tissuec.scene.prestress import PRESTRESS
+from tissuec.scene.quantities import SHARES
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
@@ -66,6 +68,8 @@ class MembraneReader(ElementReader):
         drawing: Of a wall that is made of elements.
         findings: Takes diagnostics.
     """
+
+    refused = (*ElementReader.refused, *SHARES, *TIMES)
 
     def __init__(self, drawing: Drawing, findings: Findings):
         super().__init__(drawing, findings)

@@ -136,10 +136,11 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     """Yield the parts of a run that this scene does not need."""
     network, plan = compiled.network, compiled.plan
     solid = network.elements
+    or_element = " and no element" if solid else ""
     if not (network.springs.behaviour.is_viscous or any(e.viscosity.any() for e in solid)):
-        yield f"viscosity: no spring{' and no element' if solid else ''} has any"
-    if network.springs.inelastic is None:
-        yield "relaxation and yielding: no spring relaxes or yields"
+        yield f"viscosity: no spring{or_element} has any"
+    if not network.relaxes:
+        yield f"relaxation and yielding: no spring{or_element} relaxes or yields"
     if not np.any(plan.gravity):
         yield "gravity: it is zero"
     if not plan.drag and network.drag is None:

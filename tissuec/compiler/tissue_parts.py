@@ -8,7 +8,9 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import Note
+from tissuec.core.hints import Hint, insertion
 from tissuec.core.source import Span
+from tissuec.core.units import suggested_unit
 from tissuec.laws.formula import variables
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS, SOLID_LAW
@@ -160,6 +162,30 @@ class TissueParts:
             hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
             "or otherwise is … in the vocabulary",
             notes=(Note(f"used by {material.name}", material.span), *notes),
+        )
+
+    def refuse_half(
+        self, given: AssignedQuantity | None, name: str, lacking: TissueQuantity, where: Span
+    ) -> NoReturn:
+        """Reject a quantity that says nothing without another one.
+
+        Args:
+            given: The quantity; None in a table.
+            name: Of the quantity in a table.
+            lacking: The other one.
+            where: Place of the table.
+        """
+        amount = "20 %" if lacking.name in SHARES else f"1 {suggested_unit(lacking.dimension)}"
+        example = f"{lacking.name} = {amount}"
+        self.findings.reject(
+            "TIS304",
+            f"a {given.quantity.name if given else name} needs a {lacking.name}",
+            given.span if given else where,
+            hint=Hint(
+                f"for example: {example}",
+                *([insertion(f"; {example}", given.span)] if given else []),
+            ),
+            notes=(Note(f"used by {self.body.name}", self.body.span),),
         )
 
     def beside(self, given: AssignedQuantity) -> Mapping[str, AssignedQuantity]:

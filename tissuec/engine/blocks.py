@@ -48,14 +48,15 @@ def parts_of(field: Field, place: Indices) -> list[list[Field]]:
     Args:
         place: Index of each node in the arrays of the kernel, shape (node,).
     """
-    is_small = len(place) < LEAST_BLOCKS * BLOCK_NODES
+    count = len(place) - len(field.hidden)  # none of which has two items
+    is_small = count < LEAST_BLOCKS * BLOCK_NODES
     items = None if is_small else field.items(place)
     if items is None or len(items.first) < 2:
         return [[field]]
     low, high = (
         extreme.reduceat(items.places, items.first[:-1]) for extreme in (np.minimum, np.maximum)
     )
-    size = _rounded(max(-(-len(place) // BITS), int(np.median(high - low))))
+    size = _rounded(max(-(-count // BITS), int(np.median(high - low))))
     blocks = np.left_shift(np.uint64(1), (items.places // size).astype(np.uint64))
     touched = np.bitwise_or.reduceat(blocks, items.first[:-1])
     order = np.argsort(touched, kind="stable")

@@ -266,8 +266,10 @@ class Engine:
     def _refusal(self) -> Interruption | None:
         """Return why the tolerance cannot be kept at all, or the net not be stepped, if so."""
         stepper, tolerance = self.stepper, self.method.tolerance
-        if stepper.integrator.implicit and stepper.inputs.springs.inelastic is not None:
-            reason = f"{self.choice.name} does not support springs that relax or yield"
+        network = stepper.network
+        if stepper.integrator.implicit and network.relaxes:
+            what = "springs" if network.springs.inelastic is not None else "elements"
+            reason = f"{self.choice.name} does not support {what} that relax or yield"
             return Interruption("stuck", stepper.progress.time, message=reason)
         if stepper.integrator.implicit and stepper.inputs.state.symmetry is not None:
             reason = f"{self.choice.name} does not keep nodes on planes of symmetry"

@@ -33,7 +33,7 @@ from tissuec.kernels.records import (
     Solver,
 )
 from tissuec.mechanics.state import State
-from tissuec.model.network import SPRINGS, Floats, Network
+from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.springs import Springs
 
@@ -85,7 +85,11 @@ class KernelInputs:
         self.held = state.held | self.moved
         self.acting.update(state, self.held, self.moved)
         inverse = np.where(self.held, 0.0, 1.0 / state.mass)
-        self.inverse_mass = self.inwards(inverse)
+        self.inverse_mass = self.response = self.inwards(inverse)
+        self.hidden = state.network.remembering(ELEMENTS)
+        if len(self.hidden):
+            self.response = self.inverse_mass.copy()
+            self.response[self.layout.place[self.hidden]] = 1.0
         push, steady = np.zeros((2, len(inverse), 3))
         drag, self.timed = np.zeros(len(inverse)), list[Load]()
         motion = state.position, state.velocity
@@ -174,6 +178,9 @@ class KernelInputs:
             law=np.ascontiguousarray(springs.law[numbers]),
             **near,
             inverse_mass=self.inverse_mass,
+            response=self.response,
+            hidden=self.layout.place[self.hidden],
+            home=self.state.network.position[self.hidden],
             steady=self.steady,
             push=self.push,
             driven=self.driven,

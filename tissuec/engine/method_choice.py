@@ -142,7 +142,7 @@ def _creeping(
 
     The rates are measured only where sums at the nodes allow it.
     """
-    if state.springs.inelastic is not None or state.symmetry is not None:
+    if state.network.relaxes or state.symmetry is not None:
         return None
     if sums.most_damped < CREEPING:
         return None

@@ -160,8 +160,8 @@ class MethodControl:
             found = of_other_order(name, first, step, lambda: self._known_facts(state))
             if found is not None:
                 return found, price
-        if state.springs.inelastic is not None or state.symmetry is not None:
-            return None  # implicit methods refuse such springs, and do not keep to planes
+        if state.network.relaxes or state.symmetry is not None:
+            return None  # implicit methods refuse what relaxes, and do not keep to planes
         if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
             return None
         solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()

@@ -28,7 +28,8 @@ def spectral_radius(state: State) -> float:
     """Return ω̂ [1/s], a bound of the angular frequencies of small motions about the state."""
     now, position, velocity = state.time, state.position, state.velocity
     parts = [state.acting.stiffening(position, velocity)]
-    parts += filter(None, (each.stiffening(now, position) for each in state.effects))
+    effects = (effect.recalling(velocity) for effect in state.effects)
+    parts += filter(None, (effect.stiffening(now, position) for effect in effects))
     # Where nothing swings, what only gives way is taken for a motion of damping ratio 1.
     return sqrt(_largest(parts, _root(state))) or 0.5 * _giving(state)
 
@@ -44,8 +45,10 @@ def damping_radius(state: State) -> float:
 
 
 def _giving(state: State) -> float:
-    """Return a bound of the rates at which springs relax and yield [1/s]."""
-    return state.spring_force(np.flatnonzero(state.alive)).giving(state.position)
+    """Return a bound of the rates at which springs and fields relax and yield [1/s]."""
+    springs = state.spring_force(np.flatnonzero(state.alive)).giving(state.position)
+    fields = (field.giving(state.position, state.velocity) for field in state.fields)
+    return max(springs, *fields, 0.0)
 
 
 class SumsAtNodes(Struct, frozen=True, eq=False):
@@ -115,9 +118,7 @@ def may_be_overdamped(state: State, sums: SumsAtNodes, ratio: float) -> bool:
         ratio: λ / 2ω.
     """
     only_springs = all(effect.braking(state.position) is None for effect in state.effects)
-    return not (
-        only_springs and state.springs.inelastic is None and sums.damping_ratio <= ratio
-    )
+    return not (only_springs and not state.network.relaxes and sums.damping_ratio <= ratio)
 
 
 def verlet_limit(state: State) -> float:

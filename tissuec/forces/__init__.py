@@ -132,6 +132,22 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
         """Return which nodes this ties to anything outside their piece, shape (node,)."""
         return np.zeros(len(position), dtype=bool)
 
+    @property
+    def relaxed(self) -> Self:
+        """Return the same without what relaxes: what is left of it in the end."""
+        return self
+
+    def recalling(self, velocity: Floats) -> Self:
+        """Return the same with an energy and a matrix that include what relaxes.
+
+        They are those of a change that leaves no time to relax.
+
+        Args:
+            velocity: Of all nodes [m/s], shape (…, node, 3); those of hidden ones tell how far
+                this has relaxed.
+        """
+        return self
+
     # --- bounds, which members override where they know better ones -----------------------
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
@@ -283,6 +299,31 @@ class Field(Effect, frozen=True):
             parts: How many keep the threads busy; 1 where there is a single thread.
         """
         return [[table]]
+
+    @property
+    def hidden(self) -> Indices:
+        """Return the hidden nodes whose accelerations the kernel adds as forces, shape (n,).
+
+        They are ascending.
+        """
+        return np.zeros(0, dtype=np.int64)
+
+    def giving(self, position: Floats, velocity: Floats) -> float:
+        """Return a bound of the rates at which anything relaxes [1/s].
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        return 0.0
+
+    def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
+        """Let what relaxes do so for good, in the velocities of hidden nodes.
+
+        Args:
+            velocity: Of all nodes, changed in place [m/s], shape (node, 3).
+            position: Of all nodes [m], shape (node, 3).
+            moved: Nodes whose items relax, shape (node,).
+        """
 
     @property
     def reach(self) -> float:

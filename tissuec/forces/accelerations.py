@@ -89,7 +89,7 @@ def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
     for first in range(begin, end, PIECE):
         last = min(first + PIECE, end)
         # Views that are indexed from 0 need no test of whether an index is negative.
-        own, mass = a[3 * first : 3 * last], net.inverse_mass[first:last]
+        own, mass = a[3 * first : 3 * last], net.response[first:last]
         if net.dragged:
             add_drag(net.drag[first:last], v[3 * first : 3 * last], own)
         for node in range(mass.size):
@@ -160,6 +160,7 @@ def place(time: float, x: Floats, v: Floats, net: Net) -> None:
     put_driven(time, x, v, net.acts)
     if net.reeled:
         reel(time, net.rest, net.reels, net.acts)
+    put_home(x, net.hidden, net.home)
     if net.touched:
         put_home(x, net.touches.memory, net.touches.home)
     if net.inelastic:

@@ -22,7 +22,7 @@ from msgspec import Struct
 
 from tissuec.forces import acts_of
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.elements_kernel import ElementTable
+from tissuec.forces.elements_kernel import STATE, ElementTable
 from tissuec.forces.solid_strain import energy
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.solid import SolidLaw
@@ -130,7 +130,7 @@ class BreakableElements(Struct, frozen=True, eq=False):
             solid=solid, mean=np.ascontiguousarray(mean), strain=self.limits.strain,
             stress=self.limits.stress,
             energy=self.energy if is_coded else np.full(len(own.volume), np.inf),
-            energies=address or 0, here=np.zeros(29),
+            energies=address or 0, here=np.zeros(STATE),
         )  # fmt: skip
 
     @property

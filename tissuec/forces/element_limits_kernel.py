@@ -117,7 +117,7 @@ def stored_at(e: int, here: Floats, limits: LimitTable) -> float:
 
     Args:
         e: Number of the element.
-        here: The state there; see ``elements_kernel.deform``, shape (29,).
+        here: The state there; see ``elements_kernel.deform``, shape (STATE,).
         limits: The elements.
     """
     solid, j, i1 = limits.solid, here[18], here[19]

@@ -30,7 +30,8 @@ that of a liquid under the stress 2 η D, D being the rate of strain without its
     P = 2 η/J' dev sym(Ḟ cof Fᵀ) cof F,    J' = max(J, 1/5).
 
 In elements with prestretch F0 (``forces.solid_prestretch``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
-acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept.
+acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept. Branches that relax
+are in ``forces.solid_branches``.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -43,9 +44,10 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.element_limits import BreakableElements, ElementLimits
-from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
+from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import as_operator, assembled
-from tissuec.forces.solid_fibres import SolidFibres
+from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_columns
+from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import (
     DERIVATIVES,
@@ -70,7 +72,9 @@ if TYPE_CHECKING:
 _BLOCK = 2048  # elements whose matrices are in memory at a time
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
+_BRANCH_SECONDS = 17e-9  # and for each branch
 _COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
+_PARTS = ("fibres", "prestretch", "limits", "branches", "remembered")
 
 
 class SolidMaterial(NamedTuple):
@@ -82,7 +86,7 @@ class SolidMaterial(NamedTuple):
         law: Number of the law, shape (element,).
         laws: Members of ``laws.solid.SOLID_LAWS``.
         fibres: As drawn; None without any.
-        prestretch: None without any.
+        prestretch, branches: None without any.
         limits: What breaks them; None where nothing may break.
     """
 
@@ -94,16 +98,15 @@ class SolidMaterial(NamedTuple):
     fibres: SolidFibres | None = None
     prestretch: Prestretch | None = None
     limits: ElementLimits | None = None
+    branches: SolidBranches | None = None
 
     def some(self, items: Indices) -> "SolidMaterial":
         """Return that of some elements, by indices of shape (n,)."""
-        shear, bulk, viscosity = (c[items] for c in (self.shear, self.bulk, self.viscosity))
-        return SolidMaterial(
-            shear, bulk, viscosity, self.law[items], self.laws,
-            self.fibres and self.fibres.some(items),
-            self.prestretch and self.prestretch.some(items),
-            self.limits and self.limits.some(items),
-        )  # fmt: skip
+        columns = self.shear, self.bulk, self.viscosity, self.law
+        parts = self.fibres, self.prestretch, self.limits, self.branches
+        others = (part and part.some(items) for part in parts)
+        shear, bulk, viscosity, law = (column[items] for column in columns)
+        return SolidMaterial(shear, bulk, viscosity, law, self.laws, *others)
 
     def marked(self, first: int) -> "SolidMaterial":
         """Return the same with marks that are counted from a first one."""
@@ -131,6 +134,9 @@ class SolidElements(WalledField, frozen=True):
         fibres: Families of fibres, without stress; there may be none.
         prestretch: None without any.
         limits: What breaks them; None where nothing may break.
+        branches: That relax; None without any.
+        remembered: What these do while nothing gives way, where it is known; energies,
+            matrices and stresses include it. Otherwise they are those without branches.
         span: The entry that asks for the elements.
     """
 
@@ -148,6 +154,8 @@ class SolidElements(WalledField, frozen=True):
     fibres: SolidFibres
     prestretch: Prestretch | None
     limits: ElementLimits | None
+    branches: SolidBranches | None
+    remembered: RelaxingStress | None
     span: Span
 
     @classmethod
@@ -183,6 +191,9 @@ class SolidElements(WalledField, frozen=True):
             prestretch = material.prestretch
             drawn, row = prestretch.measures(drawn, row)
             fibres = replace(fibres, along=prestretch.unstressed(fibres.along))
+        branches = material.branches
+        if branches is not None and not branches.shear.any():
+            branches = None
         is_flat = np.any(drawn.volume <= 0.0, axis=1)
         flat = np.flatnonzero(np.asarray(is_flat)[row])
         if len(flat):
@@ -200,7 +211,7 @@ class SolidElements(WalledField, frozen=True):
         return cls(
             walls, walled, name, shape, nodes, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law, laws,
-            fibres, prestretch, material.limits, span,
+            fibres, prestretch, material.limits, branches, None, span,
         )  # fmt: skip
 
     @property
@@ -218,9 +229,11 @@ class SolidElements(WalledField, frozen=True):
     def only(self, items: Indices) -> Self:
         """Return some elements, by indices of shape (n,), with the walls of all."""
         some = {name: getattr(self, name)[items] for name in _COLUMNS}
-        prestretch = self.prestretch and self.prestretch.some(items)
-        limits, fibres = self.limits and self.limits.some(items), self.fibres.some(items)
-        return replace(self, fibres=fibres, prestretch=prestretch, limits=limits, **some)
+        parts = {
+            name: part and part.some(items)
+            for name, part in ((name, getattr(self, name)) for name in _PARTS)
+        }
+        return replace(self, **parts, **some)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the elements."""
@@ -308,8 +321,8 @@ class SolidElements(WalledField, frozen=True):
             own = self.only(part)
             strain = SolidStrain(own.deformations(position))
             stress = strain.cauchy(own._slopes(strain))
-            for family in own.fibres.families():
-                stress += family.cauchy(strain)
+            for part_of in own._besides():
+                stress += part_of.cauchy(strain)
             share = own.drawn.volume[own.row][..., None] * self.shape.lumped
             np.add.at(volume, own.nodes, share.sum(axis=1))
             np.add.at(total, own.nodes, np.einsum("eqa,eqxy->eaxy", share, stress))
@@ -333,8 +346,8 @@ class SolidElements(WalledField, frozen=True):
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
             stored = own.shear[:, None] * own._of_laws(strain, energy)
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
-            for family in own.fibres.families():
-                stored += family.energy(strain)
+            for part_of in own._besides():
+                stored += part_of.energy(strain)
             volume = weight.sum(axis=-1)
             mean = (weight * strain.j).sum(axis=-1) / volume
             found[..., part] = (weight * stored).sum(axis=-1)
@@ -363,8 +376,8 @@ class SolidElements(WalledField, frozen=True):
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
         volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
         stiff = strain.second_derivatives(self._slopes(strain))
-        for family in self.fibres.families():
-            stiff += family.second_derivatives(strain)
+        for part in self._besides():
+            stiff += part.second_derivatives(strain)
         if not exact:
             value, way = np.linalg.eigh(stiff)
             stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
@@ -442,7 +455,8 @@ class SolidElements(WalledField, frozen=True):
     @property
     def _rigidity(self) -> Floats:
         """Return moduli times volumes [J], shape (element,)."""
-        return (self.shear + self.bulk + self.local) * self.volume
+        sudden = 0.0 if self.branches is None else self.branches.sudden
+        return (self.shear + sudden + self.bulk + self.local) * self.volume
 
     @property
     def _steepest(self) -> Floats:
@@ -452,13 +466,94 @@ class SolidElements(WalledField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        points, count = self.shape.gradients.shape[:2]
-        return _SECONDS * self.item_count * points * count
+        branches = 0 if self.branches is None else len(self.branches.exists)
+        own = _SECONDS * self.item_count * self.shape.nodes
+        return self._points * (own + _BRANCH_SECONDS * branches)
 
     @property
     def derivatives(self) -> str:
         """Return why there are no exact derivatives for learning."""
         return "have no exact derivatives"
+
+    # --- what branches remember ---------------------------------------------------------------
+
+    @property
+    def loss(self) -> str:
+        """Return why energy is not conserved; see ``Effect``."""
+        return "" if self.branches is None else "there are elements that relax"
+
+    @property
+    def hidden(self) -> Indices:
+        """Return the hidden nodes of the branches; see ``Field``."""
+        none = np.zeros(0, dtype=np.int64)
+        return none if self.branches is None else self.branches.nodes(self._points)
+
+    @property
+    def relaxed(self) -> Self:
+        """Return the elements without branches; see ``Effect``."""
+        return self if self.branches is None else replace(self, branches=None, remembered=None)
+
+    def stored(self, first: int, fastest: float) -> Self:
+        """Return the elements with hidden nodes for their branches.
+
+        Args:
+            first: Number of the first of these nodes.
+            fastest: A bound of the angular frequencies of the net [1/s].
+        """
+        assert self.branches is not None
+        size = np.cbrt(self.volume)
+        return replace(
+            self, branches=self.branches.stored(3 * first, self._points, fastest, size)
+        )
+
+    def fastest(self, mass: Floats) -> float:
+        """Return about the largest angular frequency of the elements [1/s].
+
+        Args:
+            mass: Of all nodes [kg], shape (node,).
+        """
+        steep = self.drawn.volume[..., None] * (self.drawn.gradients**2).sum(axis=-1)
+        each = (self._rigidity / self.volume)[:, None] * steep.sum(axis=1)[self.row]
+        joined = np.bincount(self.nodes.ravel(), each.ravel(), len(mass))
+        return float(np.sqrt(2.0 * (joined / mass).max()))
+
+    def recalling(self, velocity: Floats) -> Self:
+        """Return the elements with what their branches do at once; see ``Effect``."""
+        if self.branches is None:
+            return self
+        return replace(self, remembered=self.branches.remembered(velocity, self._points))
+
+    def giving(self, position: Floats, velocity: Floats) -> float:
+        """Return a bound of the rates at which branches give way [1/s]; see ``Field``."""
+        fastest = 0.0
+        for part in self._parts() if self.branches is not None else ():
+            own = self.only(part)
+            assert own.branches is not None
+            strain = SolidStrain(own.deformations(position))
+            fastest = max(fastest, own.branches.fastest(strain, velocity))
+        return fastest
+
+    def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
+        """Make branches give way for good; see ``Field``."""
+        if self.branches is None:
+            return
+        for part in self._parts():
+            items = part[moved[self.nodes[part]].any(axis=1)]
+            strain = SolidStrain(self.only(items).deformations(position))
+            right = strain.f.swapaxes(-1, -2) @ strain.f
+            self.branches.keep(velocity, strain.g[..., None, None] * right, items)
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
+        if self.branches is None:
+            super().add_forces(time, position, velocity, to)
+            return
+        hidden = self.hidden
+        before = to[..., hidden, :]
+        super().add_forces(time, position, velocity, to)
+        to[..., hidden, :] = before
 
     # --- for the engine -----------------------------------------------------------------------
 
@@ -469,7 +564,7 @@ class SolidElements(WalledField, frozen=True):
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
         """Return the record of the kernel, which is valid at any position."""
-        points, count = self.shape.gradients.shape[:2]
+        points, count = self._points, self.shape.nodes
         used, row = np.unique(self.row, return_inverse=True)
         gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
         is_curved = bool(self.law.any())
@@ -484,9 +579,10 @@ class SolidElements(WalledField, frozen=True):
             fibres=np.ascontiguousarray(self.fibres.along),
             fibre_stiffness=self.fibres.stiffness,
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
+            **branch_columns(self.branches, self.item_count, place),
             is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
             by_first=first, by_second=second,
-            points=np.zeros((points, 29)), own=np.zeros((3, 3 * count)),
+            points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
         )  # fmt: skip
 
     # --- parts --------------------------------------------------------------------------------
@@ -495,6 +591,17 @@ class SolidElements(WalledField, frozen=True):
         """Yield the numbers of all elements, a block at a time."""
         for first in range(0, self.item_count, _BLOCK):
             yield np.arange(first, min(first + _BLOCK, self.item_count))
+
+    @property
+    def _points(self) -> int:
+        """Return how many points an element has."""
+        return len(self.shape.weights)
+
+    def _besides(self) -> "Iterator[FibreFamily | RelaxingStress]":
+        """Yield what has an energy beside that of the law."""
+        yield from self.fibres.families()
+        if self.remembered is not None:
+            yield self.remembered
 
     def _slopes(self, strain: SolidStrain) -> EnergySlopes:
         """Return the derivatives of the energy at all points, shape (element, point)."""

@@ -1,7 +1,7 @@
 """The forces of solid elements as scalar loops; for the equations see ``forces.elements``."""
 
 from ctypes import CFUNCTYPE, c_double, c_int
-from math import exp
+from math import exp, sqrt
 from typing import NamedTuple
 
 from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
@@ -9,6 +9,8 @@ from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 #: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
 #: a value where an element is inverted, and grows.
 LEAST = 0.2
+#: Numbers of the state at a point: F, its cofactors, J, I1, P, g and g'.
+STATE = 31
 _LARGEST = 4.0  # up to which the iteration for a root converges
 
 
@@ -28,11 +30,18 @@ class ElementTable(NamedTuple):
     fibre_stiffness: Floats  # k1 [Pa], shape (element,)
     fibre_stiffening: Floats  # k2, shape (element,)
     dispersion: Floats  # κ, shape (element,)
+    first: Integers  # branches of element e are first[e]:first[e + 1], shape (element + 1,)
+    branch_shear: Floats  # μk [Pa], shape (branch,)
+    branch_pace: Floats  # 1 / τ [1/s], shape (branch,)
+    branch_slot: Integers  # where the first number of a branch is among velocities, (branch,)
+    branch_rate: Floats  # of Ci - 1 in these [m/s], shape (branch,)
     is_curved: bool  # whether any law is not neo-Hookean
     is_viscous: bool
     by_first: int  # address of the slope of laws by the first invariant
     by_second: int  # by the second one
-    points: Rows  # scratch: F, cofactors, J, I1 and P of each point, shape (point, 29)
+    points: (
+        Rows  # scratch: F, cofactors, J, I1, P, g and g' of each point, shape (point, STATE)
+    )
     own: Rows  # scratch: positions, velocities and forces of the nodes, shape (3, 3 node)
 
 
@@ -51,6 +60,8 @@ def press_elements(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, solid: ElementTable
 ) -> None:
     """Add the forces of elements to those on nodes, and the power that they dissipate.
+
+    The rates of hidden nodes are added as forces on them.
 
     Args:
         solid: The elements.
@@ -82,6 +93,8 @@ def press_elements(
                 stretch(e, solid.fibres[e, family], here, solid)
             if solid.is_viscous:
                 power[1] += weight * resist(solid.viscosity[e], flow, slopes, here)
+            for branch in range(solid.first[e], solid.first[e + 1]):
+                power[1] += weight * relax(branch, q, v, f, here, solid)
             pull(-weight, slopes, here, push)
         for a in range(solid.nodes.shape[1]):
             i = 3 * solid.nodes[e, a]
@@ -114,11 +127,12 @@ def stress(e: int, pressure: float, here: Floats, solid: ElementTable) -> None:
     Args:
         e: Number of the element.
         pressure: What the change of volume costs, per J [Pa].
-        here: The state there, shape (29,); see ``deform``.
+        here: The state there, shape (STATE,); see ``deform``.
         solid: The elements.
     """
     shear, j, i1 = solid.shear[e], here[18], here[19]
     g, by_j = isochoric(j)
+    here[29], here[30] = g, by_j
     first, second, i2 = 0.5, 0.0, 0.0
     if solid.is_curved and solid.law[e] > 0:
         for k in range(9, 18):
@@ -155,7 +169,7 @@ def stretch(e: int, along: Floats, here: Floats, solid: ElementTable) -> None:
     b0 = here[0] * a0 + here[1] * a1 + here[2] * a2
     b1 = here[3] * a0 + here[4] * a1 + here[5] * a2
     b2 = here[6] * a0 + here[7] * a1 + here[8] * a2
-    g, by_j = isochoric(here[18])
+    g, by_j = here[29], here[30]
     strain = spread * (g * here[19] - 3.0)
     strain += (1.0 - 3.0 * spread) * (b0 * b0 + b1 * b1 + b2 * b2 - 1.0)
     if strain > 0.0:
@@ -206,13 +220,81 @@ def resist(viscosity: float, flow: Floats, slopes: Floats, here: Floats) -> floa
     return float(thick * square)
 
 
+def relax(
+    branch: int, point: int, v: Floats, f: Floats, here: Floats, solid: ElementTable
+) -> float:
+    """Add what a branch adds to P at a point, and the rate at which it gives way there.
+
+    Args:
+        branch: Its number.
+        point: Number of the point.
+        v: Velocities of all nodes [m/s], flat; those of hidden ones keep Ci - 1.
+        f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
+        here: The state there; see ``deform``.
+        solid: The elements.
+
+    Returns:
+        The power that it dissipates [W/m³].
+    """
+    i = solid.branch_slot[branch] + 6 * point
+    rate, shear = solid.branch_rate[branch], solid.branch_shear[branch]
+    pace, scale = solid.branch_pace[branch], 1.0 / rate
+    # Ci by its components 00, 11, 22, 12, 02, 01, and its inverse of unit volume.
+    c0, c1, c2 = 1.0 + scale * v[i], 1.0 + scale * v[i + 1], 1.0 + scale * v[i + 2]
+    c3, c4, c5 = scale * v[i + 3], scale * v[i + 4], scale * v[i + 5]
+    u, a0, a1, a2, a3, a4, a5 = unimodular_inverse(c0, c1, c2, c3, c4, c5)
+    f0, f1, f2, f3, f4 = here[0], here[1], here[2], here[3], here[4]
+    f5, f6, f7, f8, g = here[5], here[6], here[7], here[8], here[29]
+    # C' likewise, and X = C' A.
+    b0, b1 = g * (f0 * f0 + f3 * f3 + f6 * f6), g * (f1 * f1 + f4 * f4 + f7 * f7)
+    b2, b3 = g * (f2 * f2 + f5 * f5 + f8 * f8), g * (f1 * f2 + f4 * f5 + f7 * f8)
+    b4, b5 = g * (f0 * f2 + f3 * f5 + f6 * f8), g * (f0 * f1 + f3 * f4 + f6 * f7)
+    x0, x1 = b0 * a0 + b5 * a5 + b4 * a4, b0 * a5 + b5 * a1 + b4 * a3
+    x2, x3 = b0 * a4 + b5 * a3 + b4 * a2, b5 * a0 + b1 * a5 + b3 * a4
+    x4, x5 = b5 * a5 + b1 * a1 + b3 * a3, b5 * a4 + b1 * a3 + b3 * a2
+    x6, x7 = b4 * a0 + b3 * a5 + b2 * a4, b4 * a5 + b3 * a1 + b2 * a3
+    x8 = b4 * a4 + b3 * a3 + b2 * a2
+    trace = x0 + x4 + x8
+    third, s, t = trace / 3.0, shear * g, 0.5 * shear * here[30] * trace / g
+    for k in range(3):
+        p, q, r = here[3 * k], here[3 * k + 1], here[3 * k + 2]
+        here[20 + 3 * k] += s * (p * a0 + q * a5 + r * a4) + t * here[9 + 3 * k]
+        here[21 + 3 * k] += s * (p * a5 + q * a1 + r * a3) + t * here[10 + 3 * k]
+        here[22 + 3 * k] += s * (p * a4 + q * a3 + r * a2) + t * here[11 + 3 * k]
+    give = rate * pace
+    f[i] += give * (b0 - third * c0)
+    f[i + 1] += give * (b1 - third * c1)
+    f[i + 2] += give * (b2 - third * c2)
+    f[i + 3] += give * (b3 - third * c3)
+    f[i + 4] += give * (b4 - third * c4)
+    f[i + 5] += give * (b5 - third * c5)
+    x0, x4, x8 = x0 - third, x4 - third, x8 - third
+    square = x0 * x0 + x4 * x4 + x8 * x8 + 2.0 * (x1 * x3 + x2 * x6 + x5 * x7)
+    return float(0.5 * shear * pace * sqrt(u) * square)
+
+
+def unimodular_inverse(
+    c0: float, c1: float, c2: float, c3: float, c4: float, c5: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return det(c)^(-2/3), and the components of det(c)^(1/3) c⁻¹.
+
+    Args:
+        c0, c1, c2, c3, c4, c5: Components 00, 11, 22, 12, 02, 01 of a symmetric tensor c,
+            dimensionless.
+    """
+    a0, a1, a2 = c1 * c2 - c3 * c3, c0 * c2 - c4 * c4, c0 * c1 - c5 * c5
+    a3, a4, a5 = c4 * c5 - c0 * c3, c3 * c5 - c1 * c4, c3 * c4 - c2 * c5
+    u, _ = isochoric(c0 * a0 + c5 * a5 + c4 * a4)
+    return u, u * a0, u * a1, u * a2, u * a3, u * a4, u * a5
+
+
 def deform(at: Floats, slopes: Floats, place: Floats) -> float:
     """Set F, its cofactors, J and I1 = tr FᵀF at a point of an element; return J.
 
     Args:
         at: Positions of the nodes [m], flat, shape (3 node,).
         slopes: ∂N/∂X there [1/m], flat, shape (3 node,).
-        place: Set, in this order; P follows, shape (29,).
+        place: Set, in this order; P, g and g' follow, shape (STATE,).
     """
     f0 = f1 = f2 = f3 = f4 = f5 = f6 = f7 = f8 = 0.0
     for a in range(at.size // 3):

@@ -215,6 +215,10 @@ class Net(NamedTuple):
     near: Floats  # tension from which a closer look is needed [N], shape (spring,)
     near_crush: Floats  # the same of pressure
     inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
+    # By which forces become accelerations: the same, and 1 for hidden nodes of fields [1/kg]
+    response: Floats
+    hidden: Integers  # these hidden nodes, shape (m,)
+    home: Rows  # where they stay [m], shape (m, 3)
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
     push: Floats  # constant loads on free nodes [N], shape (3 node,)
     driven: Integers  # nodes on prescribed paths

@@ -77,7 +77,7 @@ class Balance:
         self.mass = state.mass[self.free]
         self.load = applied_forces(state)[self.free]
         self._number, self._time = number, state.time
-        self._fields = state.fields
+        self._fields = tuple(field.relaxed for field in state.fields)
         self._position = state.position.copy()
         self._start = self._position[self.free]
         self._jets = tuple(state.jets.values())

@@ -248,7 +248,7 @@ def energies(
     """Return the energies of the free nodes, of intact springs, of pressure and contact [J]."""
     elastic = elastic_energy(state, position, velocity)
     for acting in state.fields:
-        elastic = elastic + acting.energy(time, position)
+        elastic = elastic + acting.recalling(velocity).energy(time, position)
     weight = np.zeros(position.shape[:-2])
     for acting in state.outer:
         weight = weight + acting.energy(time, position)

@@ -80,11 +80,15 @@ def settle(
 
 
 def _let_relax(state: State, balance: Balance) -> None:
-    """Make the branches of springs at the free nodes give way, so that they no longer pull."""
-    if state.springs.inelastic is None:
+    """Make branches at the free nodes give way, so that they no longer pull."""
+    if not state.network.relaxes:
         return
     moved = np.zeros(state.network.node_count, dtype=bool)
     moved[balance.free] = True
+    for field in state.fields:
+        field.let_relax(state.velocity, state.position, moved)
+    if state.springs.inelastic is None:
+        return
     ends = state.springs.ends
     rest = observables.rest_lengths(state, state.velocity)
     e = observables.elongation(ends, state.position, rest)

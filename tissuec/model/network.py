@@ -23,6 +23,7 @@ Indices = NDArray[np.int64]
 # What hidden nodes remember.
 SPRINGS = "springs"
 FRICTION = "friction"
+ELEMENTS = "elements"
 CellNodes = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
@@ -339,6 +340,11 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         parts = (part.nodes for part in self.memories if part.name == name)
         part = next(parts, slice(0, 0))
         return numbers_in(part)
+
+    @property
+    def relaxes(self) -> bool:
+        """Return whether springs relax or flow, or elements relax."""
+        return self.springs.inelastic is not None or len(self.remembering(ELEMENTS)) > 0
 
     def with_memory(self, name: str, home: Floats, mass: float, origin: Origin) -> "Network":
         """Return this with hidden nodes behind all others.

@@ -6,10 +6,11 @@ x the positions and v the velocities of all nodes,
     r = B x,  L = |r|,  e = L - L0,  n = r / L,  w = n · (B v),  T = f(e) + g(e, w),
     forces on the nodes = -Bᵀ (T n),    m a = forces + loads - drag v + m g.
 
-The unknowns are y = (u, v, z, s, W, D): displacements u from the drawing and velocities of the
-free nodes, what bristles of friction remember, how far branches of springs have given way and
-rest lengths have flowed, the work W done by loads and by whoever drives nodes, and the energy D
-lost in dampers, by friction, by ambient damping and by springs that relax or flow.
+The unknowns are y = (u, v, z, s, A, W, D): displacements u from the drawing and velocities of
+the free nodes, what bristles of friction remember, how far branches of springs have given way
+and rest lengths have flowed, the inverses of what branches of elements gave way by, the work W
+done by loads and by whoever drives nodes, and the energy D lost in dampers, by friction, by
+ambient damping and by what relaxes or flows.
 Displacements, because they keep the digits that positions far from the origin would lose.
 """
 
@@ -30,6 +31,7 @@ from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.plates import PlateBending
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.forces.volumes import VolumeField
+from tissuec.validate.relaxing import RelaxingFields
 from tissuec.validate.yielding import Yielding
 
 if TYPE_CHECKING:
@@ -110,7 +112,7 @@ class Equations:
 
     Shared arguments:
         time: Time [s].
-        y: Unknowns (u [m], v [m/s], z, s, W [J], D [J]), shape (6 free + inner + 2,).
+        y: Unknowns (u [m], v [m/s], z, s, A, W [J], D [J]), shape (6 free + inner + 2,).
         moved: Displacements of all nodes [m], shape (node, 3).
         velocity: Of all nodes [m/s], shape (node, 3).
         position: Of all nodes [m], shape (node, 3).
@@ -169,8 +171,10 @@ class Equations:
         self._backwards: Any = backwards.toarray() if is_small else backwards.tocsr()
         self._reach = self.along(network.position)
         self.yielding = Yielding(state.springs.inelastic, self.springs)
-        #: Number of unknowns that bristles and springs remember.
-        self.inner = 3 * len(self.memory) + self.yielding.count
+        solids = (each for each in self.fields if isinstance(each, ElementSolid))
+        self.relaxing = RelaxingFields(tuple(solids))
+        #: Number of unknowns that bristles, springs and elements remember.
+        self.inner = 3 * len(self.memory) + self.yielding.count + self.relaxing.count
 
     def _formula(self, block: "FieldBlock", state: "State") -> ForceFormula:
         """Return the independent formula of a block."""
@@ -226,7 +230,8 @@ class Equations:
         """Return the unknowns of a state, shape (6 free + inner + 2,)."""
         moved, bristles = (position - self.drawn)[self.free], velocity[self.memory]
         own, given = velocity[self.free], self.yielding.read(velocity)
-        parts = (moved.ravel(), own.ravel(), bristles.ravel(), given, [work, lost])
+        tensors = self.relaxing.read(velocity)
+        parts = (moved.ravel(), own.ravel(), bristles.ravel(), given, tensors, [work, lost])
         return np.concatenate(parts)
 
     def _inside(self, time: float) -> float:
@@ -244,9 +249,11 @@ class Equations:
         moved[self.free] = y[:size].reshape(-1, 3)
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
         if self.inner:
-            given = len(y) - 2 - self.yielding.count
+            tensors = len(y) - 2 - self.relaxing.count
+            given = tensors - self.yielding.count
             velocity[self.memory] = y[2 * size : given].reshape(-1, 3)
-            self.yielding.write(y[given:-2], velocity)
+            self.yielding.write(y[given:tensors], velocity)
+            self.relaxing.write(y[tensors:-2], velocity)
         return moved, velocity
 
     # --- forces -------------------------------------------------------------------------------
@@ -359,9 +366,9 @@ class Equations:
         if self.yielding.count:
             given = self.yielding.read(velocity)
             giving, wasted = self.yielding.rate(springs.stretch, springs.pull, given)
-        return np.concatenate(
-            [own.ravel(), fall.ravel(), bending, giving, np.array([work, lost + wasted], float)]
-        )
+        relaxing = self.relaxing.rates(position, velocity)
+        ledger = np.array([work, lost + wasted], float)
+        return np.concatenate([own.ravel(), fall.ravel(), bending, giving, relaxing, ledger])
 
     def _bending(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of what bristles remember, shape (3 memory,)."""
@@ -403,13 +410,16 @@ class Equations:
             -lighter @ stretching.T @ given.pull_by_variable,
         ]
         moves = [sparse.csr_matrix((size, size)), sparse.identity(size), None]
+        count = self.relaxing.count
+        relaxing = sparse.diags(self.relaxing.slowing, shape=(count, count))
         gives = [given.rate_by_stretch @ stretching, None, given.rate_by_variable]
         blocks = [
-            [*moves[:2], None, None, None],
-            [*falls[:2], None, falls[2], None],
-            [None, None, sparse.csr_matrix((bristles, bristles)), None, None],
-            [*gives[:2], None, gives[2], None],
-            [None, None, None, None, sparse.csr_matrix((2, 2))],
+            [*moves[:2], None, None, None, None],
+            [*falls[:2], None, falls[2], None, None],
+            [None, None, sparse.csr_matrix((bristles, bristles)), None, None, None],
+            [*gives[:2], None, gives[2], None, None],
+            [None, None, None, None, relaxing, None],
+            [None, None, None, None, None, sparse.csr_matrix((2, 2))],
         ]
         return sparse.csc_matrix(sparse.block_array(blocks))
 
@@ -441,6 +451,7 @@ class Equations:
         stretch = (springs or self.pull(time, moved, velocity)).stretch
         stored = self.behaviour_at(time).energy(stretch).sum()
         stored += self.yielding.energy(stretch, self.yielding.read(velocity)) + sum(pressed)
+        stored += self.relaxing.energy(self.drawn + moved, velocity)
         place = (self.drawn + moved)[self.free]
         return ReferenceEnergies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),

@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
 from tissuec.mechanics.state import State
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
 from tissuec.validate.forces.symmetry import MirroredForces
@@ -64,14 +65,22 @@ def rest(state: State, chosen: NDArray[np.bool_]) -> None:
     _give_way(state, field.free)
 
 
+def relaxed(block: FieldBlock) -> FieldBlock:
+    """Return a block without branches of elements, which have given way for good."""
+    if block.kind != "elements":
+        return block
+    return replace(block, field=replace(block.field, branches=None))
+
+
 def _give_way(state: State, free: Indices) -> None:
-    """Let what the branches of springs at some nodes remember be their elongation."""
+    """Let what branches at some nodes remember be their elongation or strain."""
     equations = Equations(state, state.time)
     moved = state.position - state.network.position
     stretch = equations.pull(state.time, moved, state.velocity).stretch
     touched = np.isin(state.springs.ends[equations.springs], free).any(axis=1)
     given = equations.yielding.given_way(stretch, touched, state.velocity)
     equations.yielding.write(given, state.velocity)
+    equations.relaxing.let_relax(state.position, state.velocity, free)
 
 
 def _way_off(field: "EnergyField", moved: Floats) -> Floats | None:
@@ -226,6 +235,7 @@ class EnergyField:
             state,
             holders=holders,
             springs=springs,
+            blocks={name: relaxed(block) for name, block in state.blocks.items()},
             position=state.position.copy(),
             velocity=state.velocity.copy(),
         )

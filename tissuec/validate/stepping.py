@@ -164,5 +164,5 @@ class ReferenceStepper:
         equations = self._equations
         count, bristles = 3 * len(equations.free), 3 * len(equations.memory)
         given = equations.yielding.count
-        sizes = [place, speed, speed, place, energy]
-        return np.repeat(sizes, [count, count, bristles, given, 2])
+        before = np.repeat([place, speed, speed, place], [count, count, bristles, given])
+        return np.concatenate([before, equations.relaxing.allowed(place), [energy, energy]])

@@ -25,7 +25,7 @@ from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.newton import greatest
 from tissuec.mechanics.rigid import Freedom, assembled, rigid_motions
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats
+from tissuec.model.network import ELEMENTS, Floats
 
 Kind = Literal["unstable", "rigid", "mechanism", "vibration"]
 IN_BALANCE = 1e-6  # of the largest force: what may be left at an equilibrium
@@ -229,7 +229,7 @@ def _resisted(net: _Net, phi: Floats) -> float:
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
     for field in net.state.without_contact.fields:
-        braked += float(field.powers(net.state.time, net.bars.position, moving)[1])
+        braked += float(field.relaxed.powers(net.state.time, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked
 
 
@@ -255,6 +255,8 @@ def _notes(
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if state.springs.inelastic is not None:
         yield "springs that relax or yield have the stiffness after complete relaxation"
+    if len(state.network.remembering(ELEMENTS)):
+        yield "elements that relax have the stiffness after complete relaxation"
     elongation = net.bars.length - net.balance.springs.rest
     viscosity = net.balance.springs.behaviour.brake_slope(elongation, np.zeros_like(elongation))
     if not np.isfinite(viscosity).all():

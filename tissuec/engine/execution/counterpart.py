@@ -66,11 +66,11 @@ def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[
         is_coarse = (simulation.tolerance or 1.0) >= COARSE
         return ("rkc2", *others) if is_coarse and _is_overdamped(network) else others
     if method == "rkc2":
-        # Matrices of implicit methods contain neither elements nor internal variables of
-        # springs, and other explicit methods need the short steps that this one avoids.
+        # Matrices of implicit methods contain neither elements nor internal variables, and
+        # other explicit methods need the short steps that this one avoids.
         if network.elements:
             return ()
-        return others if network.springs.inelastic is not None else ("esdirk43", *others)
+        return others if network.relaxes else ("esdirk43", *others)
     return ("rkn4", *others) if method == "dop853" else others
 
 

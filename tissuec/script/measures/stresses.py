@@ -15,13 +15,15 @@ def mean_stress(subject: Subject, snapshot: Snapshot) -> Floats:
     """
     times = np.shape(snapshot.time)
     nodes = snapshot.nodes(subject)
-    position = snapshot.position.reshape(-1, *snapshot.position.shape[-2:])
+    position, velocity = (
+        each.reshape(-1, *each.shape[-2:]) for each in (snapshot.position, snapshot.velocity)
+    )
     total, volume = np.zeros((len(position), 3, 3)), 0.0
     for field in snapshot.state.elements:
         elements, used = field.intact(snapshot.state.alive).around(nodes)
         own = np.isin(used, nodes)
-        for row, places in zip(total, position[:, used], strict=True):
-            stress, share = elements.node_stress(places)
+        for row, places, speeds in zip(total, position[:, used], velocity, strict=True):
+            stress, share = elements.recalling(speeds).node_stress(places)
             row += stress[own].sum(axis=0)
         volume += float(share[own].sum())
     return (total / (volume or 1.0)).reshape(*times, 3, 3)

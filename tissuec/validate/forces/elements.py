@@ -16,6 +16,7 @@ from scipy.linalg import expm
 
 from tissuec.validate.forces import assembled, principal
 from tissuec.validate.forces.laws import derived, shipped
+from tissuec.validate.forces.relaxing import RelaxingElements
 
 if TYPE_CHECKING:
     from tissuec.forces.elements import SolidElements
@@ -47,6 +48,8 @@ class ElementSolid:
             (slopes_of(law), np.flatnonzero(elements.law == k))
             for k, law in enumerate(elements.laws)
         ]
+        has_branches = elements.branches is not None and len(elements.hidden)
+        self.branches = RelaxingElements(elements) if has_branches else None
         points, weights, exponents, corners = RULES[elements.shape.name]()
         own: NDArray[np.floating[Any]] = np.linalg.inv(_monomials(corners, exponents))
         natural = np.einsum("qmk,ma->qak", _slopes(points, exponents), own)
@@ -68,8 +71,17 @@ class ElementSolid:
         mean = (self._weight * j).sum(axis=1) / self._volume
         return f, j, np.broadcast_to((self._bulk * (mean - 1.0))[:, None], j.shape)
 
-    def _stress(self, c: Any, sign: Floats, pressure: Floats) -> Any:
-        """Return S [Pa], shape (element, point, 3, 3), of C, which may be complex."""
+    def _stress(
+        self, c: Any, sign: Floats, pressure: Floats, relaxing: Floats | None = None
+    ) -> Any:
+        """Return S [Pa], shape (element, point, 3, 3), of C, which may be complex.
+
+        Args:
+            c: C, dimensionless, shape (element, point, 3, 3).
+            sign: Of J, shape (element, point).
+            pressure: Of the mean [Pa], shape (element, point).
+            relaxing: Σ μk B of branches [Pa], shape (element, point, 3, 3); None without any.
+        """
         a, b, d = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
         p, q, r = c[..., 1, 2], c[..., 0, 2], c[..., 0, 1]
         square = a * (b * d - p * p) - r * (r * d - p * q) + q * (r * p - b * q)
@@ -99,6 +111,9 @@ class ElementSolid:
             of_fibres = of_fibres + 2.0 * line
         by_j = slope * (by_first * first + 2.0 * g * by_second * second)
         by_j = by_j + pressure + self._local * (j - 1.0)
+        if relaxing is not None:
+            by_j = by_j + 0.5 * slope * np.einsum("eqkl,eqkl->eq", c, relaxing)
+            of_fibres = of_fibres + g[..., None, None] * relaxing
         one = np.eye(3)
         stress = 2.0 * (by_first * g + by_second * g * g * first)[..., None, None] * one
         stress = stress + of_fibres - 2.0 * (by_second * g * g)[..., None, None] * c
@@ -111,6 +126,8 @@ class ElementSolid:
             count: Number of nodes.
         """
         modulus = 2.0 * self._shear + self._local + self._bulk[:, None]
+        if self.branches is not None:
+            modulus = modulus + 2.0 * self.branches.sudden[:, None]
         each = np.einsum("eq,eqax,eqax->ea", self._weight * modulus, self._slope, self._slope)
         return np.bincount(self._nodes.ravel(), each.ravel(), count)
 
@@ -119,7 +136,9 @@ class ElementSolid:
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
         f, j, pressure = self._strained(position)
-        stress = self._stress(np.einsum("eqxk,eqxl->eqkl", f, f), np.sign(j), pressure)
+        relaxing = None if self.branches is None else self.branches.weight(velocity)
+        c = np.einsum("eqxk,eqxl->eqkl", f, f)
+        stress = self._stress(c, np.sign(j), pressure, relaxing)
         push = np.einsum("eq,eqxk,eqkl,eqal->eax", self._weight, f, stress, self._slope)
         if self._eta.any():
             rate, way, thick = self._flow(f, j, velocity)
@@ -185,17 +204,49 @@ class ElementSolid:
         )  # fmt: skip
         return np.asarray(np.max(loads, axis=0))
 
+    def unimodular(self, position: Floats) -> Floats:
+        """Return C without its change of volume, dimensionless.
+
+        The shape is (element, point, 3, 3).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        f, j, _ = self._strained(position)
+        near = np.maximum(j, LEAST)
+        g, _ = _isochoric(near, j - near)
+        return g[..., None, None] * np.einsum("eqxk,eqxl->eqkl", f, f)
+
+    def touches(self, nodes: Indices) -> NDArray[np.bool_]:
+        """Return which elements have any of some nodes, shape (element,)."""
+        return np.isin(self._nodes, nodes).any(axis=1)
+
+    def stored_in_branches(self, position: Floats, velocity: Floats) -> float:
+        """Return the energy of branches [J]; that of the elements themselves is ``energy``.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        if self.branches is None:
+            return 0.0
+        each = self.branches.energy(self.unimodular(position), velocity)
+        return float((self._weight * each).sum())
+
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside [W]: none."""
         return 0.0
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that flow loses [W]."""
+        """Return the power that flow and relaxation lose [W]."""
+        lost = 0.0
+        if self.branches is not None:
+            each = self.branches.lost(self.unimodular(position), velocity)
+            lost = float((self._weight * each).sum())
         if not self._eta.any():
-            return 0.0
+            return lost
         f, j, _ = self._strained(position)
         rate, _, thick = self._flow(f, j, velocity)
-        return 2.0 * float((thick * (rate**2).sum(axis=(2, 3))).sum())
+        return lost + 2.0 * float((thick * (rate**2).sum(axis=(2, 3))).sum())
 
     def _flow(self, f: Floats, j: Floats, velocity: Floats) -> tuple[Floats, Floats, Floats]:
         """Return J times the rate of strain without its trace, ∂J/∂x_a, and w η/J."""
@@ -339,10 +390,11 @@ Rule = tuple[Floats, Floats, Indices, Floats]  # points, weights, exponents, pla
 
 
 def _hexahedron() -> Rule:
-    places, _ = np.polynomial.legendre.leggauss(2)
-    points = np.array(list(product(places, repeat=3)))
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
     nodes = np.concatenate([np.column_stack([corners, np.full(4, z)]) for z in (-1.0, 1.0)])
+    # In the order of the nodes, in which branches are kept.
+    places, _ = np.polynomial.legendre.leggauss(2)
+    points = places[1] * nodes
     return points, np.ones(8), np.array(list(product((0, 1), repeat=3))), nodes
 
 

@@ -1,0 +1,336 @@
+"""Solid elements that relax, in whole runs."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from scipy.linalg import expm
+
+from tests.engine.running import Bench
+from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import AfterAsking, carried_out, every_array
+from tissuec.core.errors import CompileError
+from tissuec.engine import threads
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.model.network import ELEMENTS
+
+SCENE = """language 1
+tissue gel {{
+  Young's modulus = 10 kPa; Poisson's ratio = {ratio}; density = 1000 kg/m^3
+  {memory}
+}}
+body block {{
+  mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to ({size}) mm }}
+  tissue is gel
+  {body}
+}}
+set low = nodes of block where z < 0.1 mm
+set high = nodes of block where z > {top}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ {script} }}
+simulate {{ duration = {duration}; {method} }}
+output {{ trajectory every 5 ms; energy every 5 ms; force of high every 5 ms
+          stress of high every 5 ms }}
+"""
+SHARES = (0.5, 0.2, 0.1)
+TIMES = (0.005, 0.02, 0.1)
+PRONY = """relaxing share = 50 %; relaxation time = 5 ms
+  second relaxing share = 20 %; second relaxation time = 20 ms
+  third relaxing share = 10 %; third relaxation time = 0.1 s"""
+ONE = "relaxing share = 60 %; relaxation time = 20 ms; retardation time = 1 ms"
+
+
+def scene(
+    memory=PRONY, *, ratio=0.3, size="5, 5, 5", top="4.9 mm", body="", script="at 0 s: fix low",
+    duration="0.1 s", method="tolerance = 1e-8",
+):  # fmt: skip
+    return SCENE.format(
+        memory=memory, ratio=ratio, size=size, top=top, body=body, script=script,
+        duration=duration, method=method,
+    )  # fmt: skip
+
+
+def test_shares_are_parts_of_the_stress_at_once_of_which_the_modulus_stays():
+    network = compiled_scene(scene()).network
+    (made,) = network.of_kind("elements")
+    shear = 10e3 / 2.6
+    np.testing.assert_allclose(made.shear, shear, rtol=1e-12)
+    whole = made.shear + made.branches.sudden
+    np.testing.assert_allclose(made.branches.shear[:, 0] / whole, SHARES, rtol=1e-12)
+    np.testing.assert_allclose(made.branches.time[:, 0], TIMES)
+    # Three branches of six numbers at eight points, three to a node.
+    assert len(network.remembering(ELEMENTS)) == len(made.hidden) == 3 * 6 * 8 // 3
+    assert network.shown_nodes == 8
+
+
+def test_a_block_that_is_sheared_and_held_relaxes():
+    script = """at 0 s: fix low
+      from 0 s to 10 ms: move high by (0.005, 0, 0) mm using constant speed"""
+    _, recording = carried_out(compiled_scene(scene(script=script)))
+    time, force, stress = (
+        recording.log_arrays(name)[k]
+        for name, k in (("force of high", 0), ("force of high", 1), ("stress of high", 1))
+    )
+    shear, area, end = 10e3 / 2.6, 25e-6, 0.01
+    rate, drawn = 1e-3 / end, np.minimum(time, end)
+    expected = shear * rate * drawn
+    for share, tau in zip(SHARES, TIMES, strict=True):
+        modulus = shear * share / 0.2
+        after = np.exp(-(time - drawn) / tau)
+        expected = expected + modulus * rate * tau * (1.0 - np.exp(-drawn / tau)) * after
+    # Of a shear of a thousandth, terms of the third order are below a millionth.
+    np.testing.assert_allclose(force[:, 0], area * expected, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(stress[:, 5], expected, rtol=1e-6, atol=1e-6)
+    kinetic, elastic, gravity, work, lost, switched = recording.energy_arrays()[1].T
+    imbalance = kinetic + elastic + gravity - switched - work + lost
+    assert np.abs(imbalance).max() < 1e-9 * work.max()
+    assert (np.diff(lost) > 0.0).all()
+
+
+def linear(time, matrix, start):
+    return np.array([expm(matrix * t) @ start for t in time])
+
+
+def test_a_block_creeps_under_a_steady_force():
+    # A force for strains of some millionths.
+    text = scene(ONE, script="at 0 s: fix low; at 0 s: push high with (4e-9, 0, 0) N")
+    compiled = compiled_scene(text)
+    network = compiled.network
+    (made,) = network.of_kind("elements")
+    free = np.flatnonzero(network.position[:8, 2] > 1e-3)
+    number = np.full(network.node_count, -1)
+    number[free] = np.arange(len(free))
+    still = np.zeros_like(network.position)
+    size, drawn = 3 * len(free), network.position
+    k = made.matrix(0.0, drawn, number, len(free)).toarray()
+    k1 = made.recalling(still).matrix(0.0, drawn, number, len(free)).toarray() - k
+    _, d = (m.toarray() for m in made.damping_matrices(drawn, still, number, len(free)))
+    inverse = np.diag(np.repeat(1.0 / network.mass[free], 3))
+    # Of y = (u, v, q, 1), q being what the dashpots gave way by.
+    matrix = np.zeros((3 * size + 1, 3 * size + 1))
+    u, v, q = (slice(n * size, (n + 1) * size) for n in range(3))
+    matrix[u, v] = np.eye(size)
+    matrix[v, u], matrix[v, v], matrix[v, q] = -inverse @ (k + k1), -inverse @ d, inverse @ k1
+    matrix[q, u], matrix[q, q] = np.eye(size) / 0.02, -np.eye(size) / 0.02
+    push = np.zeros((len(free), 3))
+    push[:, 0] = 1e-9
+    matrix[v, -1] = inverse @ push.ravel()
+    start = np.zeros(3 * size + 1)
+    start[-1] = 1.0
+    _, recording = carried_out(compiled)
+    time, position = recording.frame_arrays()[:2]
+    moved = (position - drawn)[:, free].reshape(len(time), -1)
+    exact = linear(time, matrix, start)[:, u]
+    assert np.abs(moved - exact).max() < 1e-5 * np.abs(exact).max()
+    # At once it gives way by about two fifths of what it does in the end.
+    assert np.abs(exact[3]).max() < 0.8 * np.abs(exact[-1]).max()
+
+
+PULLED = """at 0 s: fix low
+  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile
+  from 40 ms to 60 ms: move high by (-3, 0, -2) mm using smooth profile"""
+
+
+@pytest.mark.parametrize(
+    "memory", [PRONY, ONE + "; solid law is yeoh { second = 2; third = 1 }"]
+)
+def test_the_reference_agrees_on_large_strains(memory):
+    text = scene(memory, ratio=0.45, size="10, 10, 10", top="9.9 mm", script=PULLED,
+                 method="tolerance = 1e-6")  # fmt: skip
+    found = validated(text)
+    assert found.verdict == "kept"
+    assert quantity(found, "position").error < 1e-7
+    assert quantity(found, "energy balance").error < 1e-7
+    assert quantity(found, "force of high").error < 1e-6
+
+
+def test_a_block_that_is_drawn_stretched_relaxes_unless_it_settles_first():
+    body = "prestress along (0, 0, 1)"
+    text = scene(ONE + "; prestress = 10 %", body=body, size="5, 5, 10", top="9.9 mm",
+                 script="at 0 s: { fix low; fix high }", duration="0.3 s")  # fmt: skip
+    _, recording = carried_out(compiled_scene(text))
+    force = recording.log_arrays("force of high")[1][:, 2]
+    assert force[0] > 1.8 * force[-1]
+    settled = text.replace("fix high }", "fix high; settle }")
+    _, recording = carried_out(compiled_scene(settled))
+    np.testing.assert_allclose(
+        recording.log_arrays("force of high")[1][:, 2], force[-1], rtol=1e-5
+    )
+
+
+SETTLED = """at 0 s: fix low
+  from 0 s to 20 ms: move high by (2, 0, 1) mm using smooth profile
+  at 30 ms: settle"""
+
+
+def test_settling_lets_branches_give_way_for_good():
+    text = scene(ONE, ratio=0.4, size="10, 10, 10", top="9.9 mm", script=SETTLED,
+                 duration="40 ms")  # fmt: skip
+    outcome, recording = carried_out(compiled_scene(text))
+    (made,) = outcome.state.of_kind("elements")
+    at_rest = outcome.state.position
+    bare = made.relaxed.energy(0.0, at_rest)
+    assert made.recalling(outcome.state.velocity).energy(0.0, at_rest) == pytest.approx(
+        bare, rel=1e-9
+    )
+    frames = recording.frame_arrays()
+    later = frames[1][frames[0] > 0.0301]
+    assert np.abs(later - later[0]).max() < 1e-12
+    found = validated(text)
+    assert found.verdict == "kept"
+    assert quantity(found, "position").error < 1e-8
+
+
+CUT = """at 0 s: fix low
+  from 0 s to 20 ms: move high by (2, 0, 1) mm using smooth profile
+  at 30 ms: cut block along plane through (0, 0, 7.5) mm facing (0, 0, 1)"""
+
+
+def test_what_is_cut_takes_its_branches_along():
+    text = scene(ONE, size="10, 10, 15", top="14.9 mm", script=CUT, method="tolerance = 1e-6")
+    outcome, recording = carried_out(compiled_scene(text))
+    (made,) = outcome.state.fields
+    assert made.item_count == 8
+    kinetic, elastic, gravity, work, lost, switched = recording.energy_arrays()[1].T
+    imbalance = kinetic + elastic + gravity - switched - work + lost
+    assert abs(switched[-1]) > 0.1 * elastic[5]
+    assert np.abs(imbalance).max() < 1e-7 * work.max()
+    assert validated(text).verdict == "kept"
+
+
+# --- methods ---
+
+ORDERS = {"dop853": (8, (40, 52, 68)), "velocity verlet": (2, (256, 512, 1024)),
+          "rkc2": (2, (256, 512, 1024)), "rkn4": (3, (96, 192, 384))}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def swinging():
+    """A free block that begins to move because it is drawn stretched."""
+    text = scene(ONE + "; prestress = 20 %", body="prestress along (1, 0, 0)", script="",
+                 ratio=0.2)  # fmt: skip
+    return compiled_scene(text).network
+
+
+def stepped(network, method, count, end=0.02):
+    found = Bench(network, end, method=method, step=end / count, times=[end]).run()
+    assert found.end.kind == "reached"
+    return found.position[0, :8] / 5e-3
+
+
+@pytest.mark.parametrize("method", ORDERS)
+def test_methods_keep_their_order(swinging, method):
+    declared, counts = ORDERS[method]
+    exact = stepped(swinging, "dop853", 400)
+    errors = [np.abs(stepped(swinging, method, count) - exact).max() for count in counts]
+    observed = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert observed == pytest.approx(declared, abs=0.15 * max(declared, 2))
+
+
+def test_what_gave_way_keeps_its_volume():
+    script = """at 0 s: fix low
+      from 0 s to 20 ms: move high by (1, 0, 3) mm using smooth profile"""
+    outcome, _ = carried_out(compiled_scene(scene(ONE, script=script)))
+    (made,) = outcome.state.of_kind("elements")
+    tensors = made.branches.tensors(outcome.state.velocity, 8)
+    assert np.abs(tensors - np.eye(3)).max() > 0.5
+    assert np.abs(np.linalg.det(tensors) - 1.0).max() < 1e-6
+
+
+def test_implicit_methods_refuse(swinging):
+    end = Bench(swinging, 0.1, method="esdirk43", tolerance=1e-4).advance(0.1)
+    assert end.kind == "stuck"
+    assert end.message == "esdirk43 does not support elements that relax or yield"
+
+
+def test_methods_without_relaxation_are_refused_in_scenes():
+    for method in ("esdirk43", "relaxation { threshold = 1 uN }"):
+        with pytest.raises(CompileError) as caught:
+            compiled_scene(scene(method=f"integrator is {method}"))
+        error = caught.value.diagnostics[0]
+        assert error.code == "TIS306"
+        assert "does not support elements that relax or yield" in error.message
+
+
+def test_the_symplectic_method_gives_way_to_one_that_can(swinging):
+    found = Bench(swinging, 0.02, method="srkn11", tolerance=1e-6).run()
+    assert found.engine.choice.name == "dop853"
+    assert found.engine.choice.reason.startswith("there are elements that relax")
+
+
+# --- whole runs -------------------------------------------------------------------------------
+
+
+def test_a_run_that_is_resumed_gives_the_same_bytes():
+    text = scene(ONE, ratio=0.45, size="10, 10, 10", top="9.9 mm", script=PULLED)
+    compiled = compiled_scene(text)
+    network, plan = compiled.network, compiled.plan
+    whole, before, after = (MemoryRecording() for _ in range(3))
+    run(network, plan, Recorder(network, plan, whole))
+    stopped = run(network, plan, Recorder(network, plan, before), interrupt=AfterAsking(6))
+    assert stopped.kind == "interrupted"
+    assert 0.0 < stopped.state.time < 0.1
+    resumed = run(network, plan, Recorder(network, plan, after), resume=before.state)
+    assert resumed.kind == "done"
+    one = every_array("force of high", whole)
+    two = every_array("force of high", after)
+    for first, second in zip(one, two, strict=True):
+        assert np.array_equal(first[-len(second) :], second)
+
+
+def test_threads_change_no_bit(monkeypatch):
+    monkeypatch.setattr(threads, "LEAST_SPRINGS", 5000)
+    script = """at 0 s: fix low
+      from 0 s to 0.2 ms: move high by (0.5, 0, 0.2) mm using smooth profile"""
+    text = scene(ONE, size="100, 95, 85", top="84.9 mm", script=script, duration="0.2 ms",
+                 method="integrator is velocity verlet; step = 0.02 ms")  # fmt: skip
+    compiled = compiled_scene(text.replace("every 5 ms", "every 0.2 ms"))
+    (one, alone), (two, both) = (carried_out(compiled, threads=count) for count in (1, 2))
+    assert (one.statistics.threads, two.statistics.threads) == (1, 2)
+    for first, second in zip(
+        every_array("force of high", alone), every_array("force of high", both), strict=True
+    ):
+        assert np.array_equal(first, second)
+    assert np.array_equal(one.state.velocity, two.state.velocity)
+
+
+def test_regions_relax_each_in_its_own_way():
+    body = "region top where z > 5 mm { tissue is stiff }"
+    text = scene(ONE, size="5, 5, 10", top="9.9 mm", body=body)
+    stiff = "tissue stiff { Young's modulus = 30 kPa; density = 1000 kg/m^3 }\nbody"
+    network = compiled_scene(text.replace("body", stiff, 1)).network
+    (made,) = network.of_kind("elements")
+    assert (made.branches.shear[0] > 0.0).tolist() == [True, False]
+    assert len(made.hidden) == 16
+    whole = compiled_scene(text.replace("tissue is stiff", "tissue is gel")).network
+    assert len(whole.remembering(ELEMENTS)) == 32
+
+
+HALVES = {
+    "relaxing share = 20 %": "TIS304: a relaxing share needs a relaxation time",
+    "relaxation time = 1 s": "TIS304: a relaxation time needs a relaxing share",
+    "relaxing share = 60 %; relaxation time = 1 s; second relaxing share = 50 %; "
+    "second relaxation time = 2 s":
+        "TIS309: the shares that relax make up 110 % of the modulus",
+    "relaxing constant = 1 N/m; relaxation time = 1 s":
+        "TIS306: relaxing constant is not available for elements",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("memory", HALVES)
+def test_mistakes_are_refused(memory):
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(scene(memory))
+    found = caught.value.diagnostics[0]
+    assert f"{found.code}: {found.message}" == HALVES[memory]
+
+
+def test_nothing_that_relaxes_needs_no_hidden_nodes():
+    for memory in ("", "relaxing share = 0 %; relaxation time = 1 s",
+                   "relaxing share = 20 %; relaxation time is none"):  # fmt: skip
+        network = compiled_scene(scene(memory)).network
+        (made,) = network.of_kind("elements")
+        assert made.branches is None
+        assert network.memory == slice(8, 8)
+        assert replace(made, branches=None).loss == ""

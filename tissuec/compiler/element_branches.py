@@ -1,0 +1,49 @@
+"""Branches of elements that relax, from the shares of tissues.
+
+A share s of the modulus of a sudden strain relaxes; with the sum S of all shares of a tissue
+and the modulus μ that is left in the end, the modulus of its branch is μ s/(1 - S).
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissuec.compiler.tissue_parts import TissueParts, part_numbers
+from tissuec.model.inelastic import CONSTANTS, TIMES
+from tissuec.model.network import Floats, Indices
+from tissuec.scene.quantities import OF_MATTER, QUANTITIES
+
+if TYPE_CHECKING:
+    from tissuec.forces.solid_branches import SolidBranches
+
+
+def branches_of(parts: TissueParts, part: Indices, shear: Floats) -> "SolidBranches | None":
+    """Return the branches of elements, without storage; None if nothing relaxes.
+
+    Args:
+        parts: Of the body.
+        part: Of each element, shape (element,).
+        shear: Shear modulus of each element in the end [Pa], shape (element,).
+    """
+    rows: list[tuple[Floats, Floats]] = []
+    for constant, name in zip(CONSTANTS, TIMES, strict=True):
+        shares, times = parts.found(constant), parts.found(name)
+        ratio, time = np.zeros(len(shares)), np.full(len(shares), np.inf)
+        for number in part_numbers(part):
+            share, lasting = shares[number], times[number]
+            if share is None and lasting is None:
+                continue
+            if share is None or lasting is None:
+                said, lacking = (share, name) if share else (lasting, OF_MATTER[constant][0])
+                parts.refuse_half(said, name, QUANTITIES[lacking], parts.body.span)
+            if share.quantity.is_of_matter and np.isfinite(lasting.value):
+                time[number] = lasting.value
+                ratio[number] = share.value / (1.0 - parts.relaxing_beside(share))
+        rows.append((ratio[part] * shear, time[part]))
+    moduli, times = map(np.array, zip(*rows, strict=True))
+    used = moduli.any(axis=1)
+    if not used.any():
+        return None
+    from tissuec.forces.solid_branches import SolidBranches
+
+    return SolidBranches.new(moduli[used], times[used])

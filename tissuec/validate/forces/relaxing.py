@@ -1,0 +1,140 @@
+"""Elements that relax, for the reference: their own unknowns and formulas.
+
+The unknowns are the inverses A of the tensors Ci by which branches gave way (see
+``forces.solid_branches``), six numbers for each branch and point. With B = det(A)^(-1/3) A and
+the unimodular C', a branch stores μk/2 (tr(C' B) - 3), and
+
+    dA/dt = -(A C' A - tr(C' B)/3 A)/τ.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from tissuec.forces.elements import SolidElements
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+_UPPER = (np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1]))
+
+
+class RelaxingElements:
+    """Branches of the elements of one body.
+
+    Args:
+        elements: Read for their branches.
+
+    Attributes:
+        count: Number of unknowns.
+        time: τ of each branch [s], shape (branch,).
+
+    Shared arguments:
+        right: C' of all elements, dimensionless, shape (element, point, 3, 3).
+        velocity: Of all nodes [m/s], shape (node, 3).
+        given: The unknowns, dimensionless, shape (count,).
+    """
+
+    def __init__(self, elements: "SolidElements"):
+        of = elements.branches
+        assert of is not None
+        row, self._element = np.nonzero(of.slot >= 0)
+        self.time: Floats = of.time[row, self._element]
+        self._shear: Floats = of.shear[row, self._element]
+        self._rate = of.rate[row, self._element][:, None, None]
+        self._elements, self._points = elements.item_count, len(elements.shape.weights)
+        first = of.slot[row, self._element][:, None, None]
+        self._place = first + np.arange(6 * self._points).reshape(self._points, 6)
+        self.count = self._place.size
+        self._size = np.cbrt(elements.volume[self._element])
+
+    def read(self, velocity: Floats) -> Floats:
+        """Return the unknowns from the velocities of hidden nodes."""
+        own = np.eye(3) + _full(velocity.ravel()[self._place] / self._rate)
+        return np.linalg.inv(own)[:, :, *_UPPER].ravel()
+
+    def write(self, given: Floats, velocity: Floats) -> None:
+        """Store the unknowns as velocities."""
+        own = np.linalg.inv(self._tensors(given)) - np.eye(3)
+        velocity.reshape(-1)[self._place] = self._rate * own[:, :, *_UPPER]
+
+    def given_way(self, right: Floats, chosen: Any, velocity: Floats) -> None:
+        """Store that the branches of some elements gave way for good.
+
+        Args:
+            chosen: Mask of the elements, shape (element,).
+        """
+        own = self._tensors(self.read(velocity))
+        moved = chosen[self._element]
+        own[moved] = np.linalg.inv(right[self._element[moved]])
+        self.write(own[:, :, *_UPPER].ravel(), velocity)
+
+    def _tensors(self, given: Floats) -> Floats:
+        return _full(given.reshape(-1, self._points, 6))
+
+    def weight(self, velocity: Floats) -> Floats:
+        """Return Σ μk B of each element [Pa], shape (element, point, 3, 3)."""
+        total = np.zeros((self._elements, self._points, 3, 3))
+        own = _unimodular(self._tensors(self.read(velocity)))
+        np.add.at(total, self._element, self._shear[:, None, None, None] * own)
+        return total
+
+    @property
+    def sudden(self) -> Floats:
+        """Return Σ μk of each element [Pa], shape (element,)."""
+        return np.bincount(self._element, self._shear, self._elements).astype(float)
+
+    def energy(self, right: Floats, velocity: Floats) -> Floats:
+        """Return the energy per volume [Pa], shape (element, point)."""
+        pulled = np.einsum("eqkl,eqkl->eq", right, self.weight(velocity))
+        return 0.5 * (pulled - 3.0 * self.sudden[:, None])
+
+    def _changes(self, right: Floats, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return A and dA/dt, shape (branch, point, 3, 3)."""
+        own, there = self._tensors(self.read(velocity)), right[self._element]
+        third = np.einsum("bqkl,bqkl->bq", there, _unimodular(own)) / 3.0
+        change = own @ there @ own - third[..., None, None] * own
+        return own, -change / self.time[:, None, None, None]
+
+    def rates(self, right: Floats, velocity: Floats) -> Floats:
+        """Return the rates of the unknowns [1/s], shape (count,)."""
+        return self._changes(right, velocity)[1][:, :, *_UPPER].ravel()
+
+    def lost(self, right: Floats, velocity: Floats) -> Floats:
+        """Return the power lost per volume [W/m³], shape (element, point).
+
+        It is -μk/2 tr(C' dB/dt).
+        """
+        own, change = self._changes(right, velocity)
+        swelling = np.trace(np.linalg.solve(own, change), axis1=-2, axis2=-1)
+        inner = change - swelling[..., None, None] / 3.0 * own
+        inner = inner / np.cbrt(np.linalg.det(own))[..., None, None]
+        total = np.zeros((self._elements, self._points))
+        power = np.einsum("b,bqkl,bqkl->bq", -0.5 * self._shear, right[self._element], inner)
+        np.add.at(total, self._element, power)
+        return total
+
+    def allowed(self, place: float) -> Floats:
+        """Return errors of unknowns that count as one of positions, shape (count,).
+
+        Args:
+            place: Error of positions [m].
+        """
+        return np.repeat(place / self._size, 6 * self._points)
+
+    @property
+    def slowing(self) -> Floats:
+        """Return about the derivatives of rates by their own unknowns [1/s], shape (count,)."""
+        return np.repeat(-1.0 / self.time, 6 * self._points)
+
+
+def _full(six: Floats) -> Floats:
+    """Return symmetric tensors from their six numbers."""
+    found = np.empty((*six.shape[:-1], 3, 3))
+    found[..., _UPPER[0], _UPPER[1]] = found[..., _UPPER[1], _UPPER[0]] = six
+    return found
+
+
+def _unimodular(tensors: Floats) -> Floats:
+    return tensors / np.cbrt(np.linalg.det(tensors))[..., None, None]
