@@ -167,6 +167,22 @@ def test_modes_of_a_half_are_the_symmetric_ones_of_the_whole():
     assert missing.any()
 
 
+def test_all_modes_of_a_part_keep_to_the_planes():
+    compiled = compiled_scene(cube("xy").replace("cell = 5 mm", "cell = 10 mm"))
+    state = State.start(compiled.network, gravity=np.zeros(3), drag=0.0)
+    drawn = compiled.network.position
+    modes = modes_of(state, np.ones(len(drawn), dtype=bool), count=999)
+    on = [np.abs(drawn[:, axis]) < 1e-12 for axis in (0, 1)]
+    assert len(modes) == 3 * len(drawn) - on[0].sum() - on[1].sum()
+    every, above = np.ones(len(drawn), dtype=bool), 1.001 * modes[-4].frequency
+    assert len(modes_of(state, every, count=9, above=above)) == 3
+    largest = max(np.abs(mode.shape).max() for mode in modes)
+    for mode in modes:
+        for axis in (0, 1):
+            assert np.abs(mode.shape[on[axis], axis]).max() < 1e-9 * largest
+    assert [mode.kind for mode in modes].count("rigid") == 1  # along the line of both planes
+
+
 def test_the_reference_agrees():
     text = cube("x", duration="12 ms").replace("1e-9", "1e-6")
     found = validate(compiled_scene(text), method="DOP853", rtol=None, progress=Mock())

@@ -24,6 +24,7 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from tissuec.mechanics.stiffness import Stiffness
 
+OFF_PLANE = 1e2  # stiffness across planes of symmetry, relative to the largest of all others
 ROUNDING = 16.0 * float(np.finfo(float).eps)
 
 
@@ -127,6 +128,24 @@ class Balance:
     def _kept(self, force: Floats) -> Floats:
         """Return the part of forces within planes of symmetry [N], shape (free, 3)."""
         return np.asarray(self._within @ force.ravel()).reshape(-1, 3)
+
+    @property
+    def across(self) -> int:
+        """Return the number of independent motions off planes of symmetry, which are none."""
+        if self._planes is None:
+            return 0
+        return 3 * len(self.free) - round(float(self._within.diagonal().sum()))
+
+    def keep_to_planes(self, motions: Floats) -> NDArray[np.bool_]:
+        """Return which motions are within planes of symmetry, not across, shape (motion,).
+
+        Args:
+            motions: Columns of any unit, shape (3 free, motion).
+        """
+        if self._planes is None:
+            return np.ones(motions.shape[1], dtype=bool)
+        kept = np.linalg.norm(self._within @ motions, axis=0)
+        return kept > 0.5 * np.linalg.norm(motions, axis=0)
 
     def star(self, nodes: Indices) -> NodeSprings:
         """Return some free nodes, given by numbers of shape (n,), with the springs at them."""
@@ -249,8 +268,8 @@ class Balance:
         total = coo_matrix((np.concatenate(values), where), shape=(3 * size, 3 * size))
         if self._planes is None:
             return Stiffness(csc_matrix(total), np.hstack(wide))
-        # Motions off the planes, in which nothing else has a part, are as stiff as any.
-        within, top = self._within, float(np.abs(total.diagonal()).max(initial=0.0))
+        # Motions off the planes, in which nothing else has a part, are stiffer than all others.
+        within, top = self._within, OFF_PLANE * float(np.abs(total.diagonal()).max(initial=0.0))
         off = top * (identity(3 * size) - within)
         kept = csc_matrix(within @ total @ within + off)
         return Stiffness(kept, np.asarray(within @ np.hstack(wide)))

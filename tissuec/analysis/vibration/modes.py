@@ -122,16 +122,19 @@ def modes_of(
     Raises:
         SimulationError: The modes could not be computed.
     """
-    net = _net(state, chosen)
+    net, wanted = _net(state, chosen), count
     rigid = _rigid(net)
     limit = None
     if above is not None:
         limit = max((2.0 * pi * above) ** 2, 10.0 * ZERO * net.operator.top)
+    count = min(count, net.operator.size - net.balance.across)  # those across are the last
     try:
         values, vectors = lowest(net.operator, rigid, count, limit)
     except NotFound as error:
         text = "the modes could not be computed; request fewer modes"
         raise SimulationError(text) from error
+    is_inside = net.balance.keep_to_planes(vectors)
+    values, vectors = values[is_inside], vectors[:, is_inside]
     zero = ZERO * net.operator.top
     parts: list[tuple[Kind, float, Floats]] = [
         (_kind(value, zero), value, y) for value, y in zip(values, vectors.T, strict=True)
@@ -140,7 +143,7 @@ def modes_of(
         first = sum(kind == "unstable" for kind, _, _ in parts)
         parts[first:first] = [("rigid", 0.0, y) for y in rigid[:, :count].toarray().T]
     found = tuple(_mode(net, k + 1, *part) for k, part in enumerate(parts[:count]))
-    notes = tuple(_notes(net, chosen, rigid, found, count, above))
+    notes = tuple(_notes(net, chosen, rigid, found, wanted, above))
     return Modes(found, state, len(net.balance.free), notes)
 
 
@@ -242,7 +245,7 @@ def _notes(
     above: float | None,
 ) -> Iterator[str]:
     """Yield what is to be known of the modes."""
-    state, unknowns = net.state, net.operator.size
+    state, unknowns = net.state, net.operator.size - net.balance.across
     zero = ZERO * net.operator.top
     if unbalanced := out_of_balance(state, chosen):
         yield (
