@@ -5,7 +5,7 @@ import pytest
 
 import tissuec
 from tests.validate.scenes import silent
-from tests.whole_runs import AfterAsking, carried_out, every_array
+from tests.whole_runs import AfterAsking, carried_out, every_array, same_on_threads
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.execution.memory_recorder import MemoryRecording
@@ -307,6 +307,34 @@ def test_the_reference_breaks_the_same_elements_at_the_same_times():
     assert ruptures.error < 1e-7
 
 
+#: Large enough for several threads.
+BLOCK = """\
+language 1
+tissue gel {
+  Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 2 ms
+  breaking strain is none
+}
+tissue weak like gel { breaking strain = 1 % }
+body block {
+  mesh is lattice { cell = 2 mm; box from (0, 0, 0) mm to (48, 48, 14) mm }
+  tissue is gel; rupture is allowed
+  region corner where x > 45 mm and y < 3 mm { tissue is weak }
+}
+set high = nodes of block where x > 47.9 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+script { from 0 s to 5 ms: move high by (2, 0, 0) mm using smooth profile }
+simulate { duration = 1 ms }
+output { trajectory every 0.2 ms; energy every 0.2 ms }
+"""
+
+
+@pytest.mark.slow
+def test_threads_break_the_same_elements_at_the_same_times(threads_in_small_nets):
+    one = same_on_threads(BLOCK, 2, 3)
+    broken = [event for event in one.events if event.kind == "rupture"]
+    assert len(broken) > 1
+
+
 # --- bad input --------------------------------------------------------------------------------
 
 
@@ -365,3 +393,23 @@ def test_strains_that_no_tissue_bears_are_reported():
 def test_a_cut_at_the_start_is_no_cut_of_nothing():
     blade = "at 0 s: cut strip along plane through (7, 0, 0) mm facing (1, 0, 0)"
     assert "W410" not in warnings("breaking strain = 30 %", script=blade)
+
+
+@pytest.mark.parametrize("name", ["breaking force", "spring constant", "rest length"])
+def test_what_only_springs_have_cannot_be_changed(name):
+    given = "by 2" if name != "breaking force" else "to 2 N"
+    message, _ = refusal(
+        "breaking strain = 30 %", script=f"at 1 ms: change {name} of strip {given}"
+    )
+    assert message == (
+        f"TIS309: strip consists of elements; their edges have no {name}, so that this changes "
+        "nothing"
+    )
+
+
+def test_explain_says_how_far_elements_stretch_until_they_break():
+    used = "expect not ruptured(edges) at 0 s"
+    (found,) = tissuec.properties(scene(more=used).source.text)
+    assert found.breaking.stretch == pytest.approx((1.3, 1.3, 1.3))
+    (found,) = tissuec.properties(scene("toughness = 4 J/m^2", more=used).source.text)
+    assert found.breaking is None

@@ -404,7 +404,20 @@ class _Examined:
             return None
         return float(np.median(viscosity[resists] / self.constant[resists]))
 
+    def _breaking_elements(self) -> BreakingStrength | None:
+        """Return how far elements with a breaking strain stretch until they break."""
+        own = self.state.network.elements_of(self.part.name) if not self.part.is_wall else ()
+        limits = [one.limits.strain for one in own if one.limits is not None]
+        strain = np.concatenate([np.zeros(0), *limits])
+        strain = strain[np.isfinite(strain)]
+        if not len(strain):
+            return None
+        least, middle, most = np.quantile(1.0 + strain, [0.0, 0.5, 1.0]).tolist()
+        return BreakingStrength((least, middle, most), None)
+
     def _breaking(self, elasticity: Elasticity | None) -> BreakingStrength | None:
+        if self.part.is_made_of_elements:
+            return self._breaking_elements()
         chosen = np.isin(self.own, self._bars()) & ~self.drawing.bends[self.own]
         strain = breaking_strains(self.behaviour, self.state.springs.strength[self.springs])[
             chosen

@@ -6,7 +6,7 @@ comes close to a limit, on its dense output.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,13 @@ from tissuec.compiled.calls import kernel_on
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.step_events import AcceptedStep, parabola_tops
 from tissuec.engine.stepper import Stepper
-from tissuec.forces.element_limits import BreakableElements
 from tissuec.kernels.records import GLANCES
 from tissuec.model.network import Floats, Indices
 
+if TYPE_CHECKING:  # scenes without elements do not need them
+    from tissuec.forces.element_limits import BreakableElements
+
+FINE_LOOKS = 8  # of methods whose steps are long
 MARGIN = 0.999  # of a limit: loads above which a step is looked at closely
 _STILL = np.zeros(0)
 
@@ -31,7 +34,7 @@ class Loads:
         place: Index of each node in flat arrays, shape (node,).
     """
 
-    def __init__(self, shapes: Sequence[BreakableElements], place: Indices):
+    def __init__(self, shapes: "Sequence[BreakableElements]", place: Indices):
         self._shapes, self._place = shapes, place
         self._calls: list[tuple[Callable[..., None], int]] = [
             (kernel_on(each.kernel, each.table(place)), len(each.limits.marks))
@@ -112,8 +115,8 @@ def may_break(loads: Loads, stepper: Stepper, start: Floats, steps: int) -> bool
     """
     glanced: Any = stepper.buffer.buffer.glance_position
     last = stepper.progress.glanced
-    # Short steps are looked at in their middle and at their end.
-    every = 2 if stepper.integrator.looks <= 2 else 1
+    # Shorter steps are looked at in their middle and at their end.
+    every = 2 if stepper.integrator.looks < FINE_LOOKS else 1
     rows = range(last - GLANCES * steps + every - 1, last, every)
     seen = np.array([loads.at(x) for x in (start, *(glanced[row] for row in rows))])
     return bool((parabola_tops(seen[:-2], seen[1:-1], seen[2:]) > MARGIN).any())

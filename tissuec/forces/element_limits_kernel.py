@@ -50,7 +50,7 @@ def burden_elements(
         widest = longest(here)
         f[e] = (widest - 1.0) / limits.strain[e]
         if limits.stress[e] < NONE or limits.energy[e] < NONE:
-            pull, stored = loaded(e, at, here, limits)
+            pull, stored = loaded(e, at, limits)
             f[e] = max(f[e], max(pull / widest / limits.stress[e], stored / limits.energy[e]))
 
 
@@ -74,7 +74,7 @@ def longest(here: Floats) -> float:
     )
 
 
-def loaded(e: int, at: Floats, here: Floats, limits: LimitTable) -> tuple[float, float]:
+def loaded(e: int, at: Floats, limits: LimitTable) -> tuple[float, float]:
     """Return the largest principal Kirchhoff stress of an element [Pa], and its energy [J].
 
     Where no energy breaks it, that is not all of the energy.
@@ -82,7 +82,6 @@ def loaded(e: int, at: Floats, here: Floats, limits: LimitTable) -> tuple[float,
     Args:
         e: Number of the element.
         at: Positions of its nodes [m], flat, shape (3 node,).
-        here: Scratch.
         limits: The elements.
     """
     solid = limits.solid
@@ -90,13 +89,13 @@ def loaded(e: int, at: Floats, here: Floats, limits: LimitTable) -> tuple[float,
     for q in range(solid.points.shape[0]):
         weight = solid.weight[row, q]
         volume += weight
-        total += weight * deform(at, solid.gradients[row, q], here)
+        total += weight * deform(at, solid.gradients[row, q], solid.points[q])
     strain = total / volume - 1.0
     stored = 0.5 * solid.bulk[e] * volume * strain * strain
     a = b = c = p = q_ = r = 0.0
     for q in range(solid.points.shape[0]):
-        weight = solid.weight[row, q]
-        j = deform(at, solid.gradients[row, q], here)
+        weight, here = solid.weight[row, q], solid.points[q]
+        j = here[18]
         if limits.energy[e] < NONE:
             stored += weight * stored_at(e, here, limits)
         stress(e, solid.bulk[e] * strain + solid.local[e] * (j - 1.0), here, solid)

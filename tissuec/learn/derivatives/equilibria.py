@@ -158,8 +158,7 @@ def _stand(
     way = np.where(held[:, None], state.position - before, 0.0)
     remarks = _settle(state, chosen)
     while len(broken := overloaded(state)):
-        state.alive = state.alive.copy()
-        state.alive[broken] = False
+        state.break_springs(broken)
         state.let_leak()
         remarks = _settle(state, chosen)
     reached = np.zeros_like(held)

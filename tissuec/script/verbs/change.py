@@ -58,6 +58,16 @@ class ChangeParameter(Struct, frozen=True):
     is_factor: bool
     span: Span
 
+    def flaw(self, network: Network) -> str:
+        springs = self.group.indices
+        if self.array == "mass" or not len(springs) or not network.edges[springs].all():
+            return ""
+        name = next(name for name, one in PARAMETERS.items() if one.array == self.array)
+        return (
+            f"{self.group.name} consists of elements; their edges have no {name}, so that "
+            "this changes nothing"
+        )
+
     def breakable(self, network: Network) -> Indices:
         """Return the springs that get a breaking or a crushing force, shape (n,)."""
         sets = self.array in ("strength", "crush") and not self.is_factor
