@@ -18,6 +18,7 @@ environment { gravity = (0, 0, -9.81) m/s^2; contact is off }
 #: Each with enough nodes for five blocks.
 CELLS = """tissue flesh { spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g }
 body block {
+  made of springs
   mesh is lattice {
     kind is sodium chloride; cell = 1 cm; box from (0, 0, 0) cm to (16, 16, 17) cm
   }
@@ -33,6 +34,7 @@ HINGES = """tissue cloth {
   Young's modulus = 30 kPa; density = 1 g/cm^3; retardation time = 5 ms
 }
 body sheet {
+  made of springs
   mesh is sheet {
     corner = (0, 0, 0) cm; first edge = (35, 0, 0) cm; second edge = (0, 35, 0) cm
     columns = 72; rows = 72; diagonals is both

@@ -18,6 +18,7 @@ STIFFNESS, DAMPING, G, AREA = 20e3, 4.0, 9.81, 6e-4
 SHEET = """language 1
 tissue skin {{ Young's modulus = 20 kPa; density = 1000 kg/m^3; retardation time = 1 ms }}
 body sheet {{
+  made of springs
   mesh is sheet {{ corner = (0, 0, 0) mm; first edge = (30, 0, 0) mm
                   second edge = (0, 20, 0) mm; rows = 4; columns = 6; diagonals is both }}
   tissue is skin; thickness = 1 mm

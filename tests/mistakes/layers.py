@@ -17,6 +17,7 @@ tissue own { described in soft matter; hardness is soft; elasticity is medium; w
 tissue cord { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 mg; breaking force = 1 N }
 
 body strip {
+  made of springs
   mesh is sheet {
     corner = (0, 0, 20) mm; first edge = (40, 0, 0) mm; second edge = (0, 20, 0) mm
     columns = 9; rows = 5; diagonals is both

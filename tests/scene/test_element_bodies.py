@@ -88,7 +88,7 @@ def test_entries_of_springs_in_a_solid_of_matter_lead_to_made_of_springs(what):
         compile_request(scene("", mesh=what))
     (found,) = caught.value.diagnostics
     assert [note.message for note in found.notes] == [
-        "a solid with a Young's modulus is made of elements"
+        "a tissue with a Young's modulus is made of elements"
     ]
     assert found.notes[0].span.text == "tissue is gel"
     text = scene("", mesh=what).source.text

@@ -1,7 +1,7 @@
 """Bodies made of finite elements: which ones are, and entries that only springs have.
 
-A solid whose tissues have a Young's modulus is made of elements unless it is written to be
-``made of springs``; any other body is made of springs unless it is ``made of elements``.
+A solid or a wall whose tissues have a Young's modulus is made of elements unless it is written
+to be ``made of springs``; any other body is made of springs.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -77,12 +77,14 @@ def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements |
         mesh: Of the body; None if it is explicit or could not be read.
         parts: Tissues of the body and its regions, each with the place where it is written.
     """
-    is_solid = isinstance(mesh, Elemental) and mesh.is_solid
-    return (
-        MadeOfElements(parts[0][1], is_written=False)
-        if is_solid and are_matter(parts)
-        else None
-    )
+    if not (can_be_elements(mesh) and are_matter(parts)):
+        return None
+    return MadeOfElements(parts[0][1], is_written=False)
+
+
+def can_be_elements(mesh: Generator | None) -> bool:
+    """Return whether a mesh is that of a solid or of a wall; see ``as_matter``."""
+    return isinstance(mesh, Elemental) or is_wall(mesh)
 
 
 def are_matter(parts: Sequence[Part]) -> bool:
@@ -94,7 +96,7 @@ def note_of(made: MadeOfElements) -> Note:
     """Return what asks for elements."""
     if made.is_written:
         return Note("required by this entry", made.span)
-    return Note("a solid with a Young's modulus is made of elements", made.span)
+    return Note("a tissue with a Young's modulus is made of elements", made.span)
 
 
 def _to_springs(made: MadeOfElements) -> Edit:
@@ -170,7 +172,7 @@ def refuse_mesh(
         made: Why the body is made of elements.
         to: Takes diagnostics.
     """
-    if not (isinstance(mesh, Elemental) or is_wall(mesh)):
+    if not can_be_elements(mesh):
         to.add(
             "TIS306",
             "this mesh cannot consist of elements because it is neither a solid nor a wall",

@@ -103,6 +103,7 @@ def test_a_chaotic_motion_is_recognised_and_from_when_on():
 CRUMPLING = """language 1
 tissue gel { Young's modulus = 2 kPa; density = 1000 kg/m^3; retardation time = 1 ms }
 body wall {
+  made of springs
   mesh is sheet {
     corner = (0, 0, 0) mm; first edge = (20, 1, 0) mm; second edge = (0, 1, 20) mm
     columns = 6; rows = 6; diagonals is both
@@ -327,6 +328,7 @@ def test_a_net_at_rest_has_no_energy_that_could_drift(tmp_path):
 BLOCK = """language 1
 tissue gum { spring constant = 200 N/m; viscosity = 0 N*s/m; mass = 0.2 g }
 body block {
+  made of springs
   mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
                     box from (0, 0, 0) mm to (20, 10, 10) mm }
   tissue is gum

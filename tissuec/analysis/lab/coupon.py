@@ -65,7 +65,7 @@ class Coupon(Struct, frozen=True):
             rupture: Whether it can break.
         """
         yield f"body {BODY} {{"
-        yield f"  {self._mesh()}"
+        yield f"  made of springs; {self._mesh()}"
         yield f"  tissue is {tissue}"
         if self.thickness is not None:
             yield f"  thickness = {_si(self.thickness, 'm')}"
@@ -92,7 +92,6 @@ class Coupon(Struct, frozen=True):
         sides = [_si(size, "m") for size in self.sizes]
         if self.thickness is None:
             return (
-                "made of springs; "
                 "mesh is lattice { kind is sodium chloride; reach is second neighbours; "
                 f"cell = {_si(self.cell, 'm')}; box from (0, 0, 0) m to ({', '.join(sides)}) }}"
             )
