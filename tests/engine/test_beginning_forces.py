@@ -45,7 +45,8 @@ KNOB = (
 )
 LANDING = "gravity = (0, 0, -9.81) m/s^2; contact is tools only; contact layer = 1 mm"
 PULL = "from 20 ms to 40 ms: push tip with (0.05, 0.1, 0.02) N using smooth profile"
-BALL = """body ball { made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 0 }
+BALL = """body ball {
+  made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 0 }
   tissue is cord }
 set wall = nodes of ball where z < -8 mm
 """
@@ -65,7 +66,8 @@ NOZZLE = """tool nozzle { kind is nozzle; diameter = 2 mm; tip = (14, 5, 15) mm
 """
 LEDGE = """tissue rock { Young's modulus = 50 kPa; density = 2000 kg/m^3
   retardation time = 1 ms }
-body ledge { made of springs; mesh is sheet { corner = (-8, -8, 0) mm; first edge = (30, 0, 0) mm
+body ledge {
+  made of springs; mesh is sheet { corner = (-8, -8, 0) mm; first edge = (30, 0, 0) mm
   second edge = (0, 30, 0) mm; rows = 2; columns = 2; diagonals is both }
   tissue is rock; thickness = 1 mm }
 set wall = nodes of ledge where x < 99 mm
