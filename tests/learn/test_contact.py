@@ -30,9 +30,11 @@ simulate {{ duration = 20 ms; tolerance = 1e-8 }}
 #: A ball that is thrown on a sheet and rolls along it, and a hook that draws it on.
 BALL = f"""language 1
 {FLESH}
-body ball {{ made of springs; mesh is sphere {{ centre = (1, 2, 6) mm; radius = 4 mm; subdivisions = 1 }}
+body ball {{
+  made of springs; mesh is sphere {{ centre = (1, 2, 6) mm; radius = 4 mm; subdivisions = 1 }}
   tissue is flesh; thickness = 2 mm }}
-body floor {{ made of springs; mesh is sheet {{ corner = (-10, -10, 0) mm; first edge = (20, 0, 0) mm
+body floor {{
+  made of springs; mesh is sheet {{ corner = (-10, -10, 0) mm; first edge = (20, 0, 0) mm
   second edge = (0, 20, 0) mm; columns = 5; rows = 5; diagonals is both }}
   tissue is flesh; thickness = 2 mm }}
 set rim = nodes of floor where x < -9 mm or x > 9 mm

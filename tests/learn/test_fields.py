@@ -19,7 +19,8 @@ from tissuec.learn.parameters.fields import derivatives_of
 #: A bag of 42 nodes: a wall that resists bending, encloses a volume and lies on a foundation.
 BAG = """language 1
 tissue wall { Young's modulus = 40 kPa; density = 1000 kg/m^3; retardation time = 0.3 ms }
-body bag { made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+body bag {
+  made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
   tissue is wall; thickness = 1 mm; bending is elastic }
 force bed { kind is foundation; acts on bottom; stiffness = 200 kPa/m; damping = 30 Pa*s/m }
 set bottom = nodes of bag where z < -5 mm

@@ -108,7 +108,8 @@ def imported(folder, places, faces):
     text = f"""language 1
 tissue gel {{ {TISSUE} }}
 body piece {{
-  made of springs; mesh is imported {{ file "wall.obj" in mm }}; tissue is gel; thickness = 1 mm }}
+  made of springs; mesh is imported {{ file "wall.obj" in mm }}
+  tissue is gel; thickness = 1 mm }}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 simulate {{ duration = 1 ms }}
 """

@@ -6,12 +6,11 @@ SCENE = """language 1
 param lift = 2 mm between 0 mm and 5 mm
 tissue gum { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg }
 tissue wide gum like gum { mass = 20 mg }
-body bag { made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+body bag { mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
   tissue is gum }
-body can { made of springs; mesh is sphere { centre = (50, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+body can { mesh is sphere { centre = (50, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
   tissue is wide gum }
 body flap {
-  made of springs
   mesh is sheet {
     corner = (0, 0, 20) mm; first edge = (9, 0, 0) mm; second edge = (0, 9, 0) mm
     rows = 4; columns = 4; diagonals is both
