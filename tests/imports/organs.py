@@ -51,6 +51,7 @@ def box_of_hexahedra(cells: int = 2):
 NAMES = {
     3: ("triangle", 5, 2, "tri3"),
     4: ("tetra", 10, 4, "tet4"),
+    6: ("wedge", 13, 6, "penta6"),
     8: ("hexahedron", 12, 5, "hex8"),
 }
 
