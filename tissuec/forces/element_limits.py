@@ -1,8 +1,8 @@
 """What breaks solid elements: a strain, a stress, or the energy of a crack.
 
 With the mean F̄ of the deformation gradient over the volume V of an element, whose largest
-principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without what is viscous,
-whose largest principal value is τ₁, an element is broken by
+principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without what is viscous
+or relaxes, whose largest principal value is τ₁, an element is broken by
 
     a breaking strain ε    λ - 1 > ε
     a strength S           τ₁ / λ > S, the force per drawn section in tension
