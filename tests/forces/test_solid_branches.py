@@ -227,3 +227,12 @@ def test_the_reference_agrees_by_formulas_of_its_own(name):
     np.testing.assert_allclose(
         fields.rates(position, velocity), expected, atol=1e-6 * np.abs(expected).max()
     )
+
+
+def test_the_reference_has_no_numbers_of_states_that_are_none_instead_of_failing():
+    made, drawn = solid("wedge")
+    branches, velocity = ElementSolid(made, drawn).branches, np.zeros_like(drawn)
+    given = branches.read(velocity)
+    for wrong in (np.inf, 0.0):
+        branches.write(np.full_like(given, wrong), velocity)
+        assert not np.isfinite(velocity[made.hidden]).any()

@@ -250,7 +250,7 @@ class ElementSolid:
 
     def _flow(self, f: Floats, j: Floats, velocity: Floats) -> tuple[Floats, Floats, Floats]:
         """Return J times the rate of strain without its trace, ∂J/∂x_a, and w η/J."""
-        turned = np.linalg.inv(f).swapaxes(-1, -2) * j[..., None, None]
+        turned = _cofactors(f)
         way = np.einsum("eqxk,eqak->eqax", turned, self._slope)
         flow = np.einsum("eax,eqay->eqxy", velocity[self._nodes], way)
         rate = 0.5 * (flow + flow.swapaxes(-1, -2))
@@ -284,7 +284,7 @@ class ElementSolid:
             by_place = by_place + np.einsum("eqx,eqa->eqax", f[..., m], self._slope[..., k])
             push = np.einsum("eqxk,eqkl,eqal->eqax", f, change, self._slope)
             values += np.einsum("eq,eqax,eqby->eaxby", self._weight, push, by_place)
-        turned = np.linalg.inv(f).swapaxes(-1, -2) * j[..., None, None]
+        turned = _cofactors(f)
         swell = np.einsum("eq,eqxk,eqak->eax", self._weight, turned, self._slope)
         values += np.einsum("e,eax,eby->eaxby", self._bulk / self._volume, swell, swell)
         return assembled(values, number[self._nodes], size)
@@ -301,6 +301,13 @@ def drawn_out(elements: "SolidElements") -> Floats:
     way = 3.0 * np.outer(given.axis, given.axis) - np.eye(3)
     strain = -way if given.is_across else 0.5 * way
     return np.array([expm(np.log(one) * strain) for one in given.stretch])
+
+
+def _cofactors(f: Floats) -> Floats:
+    """Return det F F⁻ᵀ, also where F has no inverse, as in steps that are far too large."""
+    a, b, c = (f[..., k, :] for k in range(3))
+    with np.errstate(all="ignore"):
+        return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
 
 
 def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:

@@ -52,11 +52,11 @@ class RelaxingElements:
     def read(self, velocity: Floats) -> Floats:
         """Return the unknowns from the velocities of hidden nodes."""
         own = np.eye(3) + _full(velocity.ravel()[self._place] / self._rate)
-        return np.linalg.inv(own)[:, :, *_UPPER].ravel()
+        return _inverse(own)[:, :, *_UPPER].ravel()
 
     def write(self, given: Floats, velocity: Floats) -> None:
         """Store the unknowns as velocities."""
-        own = np.linalg.inv(self._tensors(given)) - np.eye(3)
+        own = _inverse(self._tensors(given)) - np.eye(3)
         velocity.reshape(-1)[self._place] = self._rate * own[:, :, *_UPPER]
 
     def given_way(self, right: Floats, chosen: Any, velocity: Floats) -> None:
@@ -67,7 +67,7 @@ class RelaxingElements:
         """
         own = self._tensors(self.read(velocity))
         moved = chosen[self._element]
-        own[moved] = np.linalg.inv(right[self._element[moved]])
+        own[moved] = _inverse(right[self._element[moved]])
         self.write(own[:, :, *_UPPER].ravel(), velocity)
 
     def _tensors(self, given: Floats) -> Floats:
@@ -90,6 +90,7 @@ class RelaxingElements:
         pulled = np.einsum("eqkl,eqkl->eq", right, self.weight(velocity))
         return 0.5 * (pulled - 3.0 * self.sudden[:, None])
 
+    @np.errstate(all="ignore")  # of steps that are far too large
     def _changes(self, right: Floats, velocity: Floats) -> tuple[Floats, Floats]:
         """Return A and dA/dt, shape (branch, point, 3, 3)."""
         own, there = self._tensors(self.read(velocity)), right[self._element]
@@ -107,7 +108,7 @@ class RelaxingElements:
         It is -μk/2 tr(C' dB/dt).
         """
         own, change = self._changes(right, velocity)
-        swelling = np.trace(np.linalg.solve(own, change), axis1=-2, axis2=-1)
+        swelling = np.trace(_inverse(own) @ change, axis1=-2, axis2=-1)
         inner = change - swelling[..., None, None] / 3.0 * own
         inner = inner / np.cbrt(np.linalg.det(own))[..., None, None]
         total = np.zeros((self._elements, self._points))
@@ -134,6 +135,17 @@ def _full(six: Floats) -> Floats:
     found = np.empty((*six.shape[:-1], 3, 3))
     found[..., _UPPER[0], _UPPER[1]] = found[..., _UPPER[1], _UPPER[0]] = six
     return found
+
+
+def _inverse(tensors: Floats) -> Floats:
+    """Return inverses by minors; of what is singular or no number, no numbers.
+
+    Solvers try steps that are far too large, and take shorter ones if this happens.
+    """
+    a, b, c = (tensors[..., k, :] for k in range(3))
+    with np.errstate(all="ignore"):
+        minors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
+        return np.asarray(minors / np.linalg.det(tensors)[..., None, None])
 
 
 def _unimodular(tensors: Floats) -> Floats:
