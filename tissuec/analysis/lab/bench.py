@@ -98,6 +98,18 @@ class TestBench:
         return YOUNGS_MODULUS in self.tissue.given
 
     @property
+    def of_springs(self) -> bool:
+        """Return whether specimens are nets of springs: elements do not relax, walls do not break."""
+        return not self.is_of_matter or self.relaxes or self.thickness is not None
+
+    @property
+    def can_break(self) -> bool:
+        """Return whether the tissue has a limit at which it breaks."""
+        keys = ("breaking force", *OF_MATTER["breaking force"])
+        given = [self.tissue.given[key].value for key in keys if key in self.tissue.given]
+        return any(np.isfinite(value) for value in given)
+
+    @property
     def stiffness(self) -> float:
         """Return about which modulus the tissue has along x, to choose loads by [Pa]."""
         given = {key: one.value for key, one in self.tissue.given.items()}
@@ -130,7 +142,9 @@ class TestBench:
         """
         sizes = (width, width) if self.is_of_matter else (2 * self.spacing, 4 * self.spacing)
         coarse, fine = (
-            Coupon(cells, size, self.thickness, along if self.has_fibres else "")
+            Coupon(
+                cells, size, self.thickness, along if self.has_fibres else "", self.of_springs
+            )
             for cells, size in zip((2, 4), sizes, strict=True)
         )
         return coarse, fine

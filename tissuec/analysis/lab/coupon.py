@@ -11,6 +11,7 @@ from itertools import product
 from msgspec import Struct
 
 AXES = ("x", "y", "z")
+SPRINGS = "kind is sodium chloride; reach is second neighbours; "  # of a lattice of them
 BODY = "lab coupon"
 FIRST, SECOND, FRONT, BACK = "lab first gauge", "lab second gauge", "lab front", "lab back"
 
@@ -23,12 +24,14 @@ class Coupon(Struct, frozen=True):
         width: [m].
         thickness: Of a strip [m]; None of a bar.
         fibres: Along which axis they run, "x" or "y"; empty without any.
+        of_springs: Whether it is a net of springs, and not of elements.
     """
 
     cells: int
     width: float
     thickness: float | None = None
     fibres: str = ""
+    of_springs: bool = False
 
     @property
     def cell(self) -> float:
@@ -65,7 +68,9 @@ class Coupon(Struct, frozen=True):
             rupture: Whether it can break.
         """
         yield f"body {BODY} {{"
-        yield f"  made of springs; {self._mesh()}"
+        yield f"  {self._mesh()}"
+        if self.of_springs:
+            yield "  made of springs"
         yield f"  tissue is {tissue}"
         if self.thickness is not None:
             yield f"  thickness = {_si(self.thickness, 'm')}"
@@ -74,7 +79,8 @@ class Coupon(Struct, frozen=True):
         if tabs:
             low, high = (self._beside(part, side) for part, side in ((0.25, -1), (0.75, 1)))
             yield f"  region lab tabs where x < {low} or x > {high} {{ tissue is {tabs} }}"
-            yield "  interface is mean"
+            if self.of_springs:
+                yield "  interface is mean"
         if rupture:
             yield "  rupture is allowed"
         yield "}"
@@ -92,14 +98,14 @@ class Coupon(Struct, frozen=True):
         sides = [_si(size, "m") for size in self.sizes]
         if self.thickness is None:
             return (
-                "mesh is lattice { kind is sodium chloride; reach is second neighbours; "
+                f"mesh is lattice {{ {SPRINGS if self.of_springs else ''}"
                 f"cell = {_si(self.cell, 'm')}; box from (0, 0, 0) m to ({', '.join(sides)}) }}"
             )
         columns, rows = (round(size / self.cell) + 1 for size in self.sizes)
         return (
             f"mesh is sheet {{ corner = (0, 0, 0) m; first edge = ({sides[0]}, 0, 0); "
-            f"second edge = (0, {sides[1]}, 0); columns = {columns}; rows = {rows}; "
-            "diagonals is both }"
+            f"second edge = (0, {sides[1]}, 0); columns = {columns}; rows = {rows}"
+            f"{'; diagonals is both' if self.of_springs else ''} }}"
         )
 
     def _at(self, part: float) -> str:

@@ -17,7 +17,7 @@ from math import pi, sqrt
 from msgspec import Struct
 
 from tissuec.analysis.lab.bench import TICK, TestBench, Unmeasured
-from tissuec.analysis.lab.coupon import BODY
+from tissuec.analysis.lab.coupon import BODY, SPRINGS
 from tissuec.analysis.lab.statics import TensionTest
 
 CELLS = (8, 12)  # across a block, coarse and fine
@@ -34,10 +34,12 @@ class IndentedBlock(Struct, frozen=True):
     Attributes:
         cells: Across; even.
         width: [m].
+        of_springs: Whether it is a net of springs, and not of elements.
     """
 
     cells: int
     width: float
+    of_springs: bool = False
 
     @property
     def cell(self) -> float:
@@ -61,11 +63,10 @@ class IndentedBlock(Struct, frozen=True):
     def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
         """Yield the body, its ground and the ball; it has no tabs and does not break."""
         corner = f"({self.width:.15g}, {self.width:.15g}, {self.height:.15g}) m"
+        made, springs = ("made of springs; ", SPRINGS) if self.of_springs else ("", "")
         yield (
-            f"body {BODY} {{ made of springs; "
-            "mesh is lattice { kind is sodium chloride; reach is second neighbours; "
-            f"cell = {self.cell:.15g} m; box from (0, 0, 0) m to {corner} }}; "
-            f"tissue is {tissue} }}"
+            f"body {BODY} {{ {made}mesh is lattice {{ {springs}cell = {self.cell:.15g} m; "
+            f"box from (0, 0, 0) m to {corner} }}; tissue is {tissue} }}"
         )
         yield f"set lab ground = nodes of {BODY} where z < {0.25 * self.cell:.15g} m"
         middle, top = 0.5 * self.width, self.height + self.radius - self.depth
@@ -84,7 +85,9 @@ def blocks(bench: TestBench) -> tuple[IndentedBlock, IndentedBlock]:
     widths = (
         (WIDTH, WIDTH) if bench.is_of_matter else [cells * bench.spacing for cells in CELLS]
     )
-    coarse, fine = (IndentedBlock(*one) for one in zip(CELLS, widths, strict=True))
+    coarse, fine = (
+        IndentedBlock(*one, bench.of_springs) for one in zip(CELLS, widths, strict=True)
+    )
     return coarse, fine
 
 

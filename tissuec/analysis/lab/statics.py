@@ -21,6 +21,9 @@ _TRIES = 8
 #: Strains to which a curve is drawn, if the tissue does not break before.
 FURTHEST, SHORTEST = 0.3, -0.1
 LEVELS = 24  # of loads until rupture, on the coarse coupon
+#: Loads of elements until something breaks, times the modulus: the first one, by how much each
+#: is larger than the one before, and how many follow.
+_LEAST, _GROWTH, _GROWING = 0.005, 1.4, 40
 _NEAR = np.array(
     [0.1, 0.2, 0.35, 0.5, 0.65, 0.8, *np.linspace(0.9, 1.1, 15)]
 )  # times the load of rupture, on others
@@ -178,14 +181,16 @@ def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None
     Raises:
         Unmeasured: It has a limit, and breaks at none of the loads, or at the first of them.
     """
-    most = np.inf if bench.lacks("breaking force") else _strongest(bench, coupon)
+    most = np.inf if bench.lacks("breaking force") else _strongest(bench, coupon, modulus)
     if not np.isfinite(most):
         stresses = modulus * np.linspace(0.0, FURTHEST, 13)[1:]
         return Rupture(
             _curve(drawn(bench, coupon, stresses.tolist()), coupon, stresses), np.nan, np.nan
         )
     if near is None:
-        levels = 1.5 * most * np.linspace(0.0, 1.0, LEVELS + 1)[1:]
+        levels = most * np.linspace(0.5, 1.0, LEVELS + 1)
+        if bench.of_springs:
+            levels = 1.5 * most * np.linspace(0.0, 1.0, LEVELS + 1)[1:]
         near = _first_break(bench, coupon, levels).stress
     return _first_break(bench, coupon, near * _NEAR)
 
@@ -249,8 +254,17 @@ def _from_rest(strain: Floats) -> Floats:
     return (1.0 + strain) / (1.0 + strain[0]) - 1.0
 
 
-def _strongest(bench: TestBench, coupon: Coupon) -> float:
-    """Return the stress at which all springs through the middle would break at once [Pa]."""
+def _strongest(bench: TestBench, coupon: Coupon, modulus: float) -> float:
+    """Return a stress that a coupon does not bear [Pa], at most twice what it bears.
+
+    That is the one at which all springs through the middle would break at once, or for elements
+    the first at which they break of ever larger ones; infinite if nothing breaks.
+    """
+    if not bench.of_springs:
+        if not bench.can_break:
+            return np.inf
+        levels = modulus * _GROWTH ** np.arange(_GROWING + 1)
+        return 1.3 * _first_break(bench, coupon, levels * _LEAST).stress
     watched = [f"position of {FIRST}"]
     network = bench.rest(coupon, [[]], (), watched, rupture=True).network
     middle = 0.5 * coupon.length + 0.25 * coupon.cell
