@@ -456,7 +456,8 @@ class SolidElements(WalledField, frozen=True):
     def _rigidity(self) -> Floats:
         """Return moduli times volumes [J], shape (element,)."""
         sudden = 0.0 if self.branches is None else self.branches.sudden
-        return (self.shear + sudden + self.bulk + self.local) * self.volume
+        every = self.shear + sudden + self.bulk + self.local + self.fibres.modulus
+        return every * self.volume
 
     @property
     def _steepest(self) -> Floats:

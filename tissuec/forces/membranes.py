@@ -355,7 +355,7 @@ class Membranes(WalledField, frozen=True):
     @property
     def _rigidity(self) -> Floats:
         """Return moduli times volumes [J], shape (triangle,)."""
-        return (self.shear + self.bulk) * self.weight
+        return (self.shear + self.bulk + self.fibres.modulus) * self.weight
 
     @property
     def _steepest(self) -> Floats:

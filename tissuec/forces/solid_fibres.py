@@ -40,6 +40,12 @@ class SolidFibres(Struct, frozen=True, eq=False):
         parts = self.along, self.stiffness, self.stiffening, self.dispersion
         return type(self)(*(part[items] for part in parts))
 
+    @property
+    def modulus(self) -> Floats:
+        """Return what all families add to the modulus along them at rest [Pa], (element,)."""
+        each = 4.0 * self.stiffness * (1.0 - 3.0 * self.dispersion) ** 2
+        return self.along.shape[1] * each
+
     def families(self) -> "Iterator[FibreFamily]":
         """Yield the families."""
         for along in np.moveaxis(self.along, 1, 0):

@@ -155,7 +155,8 @@ def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...
             remarks = (Remark(BUCKLED, mode.node(balance)),)
             x = _pushed_off(balance, x, mode)
         else:
-            x = relax(balance, x, threshold=1e-3 * left, most=SWEEPS).x
+            relaxed = relax(balance, x, threshold=1e-3 * left, most=SWEEPS).x
+            x = relaxed if np.isfinite(relaxed).all() else x
     force = balance.force(balance.bars(x))
     worst = int(np.argmax((force**2).sum(axis=1)))
     left = show(float(np.linalg.norm(force[worst])), FORCE)

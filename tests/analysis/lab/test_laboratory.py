@@ -8,6 +8,7 @@ import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.optimize import fsolve
 
 import tissuec
 from tissuec.analysis.lab import indentation, motion, statics
@@ -87,14 +88,30 @@ def test_a_ball_is_pressed_into_a_half_space_as_hertz_says():
     assert layer / bare == pytest.approx(series, rel=2e-3)
 
 
-# Sides of the block are free, at three radii of the contact, and a layer has none: the more it
+# Sides of the block are free, at four radii of the contact, and a layer has none: the more it
 # keeps its volume, the softer the block is beside it.
-@pytest.mark.parametrize(("ratio", "off"), [(0.25, 0.1), (0.45, 0.15)])
+@pytest.mark.parametrize(("ratio", "off"), [(0.25, 0.05), (0.45, 0.04)])
 def test_a_ball_measures_the_modulus_within_the_stated_share(ratio, off):
     gel = bench(f"{BARE}; Poisson's ratio = {ratio}")
     block = indentation.blocks(gel)[0]
     tension = statics.TensionTest(YOUNG, ratio, DENSITY)
     assert indentation.indentation(gel, block, tension) == pytest.approx(YOUNG, rel=off)
+
+
+def _neo_hookean_strain(stress):
+    """Return the strain of a bar with ν = 1/4 under a nominal stress [Pa]."""
+    shear, bulk = YOUNG / 2.5, YOUNG / 1.5
+
+    def balance(stretches):
+        along, across = stretches
+        volume, square = along * across**2, along**2 + 2.0 * across**2
+        scale, pressure = shear * volume ** (-2 / 3), bulk * (volume - 1.0)
+        return (
+            scale * (along - square / (3.0 * along)) + pressure * across**2 - stress,
+            scale * (across - square / (3.0 * across)) + pressure * along * across,
+        )
+
+    return float(fsolve(balance, (1.0, 1.0), xtol=1e-12)[0]) - 1.0
 
 
 # Levels of load are 1.4 % apart.
@@ -103,7 +120,7 @@ def test_a_ball_measures_the_modulus_within_the_stated_share(ratio, off):
     [pytest.param(f"breaking strain = {STRAIN}", marks=pytest.mark.slow), "strength = 0.2 kPa"],
 )
 def test_a_coupon_breaks_at_its_breaking_strain(limit):
-    strain = STRAIN if "strain" in limit else 200.0 / YOUNG
+    strain = STRAIN if "strain" in limit else _neo_hookean_strain(200.0)
     gel = bench(f"{BARE}; {limit}")
     near, (coarse, fine) = None, gel.coupons()
     for coupon in (coarse, fine if "strain" in limit else coarse):
@@ -157,7 +174,8 @@ def test_what_is_held_relaxes_by_its_share_in_its_time():
     coupon = gel.coupons(motion.width_to_hold(gel, tension))[0]
     found = motion.held(gel, coupon, tension)
     assert found.time == pytest.approx(0.1, rel=0.02)  # samples are 1 ms apart
-    assert found.share == pytest.approx(0.4, rel=0.03)  # some of it relaxes during the ramp
+    # A twentieth of the time, half of the ramp, relaxes 5 % of it.
+    assert 0.95 * 0.4 < found.share < 0.4
 
 
 def test_a_strip_has_the_modulus_and_a_ratio_of_a_third():

@@ -99,8 +99,8 @@ class TestBench:
 
     @property
     def of_springs(self) -> bool:
-        """Return whether specimens are nets of springs: elements do not relax, walls do not break."""
-        return not self.is_of_matter or self.relaxes or self.thickness is not None
+        """Return whether specimens are nets of springs: elements of walls do not break."""
+        return not self.is_of_matter or self.thickness is not None
 
     @property
     def can_break(self) -> bool:
@@ -116,6 +116,12 @@ class TestBench:
         of_springs = given.get("spring constant", 1.0) / self.spacing
         matter = given.get(FIBRE_MODULUS) or given.get(YOUNGS_MODULUS)
         return matter or of_springs or 1.0
+
+    @property
+    def is_prestressed(self) -> bool:
+        """Return whether the tissue is under tension as drawn."""
+        prestress = self.tissue.given.get("prestress")
+        return prestress is not None and prestress.value != 0.0
 
     @property
     def relaxes(self) -> bool:
@@ -143,7 +149,12 @@ class TestBench:
         sizes = (width, width) if self.is_of_matter else (2 * self.spacing, 4 * self.spacing)
         coarse, fine = (
             Coupon(
-                cells, size, self.thickness, along if self.has_fibres else "", self.of_springs
+                cells,
+                size,
+                self.thickness,
+                along if self.has_fibres else "",
+                self.of_springs,
+                self.is_prestressed,
             )
             for cells, size in zip((2, 4), sizes, strict=True)
         )

@@ -25,6 +25,7 @@ class Coupon(Struct, frozen=True):
         thickness: Of a strip [m]; None of a bar.
         fibres: Along which axis they run, "x" or "y"; empty without any.
         of_springs: Whether it is a net of springs, and not of elements.
+        prestressed: Whether its tissue has a prestress; that of elements is along x.
     """
 
     cells: int
@@ -32,6 +33,7 @@ class Coupon(Struct, frozen=True):
     thickness: float | None = None
     fibres: str = ""
     of_springs: bool = False
+    prestressed: bool = False
 
     @property
     def cell(self) -> float:
@@ -71,6 +73,8 @@ class Coupon(Struct, frozen=True):
         yield f"  {self._mesh()}"
         if self.of_springs:
             yield "  made of springs"
+        elif self.prestressed:
+            yield "  prestress along (1, 0, 0)"
         yield f"  tissue is {tissue}"
         if self.thickness is not None:
             yield f"  thickness = {_si(self.thickness, 'm')}"

@@ -20,16 +20,16 @@ from tissuec.analysis.lab.bench import TICK, TestBench, Unmeasured
 from tissuec.analysis.lab.coupon import BODY, SPRINGS
 from tissuec.analysis.lab.statics import TensionTest
 
-CELLS = (8, 12)  # across a block, coarse and fine
+CELLS = (16, 20)  # across a block, coarse and fine
 WIDTH = 0.04  # [m], of a block of matter
-CONTACT = 1.0 / 6.0  # radius of the contact, as part of the width
+CONTACT = 1.0 / 8.0  # radius of the contact, as part of the width
 ROUND = 4.0  # radius of the ball over that of the contact
 _HARD = 80.0  # contact stiffness over Young's modulus times the length of a cell
 _THIN = 0.02  # contact layer over the length of a cell
 
 
 class IndentedBlock(Struct, frozen=True):
-    """A block half as high as wide.
+    """A block a quarter as high as wide.
 
     Attributes:
         cells: Across; even.
@@ -48,7 +48,7 @@ class IndentedBlock(Struct, frozen=True):
 
     @property
     def height(self) -> float:
-        return 0.5 * self.width
+        return 0.25 * self.width
 
     @property
     def radius(self) -> float:

@@ -202,7 +202,8 @@ class _Examiner:
     def _compression(self, number: int) -> Values:
         modulus, curve = statics.compressed(self.bench, self.found.coupons[number])
         self.found.curves[number].append(curve)
-        return {self._along: modulus}
+        # Fibres in elements resist tension only.
+        return {self._along if self.bench.of_springs else "Young's modulus": modulus}
 
     def _shear(self, number: int) -> Values:
         guess = self.across[number].modulus / 3.0
@@ -214,8 +215,7 @@ class _Examiner:
                 "no indentation test: its theory holds for tissue without fibres"
             )
             return
-        prestress = self.bench.tissue.given.get("prestress")
-        if prestress is not None and prestress.value:
+        if self.bench.is_prestressed:
             self.found.notes.append(
                 "no indentation test: a block under prestress changes its shape"
             )

@@ -183,4 +183,20 @@ def held(bench: TestBench, coupon: Coupon, tension: TensionTest) -> HoldTest:
     left = force[start:] - force[-1]
     later = start + int(np.argmax(left <= np.exp(-1.0) * left[0]))
     share = 1.0 - float(force[-1] / force.max())
-    return HoldTest(share, float(reading.time[later] - reading.time[start]))
+    found = HoldTest(share, float(reading.time[later] - reading.time[start]))
+    return found if bench.of_springs else _of_shear(found, tension)
+
+
+def _of_shear(found: HoldTest, tension: TensionTest) -> HoldTest:
+    """Return how the shear modulus μ relaxes, from how E = 9 K μ/(3 K + μ) does.
+
+    The bulk modulus K does not relax. Of one branch with the time τ, E relaxes exponentially,
+    with the time τ (3 K + μ₀)/(3 K + μ), μ₀ being the modulus before.
+    """
+    bulk = tension.modulus / (3.0 * (1.0 - 2.0 * tension.ratio))
+    before, after = (
+        3.0 * bulk * young / (9.0 * bulk - young)
+        for young in (tension.modulus / (1.0 - found.share), tension.modulus)
+    )
+    time = found.time * (3.0 * bulk + after) / (3.0 * bulk + before)
+    return HoldTest(1.0 - after / before, time)
