@@ -11,6 +11,9 @@ from tissuec.pipeline import check_request, compile_request
 from tissuec.scene.request import Request
 
 NAMES = ("band", "cart", "gel", "gels", "learn_band", "learn_gels", "stretch")
+# Their data are results of runs: see test_exact_models.
+EXACT = ("exact_block", "exact_tube")
+NETS = ("block_net", "tube_net")
 
 
 @pytest.fixture
@@ -33,11 +36,11 @@ def assert_known(found, true):
 
 
 def test_all_are_there(examples):
-    assert {path.stem for path in examples.glob("*.tis")} == set(NAMES)
+    assert {path.stem for path in examples.glob("*.tis")} == {*NAMES, *EXACT, *NETS}
     assert sum(path.stat().st_size for path in examples.iterdir() if path.is_file()) < 200_000
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NAMES + EXACT)
 def test_an_example_is_checked_without_a_warning(name, examples):
     _, warnings = check_request(Request.file(examples / f"{name}.tis"))
     # The cart's springs are stretched as it starts, as those that were measured.
