@@ -1,5 +1,6 @@
 """Nets of springs that are learnt from runs of elements: how well they do, as the page says."""
 
+import re
 import shutil
 
 import numpy as np
@@ -72,6 +73,16 @@ def test_a_net_learnt_from_a_block_of_elements_gives_its_force(taught):
     assert held(squeezed, "root", 0) / held(runs["pressed_block"], "root", 0) < 0.7
     flank, true = (held(run, "flank", 1) - 20e-3 for run in (net, runs["exact_block"]))
     assert flank / true == pytest.approx(0.83, abs=0.03)
+
+
+def test_words_are_learnt_from_a_block_of_elements(taught):
+    _, _, found = taught(BLOCK, "words_net")
+    assert found.converged and not found.blind
+    # As good as with a spring constant of its own, whatever the words say.
+    assert found.fitted[0].error == pytest.approx(0.096, abs=0.003)
+    (text,) = found.words.values()
+    (low,) = re.findall(r"^  low = triangle\(.*, (\S+) N/m, .*\)$", text, re.MULTILINE)
+    assert float(low) == pytest.approx(6.0, rel=0.05)
 
 
 def held(run, name, axis):

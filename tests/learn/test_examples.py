@@ -13,7 +13,7 @@ from tissuec.scene.request import Request
 NAMES = ("band", "cart", "gel", "gels", "learn_band", "learn_gels", "stretch")
 # Their data are results of runs: see test_exact_models.
 EXACT = ("exact_block", "exact_tube")
-NETS = ("block_net", "tube_net")
+NETS = ("block_net", "tube_net", "words_net")
 
 
 @pytest.fixture
