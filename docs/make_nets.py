@@ -102,7 +102,7 @@ def net_row(path: Path, size: Params) -> str:
     seconds = fastest(path, {**size, **found})
     return (
         f"| net | {len(compiled.network.position)} | {constant:.3g} N/m | "
-        f"{1e3 * viscosity:.3g} mN·s/m | {1e6 * mass:.0f} mg | {100 * fitted.error:.1f} % | "
+        f"{1e3 * viscosity:.3g} mN·s/m | {1e3 * mass:.3g} g | {100 * fitted.error:.1f} % | "
         f"{100 * held_out.error:.0f} % | {took:.0f} s | {seconds:.2g} s |"
     )
 

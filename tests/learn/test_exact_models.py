@@ -85,17 +85,25 @@ def test_words_are_learnt_from_a_block_of_elements(taught):
     assert float(low) == pytest.approx(6.0, rel=0.05)
 
 
-def held(run, name, axis):
-    """Return what a log holds along an axis at 0.15 s, before the tip is released."""
+def held(run, name, axis, at=0.149):
+    """Return a log along an axis at a time [s], by default just before the tip is released."""
     (log,) = (one for title, one in run.logs.items() if title.endswith(f" of {name}"))
-    return float(np.interp(0.149, log.time, log.value[:, axis]))
+    return float(np.interp(at, log.time, log.value[:, axis]))
 
 
 @pytest.mark.slow
 def test_the_published_net_is_learnt_from_a_wall_of_triangles(taught):
     runs, path, found = taught(TUBE, "tube_net")
     assert found.converged and not found.blind
-    assert found.fitted[0].error < 0.1 and found.fitted[1].error < 0.25
+    assert found.fitted[0].error < 0.04 and found.fitted[1].error < 0.15
     net = rerun(path, found)
-    assert off(net, runs["exact_tube"], "force of uterine end") < 0.04
-    assert off(net, runs["exact_tube"], "position of fimbrial end") < 0.03
+    assert off(net, runs["exact_tube"], "force of uterine end") < 0.03
+    assert off(net, runs["exact_tube"], "position of fimbrial end") < 0.01
+    # The mass of the wall comes back, and lifting, which was not learnt, is nearly as stiff.
+    (mass,) = found.estimates[2].value
+    assert 160 * mass == pytest.approx(1.26e-3, rel=0.05)
+    lifted = rerun(path, found, stretch="0 mm", lift="12 mm")
+    forces = [
+        held(run, "uterine end", axis=2, at=0.21) for run in (lifted, runs["lifted_tube"])
+    ]
+    assert forces[0] == pytest.approx(forces[1], rel=0.1)
