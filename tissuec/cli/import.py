@@ -22,15 +22,16 @@ if TYPE_CHECKING:
 _MOST_GROUPS = 20  # that are listed in a scene; --json has all of them
 _MOST_HOLES = 5  # whose places are listed
 #: A proposed filling has about so many nodes and never more than ten times as many, and at the
-#: least so many cells across the mean thickness, 2 V / A of volume and surface.
-_NODES, _CELLS_ACROSS = 4000, 3.0
+#: least so many cells across the mean thickness, 2 V / A of volume and surface. Tetrahedra also
+#: have nodes between their corners, so that they count as two along each side.
+_NODES, _CELLS_ACROSS = 4000, 1.5
 _MOST_SITES = 2_000_000  # of the lattice in the box around a body, of which some are taken
 
 SCENE = """\
 language 1
 about "An organ from {name}."
 {facts}
-use "tissues/liver"
+use "{preset}/liver"
 
 body organ {{
   mesh is imported {{
@@ -40,8 +41,8 @@ body organ {{
 {regions}}}
 set bottom = nodes of organ where z < {bottom}
 
-environment {{ gravity = (0, 0, -9.81) m/s^2; damping = 1 mN*s/m }}
-script {{ at 0 s: fix bottom }}
+environment {{ gravity = (0, 0, -9.81) m/s^2{damping} }}
+script {{ at 0 s: {start} }}
 simulate {{ duration = 20 ms }}
 output {{ trajectory every 5 ms }}
 """
@@ -185,7 +186,7 @@ def _image_facts(mesh: "Imported") -> dict[str, Any]:
 
 def _filling(mesh: "Imported", facts: dict[str, Any]) -> tuple[str, str]:
     """Return the entries of a filling that can be built, and a remark on it."""
-    from tissuec.meshes.generators.imported import CUBES, Imported, MeshFileError
+    from tissuec.meshes.generators.imported import CUBES, TETRAHEDRA, Imported, MeshFileError
     from tissuec.meshes.stiffness_sharing import node_areas
 
     shape = mesh.shape
@@ -197,22 +198,20 @@ def _filling(mesh: "Imported", facts: dict[str, Any]) -> tuple[str, str]:
     extents: Floats = facts["high"] - facts["low"]
     box = float(np.prod(extents))
     least = (max(enclosed / (10 * _NODES), box / _MOST_SITES)) ** (1 / 3)
-    cell = max(2.0 * enclosed / area / _CELLS_ACROSS, (enclosed / _NODES) ** (1 / 3))
+    cell = max(2.0 * enclosed / area / _CELLS_ACROSS, (8.0 * enclosed / _NODES) ** (1 / 3))
     while cell >= least:
-        kind, reach = "sodium chloride", "second neighbours"
         written = _rounded(cell)
         try:
-            filled = Imported(mesh.file, filling=kind, cell=_read(written), reach=reach)
-            built = filled.build()
+            filled = Imported(mesh.file, filling=TETRAHEDRA, cell=_read(written))
+            built = filled.build_elements()
         except MeshFileError:
             cell /= 1.5
             continue
-        size = (
-            f"{counted(len(built.position), 'node')} and {counted(len(built.ends), 'spring')}"
-        )
+        (elements,) = built.elements
+        size = f"{counted(len(built.position), 'node')} and {len(elements.nodes)} tetrahedra"
         if len(built.position) > 10 * _NODES + len(shape.position):
             break
-        return f"    filling is {kind}; cell = {written}; reach is {reach}\n", f"filled: {size}"
+        return f"    filling is {TETRAHEDRA}; cell = {written}\n", f"filled: {size}"
     return "", (
         f"its walls are thin ({units.show(2 * enclosed / area, units.LENGTH)} on average): a "
         "filling would need too many nodes; it is taken as a surface"
@@ -225,14 +224,18 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
         f'  # region part {k} where group is "{group}" {{ tissue is … }}\n'
         for k, group in enumerate(list(facts["groups"])[:_MOST_GROUPS], 1)
     )
-    regions += "  # interface is mean\n" if regions else ""
     parts = facts["parts"]
     part = f'    # part "{parts[0]}"  # for this part of the file alone\n' if parts[1:] else ""
     bottom = units.show(float(low[2] + 0.1 * (high[2] - low[2])), units.LENGTH, digits=9)
     if not high[2] > low[2]:
         bottom = units.show(float(low[2]) + 1e-6, units.LENGTH, digits=9)
     lines = [*_lines(facts, unit), *([filling[1]] if filling[1] else [])]
+    # A surface has no thickness to be a wall of matter with.
+    is_solid = bool(filling[0] or facts["tetrahedra"])
     return SCENE.format(
+        preset="matter" if is_solid else "tissues",
+        damping="" if is_solid else "; damping = 1 mN*s/m",
+        start="{ fix bottom; settle }" if is_solid else "fix bottom",
         name=name,
         facts="\n".join(f"# {line}" for line in lines),
         unit=unit,
