@@ -107,6 +107,10 @@ def _codes(text: str) -> set[str]:
     return {one.code for one in warnings}
 
 
+def test_a_lattice_of_a_wrong_tissue_is_not_asked_for_a_kind():
+    assert _codes(scene("", tissue="Poisson's ratio = 0.5").source.text) == {"TIS308"}
+
+
 def test_an_open_file_is_a_wall_and_a_filled_one_a_solid(tmp_path):
     shape = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
     (tmp_path / "tip.obj").write_text(shape)

@@ -263,8 +263,9 @@ class _BodyReader:
             return
         items = item.items if isinstance(item, s.Block) else ()
         where = item.head if isinstance(item, s.Block) else item.span
+        is_wrong = "tissue" in self.once and self.tissue is None  # and may be matter
         may_be_elements = self.may_be_elements or (
-            "made" not in self.once and are_matter(self._matter())
+            "made" not in self.once and (is_wrong or are_matter(self._matter()))
         )
         is_cubic = may_be_elements and MESHES[kind.key] is Lattice
         self.mesh, self.mesh_places = schema.build(

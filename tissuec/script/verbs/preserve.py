@@ -71,6 +71,9 @@ class Preserve(Struct, frozen=True):
 
     def _instead(self, network: Network) -> str:
         """Return which other bodies can keep their volume, or what could."""
+        own = next(body for body in network.bodies if body.name == self.group.name)
+        if own.is_made_of_elements and not own.is_wall:
+            return "remove it; a larger Poisson's ratio keeps the volume more nearly"
         bodies = (body.name for body in network.bodies if body.name != self.group.name)
         others = [name for name in bodies if not _flaw(network, name, self.span)]
         if others:
