@@ -185,7 +185,7 @@ def _body(draft, name, gap=0.0, velocity=None, shapes=SHAPES):
     is_matter = shape not in ("thread", "cloud") and draft.chance(0.75)
     tissue = _matter(draft, shape) if is_matter else _springs(draft)
     mesh, draft.height = _mesh(draft, name, shape, bottom)
-    entries = [f"mesh is {mesh}", f"tissue is {name} tissue"]
+    entries = [f"mesh is {mesh}", f"tissue is {name} tissue", "made of springs"]
     if "breaking" in tissue:
         entries.append("rupture is allowed")
     if shape in WALLS:

@@ -17,6 +17,7 @@ SOLVER = (
     "forces",
     "reference_run",
     "reference",
+    "relaxing",
     "resting",
     "solution",
     "stepping",
