@@ -1,7 +1,6 @@
 """Modes of solid elements beside those of an independent library of finite elements."""
 
 import numpy as np
-import pytest
 
 import tissuec
 
