@@ -67,7 +67,7 @@ def test_pictures_are_simple_while_they_are_slow_and_full_at_rest(slow, shown):
     first = pixels(page)
     page.evaluate("window.factor = 8")
     page.keyboard.press(" ")
-    # All at the same moment: how slow pictures are is measured, and differs from one to the next.
+    # All at the same moment: how slow pictures are is measured, and differs between them.
     page.wait_for_function(
         """width => tissuec.state().then(({ form }) => form === 3
           && Math.abs(document.querySelector("#view").width - width / 2) <= 1
