@@ -72,7 +72,7 @@ def predict(compiled: Compiled) -> Prediction:
     layout.update(state)
     choice = choose(state, method, layout.is_banded)
     integrator = None if choice.name == RELAXATION else INTEGRATORS[choice.name]
-    facts = measured_facts(state)
+    facts = dict(choice.facts) or measured_facts(state)
     limit = np.inf
     if facts["omega"] and integrator is not None:
         limit = integrator.stability_limit(facts["omega"], facts["zeta"])

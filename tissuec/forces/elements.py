@@ -35,17 +35,18 @@ are in ``forces.solid_branches``.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces import Items
+from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import BreakableElements, ElementLimits
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
-from tissuec.forces.matrices import as_operator, assembled
+from tissuec.forces.matrices import without_negative
 from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_columns
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
@@ -61,15 +62,10 @@ from tissuec.forces.solid_strain import (
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
-if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
-
-_BLOCK = 2048  # elements whose matrices are in memory at a time
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
 _BRANCH_SECONDS = 17e-9  # and for each branch
@@ -102,11 +98,13 @@ class SolidMaterial(NamedTuple):
 
     def some(self, items: Indices) -> "SolidMaterial":
         """Return that of some elements, by indices of shape (n,)."""
-        columns = self.shear, self.bulk, self.viscosity, self.law
-        parts = self.fibres, self.prestretch, self.limits, self.branches
-        others = (part and part.some(items) for part in parts)
-        shear, bulk, viscosity, law = (column[items] for column in columns)
-        return SolidMaterial(shear, bulk, viscosity, law, self.laws, *others)
+        fibres, prestretch = self.fibres, self.prestretch
+        limits, branches = self.limits, self.branches
+        return SolidMaterial(
+            self.shear[items], self.bulk[items], self.viscosity[items], self.law[items],
+            self.laws, fibres and fibres.some(items), prestretch and prestretch.some(items),
+            limits and limits.some(items), branches and branches.some(items),
+        )  # fmt: skip
 
     def marked(self, first: int) -> "SolidMaterial":
         """Return the same with marks that are counted from a first one."""
@@ -115,15 +113,13 @@ class SolidMaterial(NamedTuple):
         return self._replace(limits=self.limits._replace(marks=first + self.limits.marks))
 
 
-class SolidElements(WalledField, frozen=True):
+class SolidElements(MaterialField, frozen=True):
     """Solid elements of one shape; an element that loses an edge or breaks is gone.
 
     ``walls`` are the springs along edges, and behind them the marks of ``limits``.
 
     Attributes:
-        name: Of the body.
         shape: Of all elements.
-        nodes: Shape (element, node).
         drawn: Gradients and volumes as drawn, one row for all elements that are alike;
             gradients by places without stress.
         row: Of each element in ``drawn``, shape (element,).
@@ -140,9 +136,8 @@ class SolidElements(WalledField, frozen=True):
         span: The entry that asks for the elements.
     """
 
-    name: str
+    at_once: ClassVar[int] = 2048
     shape: ElementShape
-    nodes: Indices
     drawn: Measures
     row: Indices
     shear: Floats
@@ -205,11 +200,9 @@ class SolidElements(WalledField, frozen=True):
         if material.limits is not None:
             walls = np.append(walls, material.limits.marks)
             walled = np.append(walled, np.arange(len(nodes)))
-        laws = (NeoHookean(), *material.laws)
-        numbers = {law: k for k, law in reversed(list(enumerate(laws)))}
-        law = np.array([numbers[law] for law in material.laws], dtype=np.int64)[material.law]
+        law, laws = numbered_laws(material.law, material.laws)
         return cls(
-            walls, walled, name, shape, nodes, drawn, row,
+            walls, walled, name, nodes, shape, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law, laws,
             fibres, prestretch, material.limits, branches, None, span,
         )  # fmt: skip
@@ -220,11 +213,6 @@ class SolidElements(WalledField, frozen=True):
         return FieldBlock(
             f"the {self.shape.name} elements of {self.name}", "elements", self, self.span
         )
-
-    @property
-    def item_count(self) -> int:
-        """Return the number of elements."""
-        return len(self.nodes)
 
     def only(self, items: Indices) -> Self:
         """Return some elements, by indices of shape (n,), with the walls of all."""
@@ -266,8 +254,7 @@ class SolidElements(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         found = np.zeros(position.shape[:-2])
-        for part in self._parts():
-            own = self.only(part)
+        for _, own in self.in_blocks():
             j = np.linalg.det(own.deformations(position))
             found += (own.drawn.volume[own.row] * j).sum(axis=(-2, -1))
         return found
@@ -291,48 +278,16 @@ class SolidElements(WalledField, frozen=True):
         places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
         return np.asarray(places @ self.drawn.gradients[self.row])
 
-    def around(self, nodes: Indices) -> tuple[Self, Indices]:
-        """Return the elements at some nodes, and all nodes of these.
-
-        Args:
-            nodes: Indices, shape (n,).
-
-        Returns:
-            The elements, with the places of their nodes among the second, which are ascending.
-        """
-        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
-        used, place = np.unique(own.nodes, return_inverse=True)
-        return replace(own, nodes=place.reshape(own.nodes.shape)), used
-
-    def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return sums of stress over the shares of nodes, and these shares.
-
-        The mean stress of a node is the first divided by the second. What is viscous is left
-        out.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-
-        Returns:
-            Σ w σ [J], shape (node, 3, 3), and Σ w [m³], shape (node,).
-        """
-        total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
-        for part in self._parts():
-            own = self.only(part)
-            strain = SolidStrain(own.deformations(position))
-            stress = strain.cauchy(own._slopes(strain))
-            for part_of in own._besides():
-                stress += part_of.cauchy(strain)
-            share = own.drawn.volume[own.row][..., None] * self.shape.lumped
-            np.add.at(volume, own.nodes, share.sum(axis=1))
-            np.add.at(total, own.nodes, np.einsum("eqa,eqxy->eaxy", share, stress))
-        return total, volume
+    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
+        strain = SolidStrain(self.deformations(position))
+        stress = strain.cauchy(self._slopes(strain))
+        for part in self._besides():
+            stress += part.cauchy(strain)
+        share = self.drawn.volume[self.row][..., None] * self.shape.lumped
+        return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
 
     # --- energy and matrix --------------------------------------------------------------------
-
-    def energy(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the stored energy [J], shape (…)."""
-        return self.energies(position).sum(axis=-1)
 
     def energies(self, position: Floats) -> Floats:
         """Return the energy of each element [J], shape (…, element).
@@ -341,8 +296,7 @@ class SolidElements(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         found = np.empty((*position.shape[:-2], self.item_count))
-        for part in self._parts():
-            own = self.only(part)
+        for part, own in self.in_blocks():
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
             stored = own.shear[:, None] * own._of_laws(strain, energy)
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
@@ -354,33 +308,19 @@ class SolidElements(WalledField, frozen=True):
             found[..., part] += 0.5 * own.bulk * volume * (mean - 1.0) ** 2
         return found
 
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3).
 
         Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
         E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
         """
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        total = csr_matrix((3 * size, 3 * size))
-        for part in self._parts():
-            own = self.only(part)
-            values = own._element_matrices(position, exact=exact)
-            total = total + assembled(values, number[own.nodes], size)
-        return coo_matrix(total)
-
-    def _element_matrices(self, position: Floats, *, exact: bool) -> Floats:
-        """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3)."""
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
         volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
         stiff = strain.second_derivatives(self._slopes(strain))
         for part in self._besides():
             stiff += part.second_derivatives(strain)
         if not exact:
-            value, way = np.linalg.eigh(stiff)
-            stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
+            stiff = without_negative(stiff)
         elements, points, count, _ = slopes.shape
         # By component and node instead of component and direction: first of one end, then of
         # the other.
@@ -393,74 +333,34 @@ class SolidElements(WalledField, frozen=True):
         push = (self.bulk / volume)[:, None, None] * swell
         return values.transpose(0, 2, 1, 4, 3) + np.einsum("eax,eby->eaxby", push, swell)
 
-    def damping_matrices(
-        self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
-        """Return minus the derivatives of viscous forces; see ``Field``.
+    @property
+    def is_damped(self) -> bool:
+        """Return whether any element is viscous."""
+        return bool(self.viscosity.any())
 
-        By positions, the change of their direction is left out, which leaves both positive.
-        """
-        if not self.viscosity.any():
-            return None
-        from scipy.sparse import coo_matrix
-
-        slow = self._viscous(position, number, size)
-        return coo_matrix(slow.shape), slow
-
-    def _viscous(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
-        """Return minus the derivative of viscous forces by velocities [N s/m]."""
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        total = csr_matrix((3 * size, 3 * size))
-        for part in self._parts():
-            own = self.only(part)
-            strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
-            # Σ_k cof F_xk ∂N_a/∂X_k, so that Ḟ cof Fᵀ = Σ v_a ⊗ that.
-            way = np.einsum("eqxk,eqak->eqax", strain.cofactors, own.drawn.gradients[own.row])
-            thick = weight * own.viscosity[:, None] / np.maximum(strain.j, LEAST)
-            inner = np.einsum("eq,eqak,eqbk->eab", thick, way, way)
-            values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
-            values += np.einsum("eq,eqay,eqbx->eaxby", thick, way, way)
-            values -= (2.0 / 3.0) * np.einsum("eq,eqax,eqby->eaxby", thick, way, way)
-            total = total + assembled(values, number[own.nodes], size)
-        return coo_matrix(total)
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
+        strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
+        # Σ_k cof F_xk ∂N_a/∂X_k, so that Ḟ cof Fᵀ = Σ v_a ⊗ that.
+        way = np.einsum("eqxk,eqak->eqax", strain.cofactors, self.drawn.gradients[self.row])
+        thick = weight * self.viscosity[:, None] / np.maximum(strain.j, LEAST)
+        inner = np.einsum("eq,eqak,eqbk->eab", thick, way, way)
+        values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
+        values += np.einsum("eq,eqay,eqbx->eaxby", thick, way, way)
+        values -= (2.0 / 3.0) * np.einsum("eq,eqax,eqby->eaxby", thick, way, way)
+        return values
 
     # --- bounds -------------------------------------------------------------------------------
 
-    def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
-        count = len(position)
-        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
-
-    def braking(self, position: Floats) -> Resisting | None:
-        """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
-        if not self.viscosity.any():
-            return None
-        count = len(position)
-        return as_operator(self._viscous(position, np.arange(count), count))
-
-    def spread(self, time: float, position: Floats) -> float:
-        """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
-        return float(self._rigidity.sum())
-
-    def noise(self, time: float, position: Floats) -> float:
-        """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
-        return float((self._rigidity * self._steepest).max(initial=0.0))
-
     @property
-    def stiffest(self) -> float:
-        """Return about the largest stiffness of an element [N/m]."""
-        return float((self._rigidity * self._steepest**2).max(initial=0.0))
-
-    @property
-    def _rigidity(self) -> Floats:
+    def rigidity(self) -> Floats:
         """Return moduli times volumes [J], shape (element,)."""
         sudden = 0.0 if self.branches is None else self.branches.sudden
         every = self.shear + sudden + self.bulk + self.local + self.fibres.modulus
         return every * self.volume
 
     @property
-    def _steepest(self) -> Floats:
+    def steepest(self) -> Floats:
         """Return the largest gradient of a shape function [1/m], shape (element,)."""
         return np.abs(self.drawn.gradients).max(axis=(1, 2, 3))[self.row]
 
@@ -470,11 +370,6 @@ class SolidElements(WalledField, frozen=True):
         branches = 0 if self.branches is None else len(self.branches.exists)
         own = _SECONDS * self.item_count * self.shape.nodes
         return self._points * (own + _BRANCH_SECONDS * branches)
-
-    @property
-    def derivatives(self) -> str:
-        """Return why there are no exact derivatives for learning."""
-        return "have no exact derivatives"
 
     # --- what branches remember ---------------------------------------------------------------
 
@@ -514,7 +409,7 @@ class SolidElements(WalledField, frozen=True):
             mass: Of all nodes [kg], shape (node,).
         """
         steep = self.drawn.volume[..., None] * (self.drawn.gradients**2).sum(axis=-1)
-        each = (self._rigidity / self.volume)[:, None] * steep.sum(axis=1)[self.row]
+        each = (self.rigidity / self.volume)[:, None] * steep.sum(axis=1)[self.row]
         joined = np.bincount(self.nodes.ravel(), each.ravel(), len(mass))
         return float(np.sqrt(2.0 * (joined / mass).max()))
 
@@ -527,8 +422,7 @@ class SolidElements(WalledField, frozen=True):
     def giving(self, position: Floats, velocity: Floats) -> float:
         """Return a bound of the rates at which branches give way [1/s]; see ``Field``."""
         fastest = 0.0
-        for part in self._parts() if self.branches is not None else ():
-            own = self.only(part)
+        for _, own in self.in_blocks() if self.branches is not None else ():
             assert own.branches is not None
             strain = SolidStrain(own.deformations(position))
             fastest = max(fastest, own.branches.fastest(strain, velocity))
@@ -538,7 +432,7 @@ class SolidElements(WalledField, frozen=True):
         """Make branches give way for good; see ``Field``."""
         if self.branches is None:
             return
-        for part in self._parts():
+        for part, _ in self.in_blocks():
             items = part[moved[self.nodes[part]].any(axis=1)]
             strain = SolidStrain(self.only(items).deformations(position))
             right = strain.f.swapaxes(-1, -2) @ strain.f
@@ -581,17 +475,12 @@ class SolidElements(WalledField, frozen=True):
             fibre_stiffness=self.fibres.stiffness,
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
             **branch_columns(self.branches, self.item_count, place),
-            is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
+            is_curved=is_curved, is_viscous=self.is_damped,
             by_first=first, by_second=second,
             points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
         )  # fmt: skip
 
     # --- parts --------------------------------------------------------------------------------
-
-    def _parts(self) -> Iterator[Indices]:
-        """Yield the numbers of all elements, a block at a time."""
-        for first in range(0, self.item_count, _BLOCK):
-            yield np.arange(first, min(first + _BLOCK, self.item_count))
 
     @property
     def _points(self) -> int:

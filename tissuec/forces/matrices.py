@@ -60,3 +60,13 @@ def as_operator(matrix: "coo_matrix") -> Resisting:
         to += (rows @ moved.ravel()).reshape(-1, 3)
 
     return resist
+
+
+def without_negative(matrices: Floats) -> Floats:
+    """Return symmetric matrices with zero in place of negative eigenvalues.
+
+    Args:
+        matrices: In any unit, shape (…, n, n).
+    """
+    value, way = np.linalg.eigh(matrices)
+    return (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)

@@ -30,8 +30,8 @@ Green's strain and B = cof C Ė,
     S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
 """
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NamedTuple, Self
+from collections.abc import Callable
+from typing import NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -39,23 +39,19 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.forces import Items, Resisting, WalledField
-from tissuec.forces.matrices import as_operator, assembled
+from tissuec.forces import Items
+from tissuec.forces.element_fields import MaterialField, numbered_laws
+from tissuec.forces.matrices import without_negative
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membranes_kernel import MembraneTable, stretch_membranes
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.solid_strain import DERIVATIVES
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
-if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
-
-_BLOCK = 4096  # triangles whose matrices are in memory at a time
 _SECONDS = 1e-7  # of one evaluation of a triangle
 _COLUMNS = ("nodes", "gradients", "weight", "shear", "bulk", "viscosity", "law")
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
@@ -86,12 +82,10 @@ class MembraneMaterial(NamedTuple):
     fibres: SolidFibres | None = None
 
 
-class Membranes(WalledField, frozen=True):
+class Membranes(MaterialField, frozen=True):
     """Triangles of a wall; one that loses an edge is gone.
 
     Attributes:
-        name: Of the body.
-        nodes: Shape (triangle, 3).
         gradients: ∂N/∂X by lengths without stress [1/m], shape (triangle, 3, 2).
         weight: Volumes without stress [m³], shape (triangle,).
         shear, bulk: μ and K [Pa], shape (triangle,).
@@ -103,8 +97,6 @@ class Membranes(WalledField, frozen=True):
         span: The entry that asks for the triangles.
     """
 
-    name: str
-    nodes: Indices
     gradients: Floats
     weight: Floats
     shear: Floats
@@ -151,9 +143,7 @@ class Membranes(WalledField, frozen=True):
             along = np.einsum("tij,tfj->tfi", np.linalg.inv(longer), along)
             along = along / np.linalg.norm(along, axis=2)[..., None]
             fibres = replace(material.fibres, along=along)
-        laws = (NeoHookean(), *material.laws)
-        numbers = {law: k for k, law in reversed(list(enumerate(laws)))}
-        law = np.array([numbers[law] for law in material.laws], dtype=np.int64)[material.law]
+        law, laws = numbered_laws(material.law, material.laws)
         walls, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
         made = cls(
             first_spring + walls, which // len(EDGES), name, nodes,
@@ -169,11 +159,6 @@ class Membranes(WalledField, frozen=True):
         """Return this as a block of a net."""
         return FieldBlock(f"the triangles of {self.name}", "membranes", self, self.span)
 
-    @property
-    def item_count(self) -> int:
-        """Return the number of triangles."""
-        return len(self.nodes)
-
     def only(self, items: Indices) -> Self:
         """Return some triangles, by indices of shape (n,), with the walls of all."""
         some = {name: getattr(self, name)[items] for name in _COLUMNS}
@@ -182,11 +167,6 @@ class Membranes(WalledField, frozen=True):
     def items(self, place: Indices) -> Items:
         """Return the nodes of the triangles."""
         return Items(place[self.nodes].ravel(), 3 * np.arange(self.item_count + 1))
-
-    @property
-    def joining_springs(self) -> Indices:
-        """Return the springs along the edges of triangles, shape (n,)."""
-        return self.walls
 
     @property
     def bulk_modulus(self) -> Floats:
@@ -209,44 +189,13 @@ class Membranes(WalledField, frozen=True):
         """
         return np.asarray(position[..., self.nodes, :].swapaxes(-1, -2) @ self.gradients)
 
-    def around(self, nodes: Indices) -> tuple[Self, Indices]:
-        """Return the triangles at some nodes, and all nodes of these.
-
-        Args:
-            nodes: Indices, shape (n,).
-
-        Returns:
-            The triangles, with the places of their nodes among the second, which are ascending.
-        """
-        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
-        used, place = np.unique(own.nodes, return_inverse=True)
-        return replace(own, nodes=place.reshape(own.nodes.shape)), used
-
-    def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return sums of stress over the shares of nodes, and these shares.
-
-        The mean stress of a node is the first divided by the second. What is viscous is left
-        out.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-
-        Returns:
-            Σ w σ [J], shape (node, 3, 3), and Σ w [m³], shape (node,).
-        """
-        total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
-        for _, own in self._parts():
-            share = np.repeat(own.weight[:, None] / 3.0, 3, axis=1)
-            stress = MembraneStrain(own, own.deformations(position)).cauchy()
-            np.add.at(volume, own.nodes, share)
-            np.add.at(total, own.nodes, share[..., None, None] * stress[:, None])
-        return total, volume
+    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
+        share = np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
+        stress = MembraneStrain(self, self.deformations(position)).cauchy()
+        return share[..., None, None] * stress[:, None], share
 
     # --- energy and matrix --------------------------------------------------------------------
-
-    def energy(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the stored energy [J], shape (…)."""
-        return self.energies(position).sum(axis=-1)
 
     def energies(self, position: Floats) -> Floats:
         """Return the energy of each triangle [J], shape (…, triangle).
@@ -255,69 +204,44 @@ class Membranes(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         found = np.empty((*position.shape[:-2], self.item_count))
-        for part, own in self._parts():
+        for part, own in self.in_blocks():
             stored = MembraneStrain(own, own.deformations(position)).energy()
             found[..., part] = own.weight * stored
         return found
 
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each triangle [N/m], shape (triangle, 3, 3, 3, 3).
 
         Without ``exact``, negative eigenvalues of ∂P/∂F of each triangle count as zero. (J.
         Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
         """
-        from scipy.sparse import coo_matrix, csr_matrix
+        stiff = MembraneStrain(self, self.deformations(position)).second_derivatives()
+        if not exact:
+            stiff = without_negative(stiff)
+        stiff = self.weight[:, None, None] * stiff
+        stiff = stiff.reshape(-1, 3, 2, 3, 2)
+        half = np.einsum("txiyj,tbj->txiyb", stiff, self.gradients)
+        return np.einsum("txiyb,tai->taxby", half, self.gradients)
 
-        total = csr_matrix((3 * size, 3 * size))
-        for _, own in self._parts():
-            stiff = MembraneStrain(own, own.deformations(position)).second_derivatives()
-            if not exact:
-                value, way = np.linalg.eigh(stiff)
-                stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
-            stiff = own.weight[:, None, None] * stiff
-            stiff = stiff.reshape(-1, 3, 2, 3, 2)
-            half = np.einsum("txiyj,tbj->txiyb", stiff, own.gradients)
-            values = np.einsum("txiyb,tai->taxby", half, own.gradients)
-            total = total + assembled(values, number[own.nodes], size)
-        return coo_matrix(total)
+    @property
+    def is_damped(self) -> bool:
+        """Return whether any triangle is viscous."""
+        return bool(self.viscosity.any())
 
-    def damping_matrices(
-        self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
-        """Return minus the derivatives of viscous forces; see ``Field``.
-
-        By positions, the change of their direction is left out, which leaves both positive.
-        """
-        if not self.viscosity.any():
-            return None
-        from scipy.sparse import coo_matrix
-
-        slow = self._viscous(position, number, size)
-        return coo_matrix(slow.shape), slow
-
-    def _viscous(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
-        """Return minus the derivative of viscous forces by velocities [N s/m]."""
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        total = csr_matrix((3 * size, 3 * size))
-        for _, own in self._parts():
-            strain = MembraneStrain(own, own.deformations(position))
-            thick, part = own._thick(strain)
-            turned, slopes = strain.f @ strain.cofactors, own.gradients
-            # Ė = Σ v_ax (f_xi G_aj + f_xj G_ai)/2, and B = cof C Ė.
-            inner = np.einsum(
-                "tai,tij,tbj->tab", own.gradients, strain.cofactors, own.gradients
-            )
-            along = np.einsum("txi,tij,tyj->txy", strain.f, strain.cofactors, strain.f)
-            way = np.einsum("txi,tai->tax", turned, slopes)
-            values = 0.5 * np.einsum("tab,txy->taxby", inner, along)
-            values += 0.5 * np.einsum("tay,tbx->taxby", way, way)
-            values += part[:, None, None, None, None] * np.einsum("tax,tby->taxby", way, way)
-            values *= (own.weight * thick)[:, None, None, None, None]
-            total = total + assembled(values, number[own.nodes], size)
-        return coo_matrix(total)
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
+        strain = MembraneStrain(self, self.deformations(position))
+        thick, part = self._thick(strain)
+        turned, slopes = strain.f @ strain.cofactors, self.gradients
+        # Ė = Σ v_ax (f_xi G_aj + f_xj G_ai)/2, and B = cof C Ė.
+        inner = np.einsum("tai,tij,tbj->tab", slopes, strain.cofactors, slopes)
+        along = np.einsum("txi,tij,tyj->txy", strain.f, strain.cofactors, strain.f)
+        way = np.einsum("txi,tai->tax", turned, slopes)
+        values = 0.5 * np.einsum("tab,txy->taxby", inner, along)
+        values += 0.5 * np.einsum("tay,tbx->taxby", way, way)
+        values += part[:, None, None, None, None] * np.einsum("tax,tby->taxby", way, way)
+        values *= (self.weight * thick)[:, None, None, None, None]
+        return values
 
     def _thick(self, strain: MembraneStrain) -> tuple[Floats, Floats]:
         """Return 2 η J/D² [Pa s] and k, shape (triangle,)."""
@@ -327,38 +251,13 @@ class Membranes(WalledField, frozen=True):
 
     # --- bounds -------------------------------------------------------------------------------
 
-    def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
-        count = len(position)
-        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
-
-    def braking(self, position: Floats) -> Resisting | None:
-        """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
-        if not self.viscosity.any():
-            return None
-        count = len(position)
-        return as_operator(self._viscous(position, np.arange(count), count))
-
-    def spread(self, time: float, position: Floats) -> float:
-        """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
-        return float(self._rigidity.sum())
-
-    def noise(self, time: float, position: Floats) -> float:
-        """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
-        return float((self._rigidity * self._steepest).max(initial=0.0))
-
     @property
-    def stiffest(self) -> float:
-        """Return about the largest stiffness of a triangle [N/m]."""
-        return float((self._rigidity * self._steepest**2).max(initial=0.0))
-
-    @property
-    def _rigidity(self) -> Floats:
+    def rigidity(self) -> Floats:
         """Return moduli times volumes [J], shape (triangle,)."""
         return (self.shear + self.bulk + self.fibres.modulus) * self.weight
 
     @property
-    def _steepest(self) -> Floats:
+    def steepest(self) -> Floats:
         """Return the largest gradient of a shape function [1/m], shape (triangle,)."""
         return np.abs(self.gradients).max(axis=(1, 2))
 
@@ -366,11 +265,6 @@ class Membranes(WalledField, frozen=True):
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
         return _SECONDS * self.item_count
-
-    @property
-    def derivatives(self) -> str:
-        """Return why there are no exact derivatives for learning."""
-        return "have no exact derivatives"
 
     # --- for the engine -----------------------------------------------------------------------
 
@@ -400,16 +294,10 @@ class Membranes(WalledField, frozen=True):
             fibres=np.ascontiguousarray(self.fibres.along),
             fibre_stiffness=self.fibres.stiffness,
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
-            is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
+            is_curved=is_curved, is_viscous=self.is_damped,
             by_first=first, by_second=second, by_first_twice=first_twice, by_both=both,
             by_second_twice=second_twice, state=np.zeros(7),
         )  # fmt: skip
-
-    def _parts(self) -> Iterator[tuple[Indices, Self]]:
-        """Yield the triangles a block at a time, with their numbers."""
-        for first in range(0, self.item_count, _BLOCK):
-            part = np.arange(first, min(first + _BLOCK, self.item_count))
-            yield part, self.only(part)
 
 
 def _prestretch(axes: Floats, stretch: Floats, axis: Floats | None) -> Floats:

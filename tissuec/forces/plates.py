@@ -12,27 +12,24 @@ sin² Δ ≤ 2 (1 - cos Δ). A triangle with the retardation time τ brakes its 
 -τ C dθ/dt with C_ii = K_ii w_i and C_ij = K_ij p_i p_j cos Δ_i cos Δ_j.
 """
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Self
+from collections.abc import Callable
+from typing import ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces import Items
 from tissuec.forces.bending import Hinges, hinges_at
-from tissuec.forces.matrices import as_operator, assembled
+from tissuec.forces.element_fields import ElementField
+from tissuec.forces.matrices import without_negative
 from tissuec.forces.plates_kernel import PlateTable, bend_plates
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
-if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
-
-_BLOCK = 1024  # triangles whose matrices are in memory at a time
 _SECONDS = 1.2e-7  # of one evaluation of a triangle
 #: Places in a patch of the nodes of the hinge opposite to each corner, shape (3, 4).
 HINGES = np.array([[1, 2, 0, 3], [2, 0, 1, 4], [0, 1, 2, 5]])
@@ -43,11 +40,10 @@ for _h in range(3):
     _OF_PATCH[_h, np.arange(4), HINGES[_h]] = 1.0
 
 
-class Plates(WalledField, frozen=True):
+class Plates(ElementField, frozen=True):
     """Triangles of a wall that resist bending; one that loses an edge of its patch gives way.
 
     Attributes:
-        name: Of the body.
         nodes: Patches, see ``matter.curvature``, shape (triangle, 6).
         stiffness: K [N m], shape (triangle, 3, 3).
         delay: τ [s], shape (triangle,).
@@ -57,8 +53,7 @@ class Plates(WalledField, frozen=True):
         span: The entry that asks for it.
     """
 
-    name: str
-    nodes: Indices
+    at_once: ClassVar[int] = 1024
     stiffness: Floats
     delay: Floats
     drawn: Floats
@@ -107,11 +102,6 @@ class Plates(WalledField, frozen=True):
     def block(self) -> FieldBlock:
         """Return this as a block of a net."""
         return FieldBlock(f"the bending of {self.name}", "plates", self, self.span)
-
-    @property
-    def item_count(self) -> int:
-        """Return the number of triangles."""
-        return len(self.nodes)
 
     def only(self, items: Indices) -> Self:
         """Return some triangles, by indices of shape (n,), with the walls of all."""
@@ -164,7 +154,7 @@ class Plates(WalledField, frozen=True):
         """Return the stored energy [J], shape (…)."""
         found = np.zeros(position.shape[:-2])
         for state in np.ndindex(found.shape):
-            for own in self._parts():
+            for _, own in self.in_blocks():
                 more, weight, _, _ = own._first(position[state])
                 z = _share(weight) * np.sin(more)
                 stored = np.einsum("ti,tij,tj->t", z, own._beside, z) / 2.0
@@ -194,26 +184,17 @@ class Plates(WalledField, frozen=True):
         )
         return self._spread_out(more), self._spread_out(weight), by_x, of_weight
 
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each triangle [N/m], shape (triangle, 6, 3, 6, 3).
 
         Without ``exact``, that of the folds alone, whose negative eigenvalues count as zero.
         """
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        total = csr_matrix((3 * size, 3 * size))
-        for own in self._parts():
-            values = own._exact(position) if exact else own._positive(position)
-            total = total + assembled(values, number[own.nodes], size)
-        return coo_matrix(total)
+        return self._exact(position) if exact else self._positive(position)
 
     def _positive(self, position: Floats) -> Floats:
         """Return the positive part by folds, shape (triangle, 6, 3, 6, 3)."""
         more, weight, slopes, _ = self._first(position)
-        value, way = np.linalg.eigh(self._by_folds(more, weight, np.cos(more)))
-        inner = (way * np.maximum(value, 0.0)[:, None, :]) @ way.swapaxes(1, 2)
+        inner = without_negative(self._by_folds(more, weight, np.cos(more)))
         return np.einsum("tij,tiax,tjby->taxby", inner, slopes, slopes, optimize=True)
 
     def _by_folds(self, more: Floats, weight: Floats, kept: Floats) -> Floats:
@@ -252,46 +233,19 @@ class Plates(WalledField, frozen=True):
             "hpa,thpxqy,hqb->taxby", _OF_PATCH, inner, _OF_PATCH, optimize=True
         )
 
-    def damping_matrices(
-        self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
-        """Return minus the derivatives of braking forces; see ``Field``.
+    @property
+    def is_damped(self) -> bool:
+        """Return whether any triangle is braked."""
+        return bool(self.delay.any())
 
-        By positions, the change of their direction is left out, which leaves both positive.
-        """
-        if not self.delay.any():
-            return None
-        from scipy.sparse import coo_matrix
-
-        slow = self._braking(position, number, size)
-        return coo_matrix(slow.shape), slow
-
-    def _braking(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
-        """Return minus the derivative of braking forces by velocities [N s/m]."""
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        total = csr_matrix((3 * size, 3 * size))
-        for own in self._parts():
-            more, weight, slopes, _ = own._first(position)
-            inner = own._by_folds(more, weight, np.ones_like(more))
-            inner *= own.delay[:, None, None]
-            values = np.einsum("tij,tiax,tjby->taxby", inner, slopes, slopes, optimize=True)
-            total = total + assembled(values, number[own.nodes], size)
-        return coo_matrix(total)
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return minus the derivative of braking forces by velocities; see ``ElementField``."""
+        more, weight, slopes, _ = self._first(position)
+        inner = self._by_folds(more, weight, np.ones_like(more))
+        inner *= self.delay[:, None, None]
+        return np.einsum("tij,tiax,tjby->taxby", inner, slopes, slopes, optimize=True)
 
     # --- bounds -------------------------------------------------------------------------------
-
-    def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return what resists folding as an operator [N/m]; see ``Effect``."""
-        count = len(position)
-        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
-
-    def braking(self, position: Floats) -> Resisting | None:
-        """Return what brakes it as an operator [N s/m]; see ``Effect``."""
-        if not self.delay.any():
-            return None
-        count = len(position)
-        return as_operator(self._braking(position, np.arange(count), count))
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
@@ -305,11 +259,6 @@ class Plates(WalledField, frozen=True):
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
         return _SECONDS * self.item_count
-
-    @property
-    def derivatives(self) -> str:
-        """Return why there are no exact derivatives for learning."""
-        return "have no exact derivatives"
 
     # --- for the engine -----------------------------------------------------------------------
 
@@ -330,11 +279,6 @@ class Plates(WalledField, frozen=True):
             lower=np.ascontiguousarray(self.squares[..., 1]),
             room=np.zeros((3, 28)),
         )
-
-    def _parts(self) -> Iterator[Self]:
-        """Yield the triangles a block at a time."""
-        for first in range(0, self.item_count, _BLOCK):
-            yield self.only(np.arange(first, min(first + _BLOCK, self.item_count)))
 
 
 def _share(weight: Floats) -> Floats:

@@ -1,0 +1,218 @@
+"""Fields of elements, whose matrices are sums of those of single elements."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.forces import Resisting, WalledField
+from tissuec.forces.matrices import as_operator, assembled
+from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+
+class ElementField(WalledField, frozen=True):
+    """A field whose items are elements.
+
+    Attributes:
+        at_once: Elements whose matrices are in memory at a time.
+        name: Of the body.
+        nodes: Shape (element, node).
+    """
+
+    at_once: ClassVar[int] = 4096
+    name: str
+    nodes: Indices
+
+    @property
+    def item_count(self) -> int:
+        """Return the number of elements."""
+        return len(self.nodes)
+
+    @property
+    @abstractmethod
+    def is_damped(self) -> bool:
+        """Return whether any element is viscous."""
+
+    @abstractmethod
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            exact: As for ``matrix``.
+        """
+
+    @abstractmethod
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by velocities, element by element.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            [N s/m], shape (element, node, 3, node, 3).
+        """
+
+    def in_blocks(self) -> Iterator[tuple[Indices, Self]]:
+        """Yield the elements a block at a time, with their numbers, shape (n,)."""
+        for first in range(0, self.item_count, self.at_once):
+            part = np.arange(first, min(first + self.at_once, self.item_count))
+            yield part, self.only(part)
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
+        return self._sum(lambda own: own.element_matrices(position, exact=exact), number, size)
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of viscous forces; see ``Field``.
+
+        By positions, the change of their direction is left out, which leaves both positive.
+        """
+        if not self.is_damped:
+            return None
+        from scipy.sparse import coo_matrix
+
+        slow = self._sum(lambda own: own.damping_of_elements(position), number, size)
+        return coo_matrix(slow.shape), slow
+
+    def _sum(
+        self, blocks: Callable[[Self], Floats], number: Indices, size: int
+    ) -> "coo_matrix":
+        """Return the matrix of all elements from those of single ones."""
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for _, own in self.in_blocks():
+            total = total + assembled(blocks(own), number[own.nodes], size)
+        return coo_matrix(total)
+
+    def stiffening(self, time: float, position: Floats) -> Resisting:
+        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
+        count = len(position)
+        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
+
+    def braking(self, position: Floats) -> Resisting | None:
+        """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
+        count = len(position)
+        found = self.damping_matrices(position, position, np.arange(count), count)
+        return None if found is None else as_operator(found[1])
+
+    @property
+    def derivatives(self) -> str:
+        """Return why there are no exact derivatives for learning."""
+        return "have no exact derivatives"
+
+
+class MaterialField(ElementField, frozen=True):
+    """A field of elements that follow laws of solids."""
+
+    @property
+    def joining_springs(self) -> Indices:
+        """Return the springs along the edges of elements, shape (n,)."""
+        return self.walls
+
+    @property
+    @abstractmethod
+    def rigidity(self) -> Floats:
+        """Return moduli times volumes [J], shape (element,)."""
+
+    @property
+    @abstractmethod
+    def steepest(self) -> Floats:
+        """Return the largest gradient of a shape function [1/m], shape (element,)."""
+
+    @abstractmethod
+    def energies(self, position: Floats) -> Floats:
+        """Return the energy of each element [J], shape (…, element).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+
+    @abstractmethod
+    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return the stress of each element times the volumes of its nodes, and these volumes.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Σ w σ [J], shape (element, node, 3, 3), and Σ w [m³], shape (element, node).
+        """
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        return self.energies(position).sum(axis=-1)
+
+    def around(self, nodes: Indices) -> tuple[Self, Indices]:
+        """Return the elements at some nodes, and all nodes of these.
+
+        Args:
+            nodes: Indices, shape (n,).
+
+        Returns:
+            The elements, with the places of their nodes among the second, which are ascending.
+        """
+        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
+        used, place = np.unique(own.nodes, return_inverse=True)
+        return replace(own, nodes=place.reshape(own.nodes.shape)), used
+
+    def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return sums of stress over the shares of nodes, and these shares.
+
+        The mean stress of a node is the first divided by the second, without viscous stress.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Σ w σ [J], shape (node, 3, 3), and Σ w [m³], shape (node,).
+        """
+        total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
+        for _, own in self.in_blocks():
+            stress, share = own.stress_shares(position)
+            np.add.at(volume, own.nodes, share)
+            np.add.at(total, own.nodes, stress)
+        return total, volume
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
+        return float(self.rigidity.sum())
+
+    def noise(self, time: float, position: Floats) -> float:
+        """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
+        return float((self.rigidity * self.steepest).max(initial=0.0))
+
+    @property
+    def stiffest(self) -> float:
+        """Return about the largest stiffness of an element [N/m]."""
+        return float((self.rigidity * self.steepest**2).max(initial=0.0))
+
+
+def numbered_laws(
+    law: Indices, laws: Sequence[SolidLaw]
+) -> tuple[Indices, tuple[SolidLaw, ...]]:
+    """Return the numbers of laws among those that a kernel knows, and these laws.
+
+    Args:
+        law: Number of the law of each element, shape (element,).
+        laws: The laws that are numbered.
+
+    Returns:
+        Shape (element,), and the laws, of which the first is neo-Hookean; equal laws have the
+        first of their numbers.
+    """
+    every = (NeoHookean(), *laws)
+    numbers = {each: k for k, each in reversed(list(enumerate(every)))}
+    return np.array([numbers[each] for each in laws], dtype=np.int64)[law], every
