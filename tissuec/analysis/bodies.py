@@ -405,7 +405,7 @@ class _Examined:
         return float(np.median(viscosity[resists] / self.constant[resists]))
 
     def _breaking_elements(self) -> BreakingStrength | None:
-        """Return how far elements with a breaking strain stretch until they break."""
+        """Return the stretch at which elements with a breaking strain break."""
         own = self.state.network.elements_of(self.part.name) if not self.part.is_wall else ()
         limits = [one.limits.strain for one in own if one.limits is not None]
         strain = np.concatenate([np.zeros(0), *limits])

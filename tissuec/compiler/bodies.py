@@ -49,7 +49,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
     elements: tuple[BodyElements, ...] = ()
     bends: WallBending | None = None  # of a wall of elements
-    breaking: Provenance | None = None  # where what breaks each element comes from
+    breaking: Provenance | None = None  # origins of the limits of elements
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end

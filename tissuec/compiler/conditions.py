@@ -370,7 +370,7 @@ class Conditions:
         if name.key in self.tools:
             has_elements = bool(known)
         elif self.groups.is_springs(name):
-            return  # which is told elsewhere
+            return  # reported elsewhere
         else:
             has_elements = self.groups.has_elements(self.groups.nodes(name).indices)
         if has_elements:

@@ -220,7 +220,7 @@ class ElementReader:
         )
 
     def _prestretch(self) -> "Prestretch | None":
-        """Return how much the elements are stretched as drawn; None without prestress."""
+        """Return the prestretch of the elements as drawn; None without prestress."""
         given = self.parts.found(PRESTRESS)
         used = [given[number] for number in part_numbers(self.part)]
         stressed = [one for one in used if one is not None and one.value]
@@ -406,7 +406,7 @@ def marks_of(
     Args:
         body: The body.
         elements: Its elements, shape by shape.
-        known: Where what breaks each of them comes from.
+        known: Origins of their limits.
         first_node: Number of its first node in the network.
     """
     nodes = np.concatenate([one.nodes[:, 0] for one in elements]) + first_node

@@ -43,7 +43,7 @@ class ElementMarks(Struct, frozen=True, eq=False):
     Attributes:
         springs: One for each element, at the nodes that it has in the network.
         memory: Nothing.
-        provenance: Of their numbers, by name; ``strength`` is that of what breaks the elements.
+        provenance: Of their numbers, by name; ``strength`` is that of the limits of elements.
         name: Of the body.
         span: Of the body.
     """
@@ -114,7 +114,7 @@ def _keys(triangles: NDArray[np.integer]) -> Indices:
 
 
 class LimitReader:
-    """Reads what breaks the elements of one body.
+    """Reads the limits of the elements of one body.
 
     Args:
         body: The body.
@@ -145,7 +145,7 @@ class LimitReader:
     def _limit(
         self, given: AssignedQuantity | None, material: Material
     ) -> AssignedQuantity | None:
-        """Return what breaks the elements of a part; reports limits of springs."""
+        """Return the limits of the elements of a part; limits of springs are reported."""
         assert material.tissue is not None
         crush = material.tissue.given.get(CRUSHING)
         if crush is not None and crush.value != crush.quantity.none:

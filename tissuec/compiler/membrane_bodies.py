@@ -89,7 +89,7 @@ class MembraneReader(ElementReader):
         self.normal, self.area = normal / twice[:, None], 0.5 * twice
 
     def _or_filled(self) -> str:
-        """Return how a surface from a file becomes a solid, "" of others."""
+        """Return the hint that fills a surface from a file, "" of others."""
         is_filled = isinstance(self.body.mesh, Imported)
         return "; for a solid, filling is tetrahedra in the mesh" if is_filled else ""
 
@@ -108,7 +108,7 @@ class MembraneReader(ElementReader):
         return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)
 
     def bending(self) -> WallBending | None:
-        """Return what resists bending; None where nothing does."""
+        """Return the bending stiffness of the wall; None without any."""
         if self.body.shell is None:
             return None
         from tissuec.matter.curvature import patches  # where walls need it

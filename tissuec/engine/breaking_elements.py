@@ -27,7 +27,7 @@ _STILL = np.zeros(0)
 
 
 class Loads:
-    """The loads of the elements of a state that can break, divided by what breaks them.
+    """The loads of the elements of a state that can break, divided by their limits.
 
     Args:
         shapes: Elements that are there, shape by shape.

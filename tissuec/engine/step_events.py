@@ -36,7 +36,7 @@ class Breakable(Protocol):
         ...
 
     def loads(self, within: "AcceptedStep", when: float) -> Floats:
-        """Return what is compared with the limits at a time in a step [s], shape (limit,)."""
+        """Return the quantities to compare with the limits at a time [s], shape (limit,)."""
         ...
 
     def some(self, chosen: NDArray[np.bool_] | list[int]) -> Self:

@@ -134,7 +134,7 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
 
     @property
     def relaxed(self) -> Self:
-        """Return the same without what relaxes: what is left of it in the end."""
+        """Return the effect after all relaxation, without its branches."""
         return self
 
     def recalling(self, velocity: Floats) -> Self:

@@ -1,7 +1,7 @@
 """What breaks solid elements: a strain, a stress, or the energy of a crack.
 
 With the mean F̄ of the deformation gradient over the volume V of an element, whose largest
-principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without what is viscous
+principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without its viscous part
 or relaxes, whose largest principal value is τ₁, an element is broken by
 
     a breaking strain ε    λ - 1 > ε
@@ -152,7 +152,7 @@ class BreakableElements(Struct, frozen=True, eq=False):
         return np.asarray(self.elements.energies(position) / self.energy)
 
     def loads(self, position: Floats) -> Floats:
-        """Return the loads divided by what breaks the elements, shape (element,).
+        """Return the loads divided by the limits of elements, shape (element,).
 
         Args:
             position: Of all nodes [m], shape (node, 3).

@@ -33,7 +33,7 @@ class LimitTable(NamedTuple):
 def burden_elements(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, limits: LimitTable
 ) -> None:
-    """Set the load of each element, divided by what breaks it.
+    """Set the load of each element, divided by its limit.
 
     Args:
         f: Set, dimensionless, shape (element,).

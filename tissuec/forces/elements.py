@@ -83,7 +83,7 @@ class SolidMaterial(NamedTuple):
         laws: Members of ``laws.solid.SOLID_LAWS``.
         fibres: As drawn; None without any.
         prestretch, branches: None without any.
-        limits: What breaks them; None where nothing may break.
+        limits: At which they break; None where nothing may break.
     """
 
     shear: Floats
@@ -129,7 +129,7 @@ class SolidElements(MaterialField, frozen=True):
         laws: The first is neo-Hookean.
         fibres: Families of fibres, without stress; there may be none.
         prestretch: None without any.
-        limits: What breaks them; None where nothing may break.
+        limits: At which they break; None where nothing may break.
         branches: That relax; None without any.
         remembered: What these do while nothing gives way, where it is known; energies,
             matrices and stresses include it. Otherwise they are those without branches.
@@ -371,7 +371,7 @@ class SolidElements(MaterialField, frozen=True):
         own = _SECONDS * self.item_count * self.shape.nodes
         return self._points * (own + _BRANCH_SECONDS * branches)
 
-    # --- what branches remember ---------------------------------------------------------------
+    # --- memory of branches -------------------------------------------------------------------
 
     @property
     def loss(self) -> str:
@@ -484,7 +484,7 @@ class SolidElements(MaterialField, frozen=True):
 
     @property
     def _points(self) -> int:
-        """Return how many points an element has."""
+        """Return the number of points of an element."""
         return len(self.shape.weights)
 
     def _besides(self) -> "Iterator[FibreFamily | RelaxingStress]":

@@ -77,7 +77,7 @@ class Bed(Field, frozen=True):
         return hold
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> BedTable:
-        """Return what holds anywhere."""
+        """Return the constraint, which is the same at any position."""
         return BedTable(place[self.nodes], self.home, self.stiffness, self.damping)
 
     @property

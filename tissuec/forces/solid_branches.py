@@ -1,7 +1,7 @@
 """Branches of solid elements: stress that relaxes.
 
 A branch k is a neo-Hookean solid and a liquid in a row, beside the solid itself. At each point
-a symmetric tensor Ci keeps by how much the liquid gave way; it begins as 1. With C = FᵀF, the
+a symmetric tensor Ci stores how far the liquid has flowed; it begins as 1. With C = FᵀF, the
 unimodular C' = g(J) C and A = det(Ci)^(1/3) Ci⁻¹, a branch stores per volume
 
     E = μk/2 (tr(C' A) - 3),    P = μk (g F A + g'/2 tr(C A) cof F),
@@ -72,7 +72,7 @@ class SolidBranches(Struct, frozen=True, eq=False):
 
     @property
     def sudden(self) -> Floats:
-        """Return what branches add to the shear modulus at once [Pa], shape (element,)."""
+        """Return the instantaneous shear modulus of all branches [Pa], shape (element,)."""
         return self.shear.sum(axis=0)
 
     @property

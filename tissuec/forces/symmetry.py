@@ -46,7 +46,7 @@ class SymmetryPlanes(Field, frozen=True):
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
     ) -> SymmetryTable:
-        """Return what holds anywhere."""
+        """Return the constraint, which is the same at any position."""
         return SymmetryTable(place[self.nodes], self.within.reshape(-1, 9))
 
     def add_forces(

@@ -392,7 +392,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def first_mark(self) -> int:
-        """Return how many springs are no marks; they come first."""
+        """Return the number of springs that are not marks; they come first."""
         return self.marks[0].springs.start if self.marks else self.spring_count
 
     @property

@@ -93,7 +93,7 @@ def are_matter(parts: Sequence[Part]) -> bool:
 
 
 def note_of(made: MadeOfElements) -> Note:
-    """Return what asks for elements."""
+    """Return a note on the entry that requires elements."""
     if made.is_written:
         return Note("required by this entry", made.span)
     return Note("a tissue with a Young's modulus is made of elements", made.span)

@@ -188,7 +188,7 @@ def held(bench: TestBench, coupon: Coupon, tension: TensionTest) -> HoldTest:
 
 
 def _of_shear(found: HoldTest, tension: TensionTest) -> HoldTest:
-    """Return how the shear modulus μ relaxes, from how E = 9 K μ/(3 K + μ) does.
+    """Return the relaxation of the shear modulus μ, from that of E = 9 K μ/(3 K + μ).
 
     The bulk modulus K does not relax. Of one branch with the time τ, E relaxes exponentially,
     with the time τ (3 K + μ₀)/(3 K + μ), μ₀ being the modulus before.

@@ -34,7 +34,7 @@ def broken_elements(network: Network, marks: Indices, edges: Indices) -> Iterato
 
 
 def _cause(network: Network, marks: Indices) -> str:
-    """Return what broke elements of one body, with the number and place of the first."""
+    """Return why elements of one body broke, with the number and place of the first."""
     first = int(marks[0])
     body = network.owner(first).name
     field = next(one for one in network.elements_of(body) if first in one.limits.marks)

@@ -185,7 +185,7 @@ class ElementSolid:
         return none if self._limits is None else np.asarray(self._limits.marks)
 
     def burdens(self, position: Floats) -> Floats:
-        """Return loads divided by what breaks the elements, dimensionless, shape (element,).
+        """Return loads divided by the limits of elements, dimensionless, shape (element,).
 
         Principal stretches are the singular values of the mean of F.
         """
@@ -291,7 +291,7 @@ class ElementSolid:
 
 
 def drawn_out(elements: "SolidElements") -> Floats:
-    """Return how much elements are stretched as drawn, dimensionless, shape (element, 3, 3).
+    """Return the prestretch of elements as drawn, dimensionless, shape (element, 3, 3).
 
     This is exp of the logarithmic strain, which has no trace: along an axis n it is
     ln λ (3 n ⊗ n - 1)/2, and in the plane across n, ln λ (1 - 3 n ⊗ n).

@@ -88,5 +88,5 @@ class SideParts:
         return f"{self.network.springs.ids[number]} of {self.network.owner(number).name}"
 
     def broken(self, number: int) -> str:
-        """Return what breaks under the number of a spring: "spring", or "element"."""
+        """Return what the number of a spring stands for: "spring" or "element"."""
         return "spring" if number < self.network.first_mark else "element"

@@ -233,7 +233,7 @@ def _pack_forces(film: PlayerData, pack: Pack, most: Mapping[str, float]) -> Non
 
 
 def _marks(trajectory: Trajectory, duration: float) -> list[Any]:
-    """Return what happened, as marks on the timeline."""
+    """Return the events, as marks on the timeline."""
     first = trajectory.network.first_mark
     return [as_data(mark) for mark in marks(trajectory.events, duration, first)]
 
