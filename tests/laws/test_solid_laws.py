@@ -6,8 +6,8 @@ import pytest
 from tissuec.forces import solid_strain
 from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
-from tissuec.validate.forces.elements import slopes_of
 from tissuec.validate.forces.laws import derived
+from tissuec.validate.forces.solid_laws import slopes_of
 
 SAMPLES = {
     "neo hookean": {},

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import expm
 
-from tissuec.validate.forces import assembled, principal
-from tissuec.validate.forces.laws import derived, shipped
+from tissuec.validate.forces import assembled
 from tissuec.validate.forces.relaxing import RelaxingElements
+from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
     from tissuec.forces.elements import SolidElements
@@ -44,10 +44,7 @@ class ElementSolid:
         of = elements.fibres
         self._along = of.along
         self._fibres = of.stiffness[:, None], of.stiffening[:, None], of.dispersion[:, None]
-        self._laws = [
-            (slopes_of(law), np.flatnonzero(elements.law == k))
-            for k, law in enumerate(elements.laws)
-        ]
+        self._laws = SolidLaws(elements.laws, elements.law, self._shear)
         has_branches = elements.branches is not None and len(elements.hidden)
         self.branches = RelaxingElements(elements) if has_branches else None
         points, weights, exponents, corners = RULES[elements.shape.name]()
@@ -95,11 +92,7 @@ class ElementSolid:
         first, second = a + b + d, a * b + b * d + d * a - p * p - q * q - r * r
         near = np.where(j.real < LEAST, LEAST, j)
         g, slope = _isochoric(near, j - near)
-        by_first, by_second = np.zeros_like(j), np.zeros_like(j)
-        for rule, rows in self._laws:
-            values = rule(g[rows] * first[rows], g[rows] ** 2 * second[rows])
-            by_first[rows], by_second[rows] = values
-        by_first, by_second = self._shear * by_first, self._shear * by_second
+        by_first, by_second = self._laws.slopes(g * first, g**2 * second)
         of_fibres: Any = 0.0
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
@@ -155,20 +148,14 @@ class ElementSolid:
         Each law is integrated from the drawn state on, where it stores nothing.
         """
         f, j, _ = self._strained(position)
-        total = 0.5 * self._local * (j - 1.0) ** 2
         near = np.maximum(j, LEAST)
         g, _ = _isochoric(near, j - near)
         c = np.einsum("eqxk,eqxl->eqkl", f, f)
         first = np.trace(c, axis1=2, axis2=3)
         second = 0.5 * (first**2 - np.einsum("eqkl,eqlk->eq", c, c))
-        one, other = g * first - 3.0, g * g * second - 3.0
-        places, weights = np.polynomial.legendre.leggauss(40)
-        for rule, rows in self._laws:
-            stored = np.zeros_like(one[rows])
-            for place, weight in zip(0.5 + 0.5 * places, 0.5 * weights, strict=True):
-                values = rule(3.0 + place * one[rows], 3.0 + place * other[rows])
-                stored += weight * (values[0] * one[rows] + values[1] * other[rows])
-            total[rows] += self._shear[rows] * stored
+        one = g * first - 3.0
+        total = 0.5 * self._local * (j - 1.0) ** 2
+        total += self._laws.energies(g * first, g * g * second)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             stretched = np.einsum("eqxk,ek->eqx", f, along)
@@ -314,81 +301,6 @@ def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:
     """Return Taylor's polynomial of second order of J^(-2/3), and its derivative."""
     a, b, c = (k * near ** (-2.0 / 3.0 - n) for n, k in enumerate((1.0, -2.0 / 3.0, 5.0 / 9.0)))
     return a + below * (b + c * below), b + 2.0 * c * below
-
-
-# --- laws -------------------------------------------------------------------------------------
-
-Slopes = Callable[[Any, Any], tuple[Any, Any]]  # by i1 and i2, of both
-
-
-def _neo_hookean(law: Any) -> Slopes:
-    return lambda i1, i2: (0.5 + 0.0 * i1, 0.0 * i2)
-
-
-def _mooney_rivlin(law: Any) -> Slopes:
-    return lambda i1, i2: ((1.0 - law.share) / 2.0 + 0.0 * i1, law.share / 2.0 + 0.0 * i2)
-
-
-def _yeoh(law: Any) -> Slopes:
-    def slopes(i1: Any, i2: Any) -> tuple[Any, Any]:
-        z = i1 - 3.0
-        return (1.0 + 2.0 * law.second * z + 3.0 * law.third * z * z) / 2.0, 0.0 * i2
-
-    return slopes
-
-
-def _exponential(law: Any) -> Slopes:
-    return lambda i1, i2: (np.exp(law.stiffening * (i1 - 3.0)) / 2.0, 0.0 * i2)
-
-
-def _veronda_westmann(law: Any) -> Slopes:
-    return lambda i1, i2: (np.exp(law.stiffening * (i1 - 3.0)), -0.5 + 0.0 * i2)
-
-
-def _hencky(law: Any) -> Slopes:
-    return lambda i1, i2: principal.slopes(lambda w: 0.5 * w, i1, i2)  # of w²/4
-
-
-def _ogden(law: Any) -> Slopes:
-    terms = (
-        (1.0 - law.second_share - law.third_share, law.exponent),
-        (law.second_share, law.second_exponent), (law.third_share, law.third_exponent),
-    )  # fmt: skip
-
-    def slope(w: Any) -> Any:  # of Σ 2 s/a² e^(a w/2)
-        return sum(share / a * np.exp(0.5 * a * w) for share, a in terms)
-
-    return lambda i1, i2: principal.slopes(slope, i1, i2)
-
-
-#: By the names of the classes of shipped laws.
-SLOPES: dict[str, Callable[[Any], Slopes]] = {
-    "NeoHookean": _neo_hookean,
-    "MooneyRivlin": _mooney_rivlin,
-    "Yeoh": _yeoh,
-    "SolidExponential": _exponential,
-    "VerondaWestmann": _veronda_westmann,
-    "Hencky": _hencky,
-    "Ogden": _ogden,
-}
-
-
-def slopes_of(law: object) -> Slopes:
-    """Return the derivatives of a law by i1 and i2: closed ones, or those of its formula."""
-    return SLOPES.get(shipped(law), _of_formula)(law)
-
-
-def _of_formula(law: Any) -> Slopes:
-    """Return the slopes of a law of another package, from its formula."""
-    tree = law.energy()
-
-    def slopes(i1: Any, i2: Any) -> tuple[Any, Any]:
-        values = {"i1": i1, "i2": i2}
-        return derived(tree, values, "i1")[1] + 0.0 * i1, derived(tree, values, "i2")[
-            1
-        ] + 0.0 * i2
-
-    return slopes
 
 
 # --- shapes -----------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.forces import assembled
-from tissuec.validate.forces.elements import slopes_of
+from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
     from tissuec.forces.membranes import Membranes
@@ -42,9 +42,7 @@ class MembraneWall:
         of = wall.fibres
         self._along = of.along
         self._fibres = of.stiffness, of.stiffening, of.dispersion
-        self._laws = [
-            (slopes_of(law), np.flatnonzero(wall.law == k)) for k, law in enumerate(wall.laws)
-        ]
+        self._laws = SolidLaws(wall.laws, wall.law, self._shear)
 
     # --- states -------------------------------------------------------------------------------
 
@@ -91,11 +89,7 @@ class MembraneWall:
     def _stress(self, c: Any, across: Any) -> tuple[Any, Any]:
         """Return S in the plane, shape (triangle, 2, 2), and S33 [Pa]; C may be complex."""
         g, of_g, j, of_q, first, second = self._invariants(c, across)
-        by_first, by_second = np.zeros_like(j), np.zeros_like(j)
-        for rule, rows in self._laws:
-            values = rule(g[rows] * first[rows], g[rows] ** 2 * second[rows])
-            by_first[rows], by_second[rows] = values
-        by_first, by_second = self._shear * by_first, self._shear * by_second
+        by_first, by_second = self._laws.slopes(g * first, g**2 * second)
         of_fibres: Any = 0.0
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
@@ -136,15 +130,9 @@ class MembraneWall:
         """Return the stored energy [J]; each law is integrated from the drawn state on."""
         _, c, across = self._strained(position)
         g, _, j, _, first, second = self._invariants(c, across)
-        one, other = g * first - 3.0, g * g * second - 3.0
+        one = g * first - 3.0
         total = 0.5 * self._bulk * (j - 1.0) ** 2
-        places, weights = np.polynomial.legendre.leggauss(40)
-        for rule, rows in self._laws:
-            stored = np.zeros_like(one[rows])
-            for place, weight in zip(0.5 + 0.5 * places, 0.5 * weights, strict=True):
-                values = rule(3.0 + place * one[rows], 3.0 + place * other[rows])
-                stored += weight * (values[0] * one[rows] + values[1] * other[rows])
-            total[rows] += self._shear[rows] * stored
+        total += self._laws.energies(g * first, g * g * second)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             fourth = np.einsum("ekl,ek,el->e", c, along, along)
