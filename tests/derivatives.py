@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -61,3 +62,68 @@ def slopes(
             ahead, behind = (float(energy(position + each)) for each in (way, -way))
             found.append((behind - ahead) / (2.0 * step))
     return np.array(found).reshape(-1, 3)
+
+
+def follow_from_the_energy(
+    field: Any, position: Floats, *, every: int, force: float, matrix: float, rounding: float
+) -> None:
+    """Check forces against an energy, an exact matrix against forces, and a positive one.
+
+    Args:
+        field: With elements, such as ``forces.elements.SolidElements``.
+        position: Of all nodes [m], shape (node, 3).
+        every: One in so many columns of the matrix is checked.
+        force, matrix: Differences that are allowed, relative to the largest entries.
+        rounding: Asymmetry of the matrix that is allowed, likewise.
+    """
+    count = len(position)
+    by_energy = slopes(lambda x: field.energy(0.0, x), position, range(count), 1e-8)
+    found = forces(field, position)
+    np.testing.assert_allclose(found, by_energy, atol=force * np.abs(found).max())
+    exact, clamped = (
+        field.matrix(0.0, position, np.arange(count), count, exact=each).toarray()
+        for each in (True, False)
+    )
+    np.testing.assert_allclose(exact, exact.T, atol=rounding * np.abs(exact).max())
+    for column in range(0, 3 * count, every):
+        by_force = stiffness(field, position, column, 1e-9)
+        np.testing.assert_allclose(
+            exact[:, column], by_force, atol=matrix * np.abs(exact).max()
+        )
+    lowest = float(np.linalg.eigvalsh(clamped)[0])
+    assert lowest > -max(rounding, 1e-13) * np.abs(clamped).max()
+
+
+def agree(
+    field: Any,
+    reference: Any,
+    position: Floats,
+    velocity: Floats,
+    *,
+    force: float,
+    matrix: float,
+    energy: float,
+    lost: float,
+) -> None:
+    """Check forces, matrix, energy and dissipation of a field against the reference.
+
+    Args:
+        field, reference: Of the same elements.
+        position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        force, matrix, energy, lost: Relative differences that are allowed.
+    """
+    found, own = forces(field, position, velocity), np.zeros_like(position)
+    count = len(position)
+    reference.add_forces(0.0, position, velocity, own)
+    np.testing.assert_allclose(found, own, atol=force * np.abs(own).max())
+    matrices = [
+        one.matrix(0.0, position, np.arange(count), count).toarray()
+        for one in (field, reference)
+    ]
+    np.testing.assert_allclose(*matrices, atol=matrix * np.abs(matrices[0]).max())
+    assert field.energy(0.0, position) == pytest.approx(
+        reference.energy(0.0, position), rel=energy
+    )
+    dissipated = field.powers(0.0, position, velocity)[1]
+    due = reference.dissipated(0.0, position, velocity)
+    assert dissipated == pytest.approx(due, rel=lost)

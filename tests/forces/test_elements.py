@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_fibres import SolidFibres
@@ -99,20 +99,7 @@ def test_forces_and_matrices_follow_from_the_energy(name, law, fibred, size):
     largest = 2e-3 if fibred else 4e-3 if isinstance(law, Hencky | Ogden) else size
     position = deformed(drawn, min(size, largest))
     assert abs(made.energy(0.0, drawn)) < 1e-12 * made.spread(0.0, drawn)
-    count = len(position)
-    by_energy = slopes(lambda x: made.energy(0.0, x), position, range(count), 1e-8)
-    found = forces(made, position)
-    np.testing.assert_allclose(found, by_energy, atol=2e-6 * np.abs(found).max())
-    matrix = made.matrix(0.0, position, np.arange(count), count).toarray()
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14 * np.abs(matrix).max())
-    for column in range(0, 3 * count, 7):
-        by_force = stiffness(made, position, column, 1e-9)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=3e-6 * np.abs(matrix).max()
-        )
-    clamped = made.matrix(0.0, position, np.arange(count), count, exact=False).toarray()
-    lowest = float(np.linalg.eigvalsh(clamped)[0])
-    assert lowest > -1e-13 * np.abs(clamped).max()
+    follow_from_the_energy(made, position, every=7, force=2e-6, matrix=3e-6, rounding=1e-14)
 
 
 @pytest.mark.parametrize(("name", "law", "fibred"), CASES, ids=NAMES)
@@ -122,20 +109,8 @@ def test_the_reference_agrees_by_formulas_of_its_own(name, law, fibred):
     for size in (5e-4, 1.5e-3):
         position = deformed(drawn, size)
         velocity = np.random.default_rng(2).normal(size=position.shape)
-        found, own = forces(made, position, velocity), np.zeros_like(position)
-        reference.add_forces(0.0, position, velocity, own)
-        np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
-        count = len(position)
-        matrices = [
-            one.matrix(0.0, position, np.arange(count), count).toarray()
-            for one in (made, reference)
-        ]
-        np.testing.assert_allclose(*matrices, atol=1e-11 * np.abs(matrices[0]).max())
-        assert made.energy(0.0, position) == pytest.approx(
-            reference.energy(0.0, position), rel=1e-11
-        )
-        lost = made.powers(0.0, position, velocity)[1]
-        assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-12)
+        tight = {"force": 1e-11, "matrix": 1e-11, "energy": 1e-11, "lost": 1e-12}
+        agree(made, reference, position, velocity, **tight)
 
 
 @pytest.mark.parametrize("law", LAWS[1:], ids=lambda law: type(law).__name__)

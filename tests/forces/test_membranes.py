@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 from scipy.optimize import brentq
 
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
 from tissuec.forces.membranes import EDGES, MembraneMaterial, Membranes
 from tissuec.forces.solid_fibres import SolidFibres
@@ -88,20 +88,9 @@ NAMES = [f"{type(law).__name__}, {n}{', fibres' if fibred else ''}" for law, n, 
 def test_forces_and_matrices_follow_from_the_energy(law, ratio, fibred, size):
     fibres = fibres_of(8) if fibred else None
     made, drawn = wall(law, ratio=ratio, cells=2, fibres=fibres)
-    position, count = deformed(drawn, min(size, 3e-3) if fibred else size), len(drawn)
+    position = deformed(drawn, min(size, 3e-3) if fibred else size)
     assert abs(made.energy(0.0, drawn)) < 1e-12 * made.spread(0.0, drawn)
-    by_energy = slopes(lambda x: made.energy(0.0, x), position, range(count), 1e-8)
-    found = forces(made, position)
-    np.testing.assert_allclose(found, by_energy, atol=2e-6 * np.abs(found).max())
-    matrix = made.matrix(0.0, position, np.arange(count), count).toarray()
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
-    for column in range(0, 3 * count, 5):
-        by_force = stiffness(made, position, column, 1e-9)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=3e-6 * np.abs(matrix).max()
-        )
-    clamped = made.matrix(0.0, position, np.arange(count), count, exact=False).toarray()
-    assert float(np.linalg.eigvalsh(clamped)[0]) > -1e-13 * np.abs(clamped).max()
+    follow_from_the_energy(made, position, every=5, force=2e-6, matrix=3e-6, rounding=1e-13)
 
 
 @pytest.mark.parametrize(("law", "ratio", "fibred"), CASES, ids=NAMES)
@@ -110,23 +99,14 @@ def test_the_reference_agrees_by_formulas_of_its_own(law, ratio, fibred):
     made, drawn = wall(law, ratio=ratio, viscosity=1.5, fibres=fibres, prestress=0.05)
     reference = MembraneWall(made)
     for size in (1e-3, 3e-3):
-        position, count = deformed(drawn, size), len(drawn)
+        position = deformed(drawn, size)
         velocity = np.random.default_rng(2).normal(size=position.shape)
-        found, own = forces(made, position, velocity), np.zeros_like(position)
-        reference.add_forces(0.0, position, velocity, own)
         # The stress across is a difference of terms of K, which rounding spoils.
         loose = 1e-11 * max(1.0, bulk_of(ratio) / SHEAR / 100.0)
-        np.testing.assert_allclose(found, own, atol=loose * np.abs(own).max())
-        matrices = [
-            one.matrix(0.0, position, np.arange(count), count).toarray()
-            for one in (made, reference)
-        ]
-        np.testing.assert_allclose(*matrices, atol=10.0 * loose * np.abs(matrices[0]).max())
-        assert made.energy(0.0, position) == pytest.approx(
-            reference.energy(0.0, position), rel=1e-10
-        )
-        lost = made.powers(0.0, position, velocity)[1]
-        assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-10)
+        agree(
+            made, reference, position, velocity,
+            force=loose, matrix=10.0 * loose, energy=1e-10, lost=1e-10,
+        )  # fmt: skip
 
 
 # --- uniform strain ---------------------------------------------------------------------------

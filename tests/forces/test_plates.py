@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
 from tissuec.forces.plates import Plates
 from tissuec.matter.curvature import patches
@@ -48,19 +48,7 @@ def test_forces_and_matrices_follow_from_the_energy(generator, size):
     made, drawn = plates(generator)
     assert made.energy(0.0, drawn) == pytest.approx(0.0, abs=1e-25)
     position = drawn + size * np.random.default_rng(3).uniform(-1.0, 1.0, drawn.shape)
-    count = len(position)
-    found = forces(made, position)
-    by_energy = slopes(lambda x: made.energy(0.0, x), position, range(count), 1e-8)
-    np.testing.assert_allclose(found, by_energy, atol=1e-5 * np.abs(found).max())
-    matrix = made.matrix(0.0, position, np.arange(count), count).toarray()
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max())
-    for column in range(0, 3 * count, 7):
-        by_force = stiffness(made, position, column, 1e-9)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=3e-5 * np.abs(matrix).max()
-        )
-    clamped = made.matrix(0.0, position, np.arange(count), count, exact=False).toarray()
-    assert float(np.linalg.eigvalsh(clamped)[0]) > -1e-12 * np.abs(clamped).max()
+    follow_from_the_energy(made, position, every=7, force=1e-5, matrix=3e-5, rounding=1e-12)
     assert made.energy(0.0, position) > 0.0
 
 
@@ -73,22 +61,12 @@ def test_the_reference_agrees_by_formulas_of_its_own(generator, size):
     reference, random = PlateBending(made), np.random.default_rng(3)
     position = drawn + size * random.uniform(-1.0, 1.0, drawn.shape)
     velocity, count = random.normal(size=drawn.shape), len(drawn)
-    found, own = forces(made, position, velocity), np.zeros_like(position)
-    reference.add_forces(0.0, position, velocity, own)
-    np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
-    matrices = [
-        one.matrix(0.0, position, np.arange(count), count).toarray()
-        for one in (made, reference)
-    ]
-    np.testing.assert_allclose(*matrices, atol=1e-10 * np.abs(matrices[0]).max())
-    assert made.energy(0.0, position) == pytest.approx(
-        reference.energy(0.0, position), rel=1e-11
+    agree(
+        made, reference, position, velocity, force=1e-11, matrix=1e-10, energy=1e-11, lost=1e-11
     )
-    lost = made.powers(0.0, position, velocity)[1]
-    assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-11)
-    assert lost > 0.0
+    assert made.powers(0.0, position, velocity)[1] > 0.0
     _, slow = made.damping_matrices(position, velocity, np.arange(count), count)
-    braking = found - forces(made, position)
+    braking = forces(made, position, velocity) - forces(made, position)
     np.testing.assert_allclose(
         braking.ravel(), -slow @ velocity.ravel(), atol=1e-11 * np.abs(braking).max()
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import agree, forces, slopes, stiffness
 from tests.forces.test_elements import BULK, SHEAR, SPAN, deformed, fibres_of, mesh
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out
@@ -49,24 +49,16 @@ def test_forces_follow_from_the_energy_and_agree_with_the_reference(name, is_acr
     reference = ElementSolid(made, drawn)
     position, count = deformed(drawn, 5e-4), len(drawn)
     velocity = np.random.default_rng(2).normal(size=position.shape)
-    found, own = forces(made, position, velocity), np.zeros_like(position)
-    reference.add_forces(0.0, position, velocity, own)
-    np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
-    matrices = [
-        one.matrix(0.0, position, np.arange(count), count).toarray()
-        for one in (made, reference)
-    ]
-    np.testing.assert_allclose(*matrices, atol=1e-11 * np.abs(matrices[0]).max())
-    energy = reference.energy(0.0, position)
-    assert made.energy(0.0, position) == pytest.approx(energy, rel=1e-11)
-    lost = made.powers(0.0, position, velocity)[1]
-    assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-12)
+    agree(
+        made, reference, position, velocity, force=1e-11, matrix=1e-11, energy=1e-11, lost=1e-12
+    )
     by_energy = slopes(lambda x: made.energy(0.0, x), position, range(4), 1e-8)
     still = forces(made, position)
     np.testing.assert_allclose(still[:4], by_energy, atol=2e-6 * np.abs(still).max())
+    matrix = made.matrix(0.0, position, np.arange(count), count).toarray()
     np.testing.assert_allclose(
-        matrices[0][:, 5], stiffness(made, position, 5, 1e-9),
-        atol=3e-6 * np.abs(matrices[0]).max(),
+        matrix[:, 5], stiffness(made, position, 5, 1e-9),
+        atol=3e-6 * np.abs(matrix).max(),
     )  # fmt: skip
 
 
