@@ -11,11 +11,12 @@ import numpy as np
 from msgspec import Struct
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
+from tissuec.forces.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.state import State
-from tissuec.mechanics.stiffness import Factorization
+from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model.network import Floats
 
 LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
@@ -43,11 +44,9 @@ def is_firm(balance: Balance, x: Floats) -> bool:
     That is so if K without ``LOOSE`` of the stiffest has positive pivots alone. Where motions
     are neutral, nothing is known.
     """
-    bars = balance.bars(x)
     if NeutralMotions.of(balance, x, np.ones(len(x))).count:
         return False
-    matrix = balance.matrix(bars, exact=True)
-    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
+    matrix, top = _resistance(balance, balance.bars(x))
     try:
         factor = Factorization(matrix.plus(np.full(3 * len(x), -LOOSE * top)))
     except RuntimeError:  # singular
@@ -55,14 +54,19 @@ def is_firm(balance: Balance, x: Floats) -> bool:
     return factor.is_definite
 
 
+def _resistance(balance: Balance, bars: Bars) -> tuple[Stiffness, float]:
+    """Return K, and the largest stiffness of a node without what weakens it [N/m]."""
+    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
+    return balance.matrix(bars, exact=True), top
+
+
 def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
     """Return the softest motion at x [m], shape (free, 3), that is not neutral.
 
     None where there is none, or where it was not found.
     """
-    bars = balance.bars(x)
-    matrix, size = balance.matrix(bars, exact=True), 3 * len(x)
-    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
+    bars, size = balance.bars(x), 3 * len(x)
+    matrix, top = _resistance(balance, bars)
     neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
     if neutral.count >= size:
         return None
