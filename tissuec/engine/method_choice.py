@@ -12,6 +12,7 @@ from math import inf
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Method
@@ -73,39 +74,59 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
         method: What the scene requests.
         is_banded: Returns whether the matrix of implicit steps has a narrow band.
     """
+    measured: dict[str, float] = {}
+
+    def facts() -> dict[str, float]:
+        if not measured:
+            measured.update(measured_facts(state))
+        return measured
+
+    choice = _chosen(state, method, is_banded, facts)
+    return choice if choice.facts else replace(choice, facts=measured)
+
+
+def _chosen(
+    state: State,
+    method: Method,
+    is_banded: Callable[[], bool],
+    facts: Callable[[], dict[str, float]],
+) -> MethodChoice:
+    """Return the integrator; see ``choose``.
+
+    Args:
+        facts: Returns what ``measured_facts`` does, which takes time in large nets.
+    """
     if method.name != AUTOMATIC:
         return MethodChoice(method.name, f'"{method.name}" was requested', {})
     if method.step is not None:
-        return _by_step(state, method.step)
+        return _by_step(facts(), method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
     sums = sums_at_nodes(state)
     if tolerance < COARSE and not state.loss and _may_sweep(state, sums, method.duration):
-        facts = measured_facts(state)
-        swept = facts["omega"] * method.duration
+        swept = facts()["omega"] * method.duration
         if swept > LONG:
             reason = (
                 f"nothing damps the motion, through {swept:.2g} radians: errors of a "
                 "symplectic method grow in proportion to time only"
             )
-            return MethodChoice("srkn11", reason, facts)
-    if (creeping := _creeping(state, sums, method, is_banded)) is not None:
+            return MethodChoice("srkn11", reason, facts())
+    if (creeping := _creeping(state, sums, method, is_banded, facts)) is not None:
         return creeping
-    if (braked := _braked(state, method)) is not None:
+    if (braked := _braked(state, method, facts)) is not None:
         return braked
     is_large = np.count_nonzero(state.alive) >= LARGE
     is_brief = sums.fastest * method.duration < BRIEF
     if tolerance < COARSE or (is_large and is_brief and sums.most_damped <= BRISK):
         finest = (FINE if is_brief else FINER) if is_large else inf
         return _of_higher_order(sums, tolerance, finest)
-    facts = measured_facts(state) if may_be_overdamped(state, sums, 1.0) else {}
-    if facts.get("zeta", 0.0) > 1.0:
+    if may_be_overdamped(state, sums, 1.0) and facts()["zeta"] > 1.0:
         reason = (
-            f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
+            f"the fastest motion is overdamped (ratio {facts()['zeta']:.2g}), "
             "so velocity Verlet would need very small steps"
         )
-        return MethodChoice("dop853", reason, facts)
+        return MethodChoice("dop853", reason, facts())
     reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
-    return MethodChoice("velocity verlet", reason, facts)
+    return MethodChoice("velocity verlet", reason, {})
 
 
 def _of_higher_order(sums: SumsAtNodes, tolerance: float, finest: float) -> MethodChoice:
@@ -136,7 +157,11 @@ def _may_sweep(state: State, sums: SumsAtNodes, duration: float) -> bool:
 
 
 def _creeping(
-    state: State, sums: SumsAtNodes, method: Method, is_banded: Callable[[], bool]
+    state: State,
+    sums: SumsAtNodes,
+    method: Method,
+    is_banded: Callable[[], bool],
+    measure: Callable[[], dict[str, float]],
 ) -> MethodChoice | None:
     """Return an implicit method for a net so damped that it mostly creeps, else None.
 
@@ -146,7 +171,7 @@ def _creeping(
         return None
     if sums.most_damped < CREEPING:
         return None
-    facts = measured_facts(state)
+    facts = measure()
     limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
     if facts["zeta"] < CREEPING or method.duration < MANY * limit or not is_banded():
         return None
@@ -157,14 +182,16 @@ def _creeping(
     return MethodChoice("esdirk43", reason, facts)
 
 
-def _braked(state: State, method: Method) -> MethodChoice | None:
+def _braked(
+    state: State, method: Method, measure: Callable[[], dict[str, float]]
+) -> MethodChoice | None:
     """Return a stabilised method where elements brake more than they drive, else None.
 
     Matrices of implicit methods contain springs only.
     """
     if all(effect.braking(state.position) is None for effect in state.effects):
         return None
-    facts = measured_facts(state)
+    facts = measure()
     limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
     if facts["zeta"] < CREEPING or method.duration < MANY * limit:
         return None
@@ -175,16 +202,15 @@ def _braked(state: State, method: Method) -> MethodChoice | None:
     return MethodChoice("rkc2", reason, facts)
 
 
-def _by_step(state: State, step: float) -> MethodChoice:
+def _by_step(facts: Mapping[str, float], step: float) -> MethodChoice:
     """Return an integrator that is stable at a given step, the cheapest of several."""
-    facts = measured_facts(state)
     limit = INTEGRATORS["velocity verlet"].stability_limit(facts["omega"], facts["zeta"])
     if step <= 0.9 * limit:
         reason = f"a step of {step:g} s is well below its stability limit of {limit:.3g} s"
-        return MethodChoice("velocity verlet", reason, facts | {"limit": limit})
+        return MethodChoice("velocity verlet", reason, {**facts, "limit": limit})
     wider = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
     reason = (
         f"a step of {step:g} s is near or above the stability limit of velocity Verlet "
         f"({limit:.3g} s); that of DOP853 is {wider:.3g} s"
     )
-    return MethodChoice("dop853", reason, facts | {"limit": wider})
+    return MethodChoice("dop853", reason, {**facts, "limit": wider})

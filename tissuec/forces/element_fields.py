@@ -83,8 +83,12 @@ class ElementField(WalledField, frozen=True):
             return None
         from scipy.sparse import coo_matrix
 
-        slow = self._sum(lambda own: own.damping_of_elements(position), number, size)
+        slow = self._slow(position, number, size)
         return coo_matrix(slow.shape), slow
+
+    def _slow(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
+        """Return the viscous matrix [N s/m], shape (3 size, 3 size)."""
+        return self._sum(lambda own: own.damping_of_elements(position), number, size)
 
     def _sum(
         self, blocks: Callable[[Self], Floats], number: Indices, size: int
@@ -92,21 +96,29 @@ class ElementField(WalledField, frozen=True):
         """Return the matrix of all elements from those of single ones."""
         from scipy.sparse import coo_matrix, csr_matrix
 
-        total = csr_matrix((3 * size, 3 * size))
+        # Sums of equally many blocks are added, so that large matrices are added rarely.
+        sums: list[tuple[int, csr_matrix]] = [(0, csr_matrix((3 * size, 3 * size)))]
         for _, own in self.in_blocks():
-            total = total + assembled(blocks(own), number[own.nodes], size)
+            count, matrix = 1, assembled(blocks(own), number[own.nodes], size).tocsr()
+            while sums[-1][0] == count:
+                count, matrix = 2 * count, sums.pop()[1] + matrix
+            sums.append((count, matrix))
+        total = sums.pop()[1]
+        while sums:
+            total = sums.pop()[1] + total
         return coo_matrix(total)
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
-        count = len(position)
-        return as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
+        every, count = np.arange(len(position)), len(position)
+        return as_operator(lambda: self.matrix(time, position, every, count, exact=False))
 
     def braking(self, position: Floats) -> Resisting | None:
         """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
-        count = len(position)
-        found = self.damping_matrices(position, position, np.arange(count), count)
-        return None if found is None else as_operator(found[1])
+        if not self.is_damped:
+            return None
+        every, count = np.arange(len(position)), len(position)
+        return as_operator(lambda: self._slow(position, every, count))
 
     @property
     def derivatives(self) -> str:

@@ -344,10 +344,12 @@ class SolidElements(MaterialField, frozen=True):
         # Σ_k cof F_xk ∂N_a/∂X_k, so that Ḟ cof Fᵀ = Σ v_a ⊗ that.
         way = np.einsum("eqxk,eqak->eqax", strain.cofactors, self.drawn.gradients[self.row])
         thick = weight * self.viscosity[:, None] / np.maximum(strain.j, LEAST)
-        inner = np.einsum("eq,eqak,eqbk->eab", thick, way, way)
-        values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
-        values += np.einsum("eq,eqay,eqbx->eaxby", thick, way, way)
-        values -= (2.0 / 3.0) * np.einsum("eq,eqax,eqby->eaxby", thick, way, way)
+        flat = way.reshape(*way.shape[:2], -1)
+        both = ((thick[..., None] * flat).swapaxes(-1, -2) @ flat).reshape(
+            len(way), *way.shape[2:], *way.shape[2:]
+        )
+        values = both.transpose(0, 1, 4, 3, 2) - (2.0 / 3.0) * both
+        values += np.trace(both, axis1=2, axis2=4)[:, :, None, :, None] * np.eye(3)[:, None]
         return values
 
     # --- bounds -------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """Sparse matrices of fields, from the blocks of their nodes and items."""
 
+from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,16 +50,17 @@ def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
     return coo_matrix((blocks[moves].ravel(), where), shape=(3 * size, 3 * size))
 
 
-def as_operator(matrix: "coo_matrix") -> Resisting:
+def as_operator(matrix: "Callable[[], coo_matrix]") -> Resisting:
     """Return a matrix over all nodes as an operator on vectors.
 
     Args:
-        matrix: In any unit, shape (3 node, 3 node).
+        matrix: Returns it, in any unit, shape (3 node, 3 node), when the operator is first
+            applied: often only its existence matters.
     """
-    rows = matrix.tocsr()
+    rows = cache(lambda: matrix().tocsr())
 
     def resist(moved: Floats, to: Floats) -> None:
-        to += (rows @ moved.ravel()).reshape(-1, 3)
+        to += (rows() @ moved.ravel()).reshape(-1, 3)
 
     return resist
 
