@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.forces import solid_strain
+from tissuec.laws import derivatives
 from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.validate.forces.laws import derived
@@ -36,7 +36,7 @@ def test_at_rest_a_law_has_its_shear_modulus(name):
     law, rest = SOLID_LAWS[name](**SAMPLES[name]), {"i1": 3.0, "i2": 3.0}
     assert law.energy().at(rest) == pytest.approx(0.0, abs=1e-15)
     # Near rest, I1 and I2 grow alike, so that both count for the shear modulus.
-    slopes = solid_strain.by_first(law).at(rest) + solid_strain.by_second(law).at(rest)
+    slopes = derivatives.by_first(law).at(rest) + derivatives.by_second(law).at(rest)
     assert slopes == pytest.approx(0.5, rel=1e-14)
 
 
@@ -45,7 +45,7 @@ def test_the_reference_has_the_same_slopes(name):
     law = SOLID_LAWS[name](**SAMPLES[name])
     values = {"i1": FIRST, "i2": SECOND}
     own = slopes_of(law)(FIRST, SECOND)
-    for mine, theirs in zip((solid_strain.by_first, solid_strain.by_second), own, strict=True):
+    for mine, theirs in zip((derivatives.by_first, derivatives.by_second), own, strict=True):
         np.testing.assert_allclose(mine(law).at(values) + 0.0 * FIRST, theirs, rtol=1e-12)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from tissuec.compiler.coarse_bodies import coarse
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.law_checks import unstable_laws
 from tissuec.compiler.net_checks import (
     dangling,
     driving_dashpots,
@@ -55,6 +56,7 @@ CHECKS: tuple[Check, ...] = (
     zero_lengths,
     small_prestress,
     driving_dashpots,
+    unstable_laws,
     unstable_step,
     fallbacks,
     silent_rules,

@@ -36,7 +36,7 @@ from tissuec.scene.element_bodies import note_of, refuse
 from tissuec.scene.fibres import SECOND_FIBRES
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
-from tissuec.scene.model import AssignedQuantity, Body, PrestressDirection
+from tissuec.scene.model import AssignedQuantity, Body, PrestressDirection, Tissue
 from tissuec.scene.prestress import FORMS, PRESTRESS
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
@@ -289,12 +289,8 @@ class ElementReader:
         """Return the law of a part, also from a curve of stress."""
         if material.tissue is None:
             return NeoHookean()
-        laws, given = material.tissue.laws, material.tissue.given
-        solid, curve = laws.get(SOLID_LAW), laws.get("spring law")
-        stress = None if curve is None else stress_in(curve.force)
-        if curve is None or stress is None:
-            return NeoHookean() if solid is None else cast(SolidLaw, solid.law)
-        if solid is not None:
+        solid, curve = (material.tissue.laws.get(word) for word in (SOLID_LAW, "spring law"))
+        if solid is not None and curve is not None and stress_in(curve.force) is not None:
             self.findings.reject(
                 "TIS306",
                 "a solid law and a curve of stress exclude each other",
@@ -302,9 +298,7 @@ class ElementReader:
                 hint=leaving_out("remove one of them", solid.span, curve.span),
                 notes=(Note("the curve of stress", curve.span),),
             )
-        modulus = given[YOUNGS_MODULUS].value
-        known = {"e": STRAIN, "rest": Constant(1.0), MODULUS.name: Constant(modulus)}
-        return OfTension(replaced(stress, known), modulus)
+        return law_of(material.tissue)[0]
 
     def _found(self, key: str, default: float | None = None) -> list[float]:
         """Return a quantity of each part of the body; NaN for parts without elements.
@@ -396,6 +390,19 @@ class ElementReader:
     def _shares(self, elements: ElementMesh) -> Floats:
         """Return the volume that each node has of each element [m³], shape (element, node)."""
         return node_shares(SHAPES[elements.shape], self.drawing.mesh.position[elements.nodes])
+
+
+def law_of(tissue: Tissue) -> tuple[SolidLaw, Span]:
+    """Return the law of a solid of a tissue, also from a curve of stress, and where it is."""
+    solid, curve = tissue.laws.get(SOLID_LAW), tissue.laws.get("spring law")
+    stress = None if curve is None else stress_in(curve.force)
+    if curve is not None and stress is not None:
+        modulus = tissue.given[YOUNGS_MODULUS].value
+        known = {"e": STRAIN, "rest": Constant(1.0), MODULUS.name: Constant(modulus)}
+        return OfTension(replaced(stress, known), modulus), curve.span
+    if solid is not None:
+        return cast(SolidLaw, solid.law), solid.span
+    return NeoHookean(), tissue.span
 
 
 def marks_of(

@@ -54,22 +54,27 @@ def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -
         inputs: The network as the engine keeps it.
     """
     x, v = work.x[1 - progress.current], work.v[1 - progress.current]
-    spring = _culprit(x, v, inputs)
+    spring, node = _culprit(x, v, inputs), _jumping(work, progress, inputs)
     finite = all(np.isfinite(part).all() for part in (x, v, work.a[progress.current]))
     if reason == UNDERFLOW and finite:
-        jump = (work.a[1 - progress.current] - work.a[progress.current]).reshape(-1, 3)
-        node = int(inputs.layout.order[np.argmax(np.einsum("nk,nk->n", jump, jump))])
         message = "the step size fell below the resolution of time in double precision"
         return Interruption("stuck", progress.time, spring=spring, node=node, message=message)
     if reason == UNSOLVED and finite:
         message = "Newton's method did not converge in an implicit step; use a smaller step"
-        return Interruption("stuck", progress.time, spring=spring, message=message)
+        return Interruption("stuck", progress.time, spring=spring, node=node, message=message)
     message = "the motion grew without bounds"
-    return Interruption("diverged", progress.time, spring=spring, message=message)
+    return Interruption("diverged", progress.time, spring=spring, node=node, message=message)
+
+
+def _jumping(work: Work, progress: Progress, inputs: KernelInputs) -> int:
+    """Return the node whose acceleration is undefined or jumps most in the last step."""
+    jump = (work.a[1 - progress.current] - work.a[progress.current]).reshape(-1, 3)
+    size = np.einsum("nk,nk->n", jump, jump)
+    return int(inputs.layout.order[np.argmax(np.where(np.isfinite(size), size, np.inf))])
 
 
 def _culprit(x: Floats, v: Floats, inputs: KernelInputs) -> int | None:
-    """Return the first spring of undefined tension, or else that of the largest."""
+    """Return the first spring of undefined tension, else of the largest; None without any."""
     springs = inputs.springs
     if not len(springs.ids):
         return None
@@ -77,4 +82,5 @@ def _culprit(x: Floats, v: Floats, inputs: KernelInputs) -> int | None:
     undefined = np.flatnonzero(~np.isfinite(tension))
     if len(undefined):
         return int(springs.ids[undefined].min())
-    return int(springs.ids[np.argmax(tension)])
+    largest = int(np.argmax(tension))
+    return int(springs.ids[largest]) if tension[largest] else None

@@ -153,6 +153,14 @@ class MaterialField(ElementField, frozen=True):
         """
 
     @abstractmethod
+    def invariants(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return both isochoric invariants at the points of elements, shape (element, …).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+
+    @abstractmethod
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return the stress of each element times the volumes of its nodes, and these volumes.
 

@@ -23,8 +23,8 @@ from msgspec import Struct
 from tissuec.forces import acts_of
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.elements_kernel import STATE, ElementTable
-from tissuec.forces.solid_strain import energy
 from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.derivatives import energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 

@@ -50,17 +50,16 @@ from tissuec.forces.matrices import without_negative
 from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_columns
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
-from tissuec.forces.solid_strain import (
+from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
+from tissuec.geometry.elements import ElementShape, Measures
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.derivatives import (
     DERIVATIVES,
     Derivative,
-    EnergySlopes,
-    SolidStrain,
     by_first,
     by_second,
     energy,
 )
-from tissuec.geometry.elements import ElementShape, Measures
-from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -277,6 +276,11 @@ class SolidElements(MaterialField, frozen=True):
         """
         places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
         return np.asarray(places @ self.drawn.gradients[self.row])
+
+    def invariants(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return both isochoric invariants, shape (element, point); see ``MaterialField``."""
+        strain = SolidStrain(self.deformations(position))
+        return strain.first, strain.second
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``MaterialField``."""

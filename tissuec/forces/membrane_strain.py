@@ -12,7 +12,7 @@ import numpy as np
 
 from tissuec.forces.membranes_kernel import CLOSE, LEAST_SQUARE, LONGEST, ROUNDS
 from tissuec.forces.solid_fibres import SolidFibres
-from tissuec.forces.solid_strain import DERIVATIVES, Derivative, energy
+from tissuec.laws.derivatives import DERIVATIVES, Derivative, energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
@@ -229,6 +229,12 @@ class MembraneStrain:
         spread = self._wall.fibres.dispersion
         square = self.squares[..., family]
         return np.maximum(spread * (i1 - 3.0) + (1.0 - 3.0 * spread) * (square - 1.0), 0.0)
+
+    @property
+    def invariants(self) -> tuple[Floats, Floats]:
+        """Return both isochoric invariants, dimensionless, shape (…, triangle)."""
+        first, second, _ = self._invariants(self.root)
+        return first[0], second[0]
 
     def _invariants(self, root: Floats) -> "list[tuple[Floats, Floats, Floats]]":
         """Return both isochoric invariants and J with first and second derivatives by u."""

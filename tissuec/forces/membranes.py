@@ -45,8 +45,8 @@ from tissuec.forces.matrices import without_negative
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membranes_kernel import MembraneTable, stretch_membranes
 from tissuec.forces.solid_fibres import SolidFibres
-from tissuec.forces.solid_strain import DERIVATIVES
 from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.derivatives import DERIVATIVES
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -188,6 +188,10 @@ class Membranes(MaterialField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         return np.asarray(position[..., self.nodes, :].swapaxes(-1, -2) @ self.gradients)
+
+    def invariants(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return both isochoric invariants, shape (triangle,); see ``MaterialField``."""
+        return MembraneStrain(self, self.deformations(position)).invariants
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``MaterialField``."""

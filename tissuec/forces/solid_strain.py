@@ -1,59 +1,12 @@
 """Strain of solids at points, and what their energies change by with it."""
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tissuec.forces.elements_kernel import LEAST
-from tissuec.laws.formula import Formula
-from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats
-
-Derivative = Callable[[SolidLaw], Formula]
-
-
-@cache
-def energy(law: SolidLaw) -> Formula:
-    """Return the energy of a law."""
-    return law.energy()
-
-
-@cache
-def by_first(law: SolidLaw) -> Formula:
-    """Return the derivative of the energy by i1."""
-    return energy(law).slope("i1")
-
-
-@cache
-def by_second(law: SolidLaw) -> Formula:
-    """Return the derivative of the energy by i2."""
-    return energy(law).slope("i2")
-
-
-@cache
-def by_first_twice(law: SolidLaw) -> Formula:
-    """Return the second derivative of the energy by i1."""
-    return by_first(law).slope("i1")
-
-
-@cache
-def by_both(law: SolidLaw) -> Formula:
-    """Return the derivative of the energy by i1 and i2."""
-    return by_first(law).slope("i2")
-
-
-@cache
-def by_second_twice(law: SolidLaw) -> Formula:
-    """Return the second derivative of the energy by i2."""
-    return by_second(law).slope("i2")
-
-
-#: First and second derivatives, in the order of ``EnergySlopes``.
-DERIVATIVES: tuple[Derivative, ...] = (
-    by_first, by_second, by_first_twice, by_both, by_second_twice,
-)  # fmt: skip
 
 
 class EnergySlopes(NamedTuple):

@@ -182,6 +182,11 @@ def _polynomial(of: _Polynomial) -> Formula:
     return horner(inner, _Z1)
 
 
+def squared_stretches(i1: NDArray[np.float64], i2: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the squares of the isochoric principal stretches, dimensionless, shape (3, …)."""
+    return np.real(_zeros(i1, i2))
+
+
 def _zeros(i1: NDArray[np.float64], i2: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the zeros of x³ - I1 x² + I2 x - 1, shape (3, …); by Cardano's formula.
 
