@@ -363,8 +363,6 @@ MISTAKES = {
         'TIS306: "interior" of a mesh is not available for elements',
     (MADE, SPHERE, "; interior is spokes"):
         'TIS306: "interior" of a mesh is not available for elements',
-    (MADE + "; rupture is allowed", SHEET, ""):
-        "TIS306: rupture of walls is not available for elements",
     (MADE + "; fibres is axial", SHEET, ""):
         "TIS306: fibres of wall have no effect: its tissue has no fibre modulus",
 }  # fmt: skip

@@ -406,7 +406,7 @@ class _Examined:
 
     def _breaking_elements(self) -> BreakingStrength | None:
         """Return the stretch at which elements with a breaking strain break."""
-        own = self.state.network.elements_of(self.part.name) if not self.part.is_wall else ()
+        own = self.state.network.elements_of(self.part.name)
         limits = [one.limits.strain for one in own if one.limits is not None]
         strain = np.concatenate([np.zeros(0), *limits])
         strain = strain[np.isfinite(strain)]

@@ -282,10 +282,10 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     first_marks = {part.name: int(part.springs.start) for part in marked}
     blocks: list[FieldBlock] = []
     for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
-        ends, mark = joined.ends[first:last], first_marks.get(body.body.name, 0)
-        blocks += element_blocks(body.elements, position, n, ends, first, mark)
+        ends, mark = joined.ends[first:last], first_marks.get(body.body.name)
+        blocks += element_blocks(body.elements, position, n, ends, first, mark or 0)
         if body.bends is not None:
-            blocks.append(body.bends.block(position, n, ends, first))
+            blocks.append(body.bends.block(position, n, ends, first, mark))
     return Network(
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),

@@ -128,6 +128,7 @@ def contact_of(
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
     triangles = faces.points[faces.kind == TRIANGLE]
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
+    marks = None if network.skin_marks is None else network.skin_marks[: len(triangles)]
     from tissuec.forces.contact import Contact  # where something touches
 
     contact = Contact(
@@ -141,7 +142,7 @@ def contact_of(
         radius=faces.radius,
         spared=faces.spared,
         bonds=faces.bonds,
-        edges=SupportedEdges.of(network.springs.ends, rings),
+        edges=SupportedEdges.of(network.springs.ends, rings, marks),
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,

@@ -451,13 +451,14 @@ def _block(
 ) -> FieldBlock:
     """Return the block of elements of one shape; see ``element_blocks``."""
     nodes, springs = elements.nodes + first_node, (ends, first_spring, elements.span)
+    limits = elements.material.limits
+    material = elements.material._replace(limits=limits and limits.behind(first_mark))
     if elements.shape == TRIANGLE:
         from tissuec.forces.membranes import Membranes
 
-        wall = cast("MembraneMaterial", elements.material)
+        wall = cast("MembraneMaterial", material)
         return Membranes.of(elements.body, nodes, position, wall, *springs).block
     from tissuec.forces.elements import SolidElements
 
-    shape, solid = SHAPES[elements.shape], cast("SolidMaterial", elements.material)
-    solid = solid.marked(first_mark)
+    shape, solid = SHAPES[elements.shape], cast("SolidMaterial", material)
     return SolidElements.of(elements.body, shape, nodes, position, solid, *springs).block

@@ -17,6 +17,7 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.laws import LINEAR
 from tissuec.meshes.generators import ElementMesh
+from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, MarkPart, Origin, Provenance
 from tissuec.model.springs import NUMBERS, Springs
@@ -25,8 +26,8 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body
 
 if TYPE_CHECKING:
+    from tissuec.forces.element_fields import MaterialField
     from tissuec.forces.element_limits import ElementLimits
-    from tissuec.forces.elements import SolidElements
 
 NOT_ALLOWED = "rupture is not allowed"
 #: Limits of elements by the keys of their quantities.
@@ -34,7 +35,7 @@ _LIMITS = ("breaking strain", "strength", "toughness")
 CRUSHING = "crushing force"
 #: Of the toughness of a tissue, what elements at the tip of a crack hold per area when it
 #: advances; the rest is set free around them. Measured: see "Cracks" in docs/numerics.md.
-AT_TIPS = {"hexahedron": 0.3, "wedge": 0.25, "tetrahedron": 0.2}
+AT_TIPS = {"hexahedron": 0.3, "wedge": 0.25, "tetrahedron": 0.2, TRIANGLE: 0.23}
 
 
 class ElementMarks(Struct, frozen=True, eq=False):
@@ -88,18 +89,18 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
         skin: Corners, shape (triangle, 3).
         blocks: Of elements.
     """
-    solids = (cast("SolidElements", b.field) for b in blocks if b.kind == "elements")
-    able = [solid for solid in solids if solid.limits is not None]
+    fields = (b.field for b in blocks if b.kind in ("elements", "membranes"))
+    able = [cast("MaterialField", field) for field in fields if field.limits is not None]
     if not able:
         return None
     found = np.full(len(skin), -1)
     wanted = _keys(skin)
     order = np.argsort(wanted)
-    for solid in able:
-        assert solid.limits is not None
-        faces = solid.nodes[:, solid.shape.triangles]
+    for field in able:
+        assert field.limits is not None
+        faces = field.faces
         keys = _keys(faces.reshape(-1, 3))
-        marks = np.repeat(solid.limits.marks, faces.shape[1])
+        marks = np.repeat(field.limits.marks, faces.shape[1])
         place = np.searchsorted(wanted, keys, sorter=order)
         place = order[np.minimum(place, len(skin) - 1)]
         same = wanted[place] == keys

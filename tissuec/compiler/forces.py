@@ -22,7 +22,7 @@ def force_blocks(
         with findings.item():
             nodes = np.unique(groups.nodes(force.target).indices)
             own = nodes, network.position[nodes], network.mass[nodes], area[nodes]
-            acted = Acted(*own, network.skin, network.springs.ends)
+            acted = Acted(*own, network.skin, network.springs.ends, network.skin_marks)
             try:
                 field = force.entries.on(acted)
             except ValueError as error:

@@ -31,6 +31,7 @@ class WallBending(Struct, frozen=True, eq=False):
     Attributes:
         body: The name of the body.
         nodes: Patches of triangles, see ``matter.curvature``, shape (triangle, 6).
+        beside: Numbers of their neighbours, or -1, shape (triangle, 3).
         stiffness: Of their folds [N m], shape (triangle, 3, 3).
         delay: Retardation time [s], shape (triangle,).
         span: The entry that asks for it.
@@ -38,12 +39,18 @@ class WallBending(Struct, frozen=True, eq=False):
 
     body: str
     nodes: Indices
+    beside: Indices
     stiffness: Floats
     delay: Floats
     span: Span
 
     def block(
-        self, position: Floats, first_node: int, ends: NDArray[np.int32], first_spring: int
+        self,
+        position: Floats,
+        first_node: int,
+        ends: NDArray[np.int32],
+        first_spring: int,
+        first_mark: int | None,
     ) -> FieldBlock:
         """Return the block of the wall.
 
@@ -52,12 +59,19 @@ class WallBending(Struct, frozen=True, eq=False):
             first_node: Number of the first node of the body.
             ends: Nodes of its springs in the network, shape (spring, 2).
             first_spring: Number of the first of them.
+            first_mark: Number of the first spring that marks one of its triangles; None where
+                these do not break.
         """
         from tissuec.forces.plates import Plates
 
+        marks = None
+        if first_mark is not None:
+            own = np.arange(len(self.nodes))[:, None]
+            marks = np.where(self.beside < 0, own, self.beside) + first_mark
+            marks = np.concatenate([own + first_mark, marks], axis=1)
         return Plates.of(
             self.body, self.nodes + first_node, position, self.stiffness, self.delay, ends,
-            first_spring, self.span,
+            first_spring, self.span, marks,
         ).block  # fmt: skip
 
 
@@ -103,6 +117,7 @@ class MembraneReader(ElementReader):
         material = MembraneMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             np.full(len(self.part), self.thickness), *self._stretched(), self._fibres(),
+            self.limits.limits,
         )  # fmt: skip
         one = self.triangles
         return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)
@@ -118,7 +133,8 @@ class MembraneReader(ElementReader):
         shear, found = young / (2.0 * (1.0 + ratio)), patches(self.drawing.mesh)
         delay = self._viscosity(shear) / shear
         stiffness = found.stiffness(rigidity, ratio)
-        return WallBending(self.body.name, found.nodes, stiffness, delay, self.body.shell)
+        parts = found.nodes, found.beside, stiffness, delay, self.body.shell
+        return WallBending(self.body.name, *parts)
 
     def _shares(self, elements: ElementMesh) -> Floats:
         """Return a third of the volume of each triangle [m³], shape (triangle, 3)."""

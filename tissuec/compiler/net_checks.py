@@ -291,7 +291,7 @@ def _late_elements(compiled: Compiled) -> Iterator[Diagnostic]:
     network = compiled.network
     tissues = list(compiled.scene.tissues.values())
     for body in network.bodies:
-        for field in network.of_kind("elements"):
+        for field in network.elements:
             limits = field.limits if field.name == body.name else None
             strain = np.zeros(0) if limits is None else limits.strain
             late = np.flatnonzero(np.isfinite(strain) & (strain > IMPLAUSIBLE))

@@ -168,7 +168,7 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     plan, groups = compiled.plan, compiled.groups
     network = compiled.network
     breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
-    for field in network.of_kind("elements"):
+    for field in network.elements:
         if field.limits is not None:
             able = np.isin(field.walled, field.limits.finite)
             breakable[field.walls[able]] = True

@@ -178,7 +178,9 @@ def _by_columns(
     as_drawn = np.arange(nodes)
     best, least = as_drawn, drawn
     place = np.arange(max(nodes, int(ends.max(initial=0)) + 1))
-    widths, counts = np.unique(np.abs(ends[:, 1] - ends[:, 0]), return_counts=True)
+    apart = np.abs(ends[:, 1] - ends[:, 0])
+    # Springs that mark elements begin and end at one node.
+    widths, counts = np.unique(apart[apart > 0], return_counts=True)
     for width in widths[np.argsort(-counts, kind="stable")][:TRIALS]:
         order = np.lexsort((as_drawn // width, as_drawn % width))
         place[order] = as_drawn

@@ -475,6 +475,8 @@ class Acted(Struct, frozen=True, eq=False):
         area: Of the skin that each stands for [m²], shape (n,); zero inside of a body.
         skin: Triangles of the skin of the whole network, shape (triangle, 3).
         ends: Nodes of each spring of the network, shape (spring, 2).
+        skin_marks: The spring that marks the element of each triangle of the skin, or -1, shape
+            (triangle,); None where no element may break.
     """
 
     nodes: Indices
@@ -483,6 +485,7 @@ class Acted(Struct, frozen=True, eq=False):
     area: Floats
     skin: NDArray[np.integer]
     ends: NDArray[np.integer]
+    skin_marks: Indices | None = None
 
     @property
     def triangles(self) -> "SkinTriangles":
@@ -500,7 +503,8 @@ class Acted(Struct, frozen=True, eq=False):
             )
         corners = self.skin[rows].astype(np.int64)
         drawn = Areas.at(np.searchsorted(self.nodes, corners), self.position).area
-        return SkinTriangles(corners, rows, drawn, self.ends)
+        marks = None if self.skin_marks is None else self.skin_marks[rows]
+        return SkinTriangles(corners, rows, drawn, self.ends, marks)
 
 
 class ForceOutput(Struct, frozen=True, eq=False):

@@ -2,12 +2,13 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
 
 from tissuec.forces import Resisting, WalledField
+from tissuec.forces.element_limits import BreakableElements, ElementLimits, LimitColumns
 from tissuec.forces.matrices import as_operator, assembled
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.neo_hookean import NeoHookean
@@ -127,12 +128,53 @@ class ElementField(WalledField, frozen=True):
 
 
 class MaterialField(ElementField, frozen=True):
-    """A field of elements that follow laws of solids."""
+    """A field of elements that follow laws of solids; one that loses an edge or breaks is gone.
+
+    ``walls`` are the springs along edges, and behind them the marks of ``limits``.
+
+    Attributes:
+        limits: At which they break; None where nothing may break.
+    """
+
+    limits: ElementLimits | None
+    laws: tuple[SolidLaw, ...]
 
     @property
     def joining_springs(self) -> Indices:
         """Return the springs along the edges of elements, shape (n,)."""
-        return self.walls
+        if self.limits is None:
+            return self.walls
+        return self.walls[~np.isin(self.walls, self.limits.marks)]
+
+    @property
+    @abstractmethod
+    def faces(self) -> Indices:
+        """Return the triangles of the surface of each element, shape (element, triangle, 3)."""
+
+    # --- limits -------------------------------------------------------------------------------
+
+    @property
+    def breakable(self) -> BreakableElements | None:
+        """Return the elements that have a limit; None without any."""
+        if self.limits is None or not len(able := self.limits.finite):
+            return None
+        return BreakableElements(self.only(able), self.limits.some(able))
+
+    @property
+    @abstractmethod
+    def crack_areas(self) -> Floats:
+        """Return the areas of cracks through single elements [m²], shape (element,)."""
+
+    @property
+    @abstractmethod
+    def limit_kernel(self) -> Callable[..., None]:
+        """Return the scalar loops that set how near elements are to breaking."""
+
+    @abstractmethod
+    def limit_table(self, place: Indices, limits: LimitColumns) -> NamedTuple:
+        """Return the record of these loops; see ``element_limits.Loaded``."""
+
+    # --- bounds -------------------------------------------------------------------------------
 
     @property
     @abstractmethod

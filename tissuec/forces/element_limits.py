@@ -1,16 +1,17 @@
-"""What breaks solid elements: a strain, a stress, or the energy of a crack.
+"""What breaks elements: a strain, a stress, or the energy of a crack.
 
 With the mean F̄ of the deformation gradient over the volume V of an element, whose largest
 principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without its viscous part
-or relaxes, whose largest principal value is τ₁, an element is broken by
+and what relaxes, whose largest principal value is τ₁, an element is broken by
 
     a breaking strain ε    λ - 1 > ε
     a strength S           τ₁ / λ > S, the force per drawn section in tension
-    a toughness G          E > G V^(2/3), E being its energy.
+    a toughness G          E > G a, E being its energy, and a the area of one of its sides.
 
 The last is the crack band (Z. P. Bažant, B. H. Oh, Mater. Struct. 16:155, 1983): elements of
 the size V^(1/3) that break side by side set free E / V^(2/3) per area of the crack, on meshes
-of any size.
+of any size, so that a = V^(2/3) in solids. In a wall, cracks go through its thickness t: a
+triangle of the area A has a = t √A as drawn, and stretch and stress are those in its plane.
 """
 
 from collections.abc import Callable
@@ -20,17 +21,29 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 from msgspec import Struct
 
-from tissuec.forces import acts_of
-from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.elements_kernel import STATE, ElementTable
-from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
 
+class LimitColumns(NamedTuple):
+    """Limits as kernels read them, the first columns of their records.
+
+    Attributes:
+        strain: Shape (element,).
+        stress: [Pa], shape (element,).
+        energy: [J], shape (element,).
+        energies: Address of the energies of laws; 0 where no energy breaks elements.
+    """
+
+    strain: Floats
+    stress: Floats
+    energy: Floats
+    energies: int
+
+
 class Loaded(Protocol):
-    """Elements of one shape, as ``forces.elements.SolidElements``."""
+    """Elements of one shape, as ``forces.element_fields.MaterialField``."""
 
     @property
     def laws(self) -> tuple[SolidLaw, ...]:
@@ -38,8 +51,8 @@ class Loaded(Protocol):
         ...
 
     @property
-    def volume(self) -> Floats:
-        """Return the volumes as drawn [m³], shape (element,)."""
+    def crack_areas(self) -> Floats:
+        """Return the areas of cracks through single elements [m²], shape (element,)."""
         ...
 
     def only(self, items: Indices) -> Self:
@@ -54,13 +67,17 @@ class Loaded(Protocol):
         """
         ...
 
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
-        """Return the record of the kernel.
+    @property
+    def limit_kernel(self) -> Callable[..., None]:
+        """Return the scalar loops that set the loads."""
+        ...
+
+    def limit_table(self, place: Indices, limits: LimitColumns) -> NamedTuple:
+        """Return the record of these loops.
 
         Args:
-            place: Index of each node in its arrays, shape (node,).
-            acts: Nothing.
-            position: Of all nodes [m], shape (node, 3); not used.
+            place: Index of each node in their arrays, shape (node,).
+            limits: Of the elements.
         """
         ...
 
@@ -87,6 +104,10 @@ class ElementLimits(NamedTuple):
         strain, stress = self.strain[items], self.stress[items]
         return ElementLimits(strain, stress, self.toughness[items], self.marks[items])
 
+    def behind(self, first: int) -> "ElementLimits":
+        """Return the same with marks that are counted from a first one."""
+        return self._replace(marks=first + self.marks)
+
     @property
     def finite(self) -> Indices:
         """Return the elements that have a limit, shape (n,)."""
@@ -108,35 +129,27 @@ class BreakableElements(Struct, frozen=True, eq=False):
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops, which set the loads."""
-        return burden_elements
+        return self.elements.limit_kernel
 
     def some(self, items: Indices) -> "BreakableElements":
         """Return some of them, by indices of shape (n,)."""
         return BreakableElements(self.elements.only(items), self.limits.some(items))
 
-    def table(self, place: Indices) -> LimitTable:
+    def table(self, place: Indices) -> NamedTuple:
         """Return the record of the kernel.
 
         Args:
             place: Index of each node in the arrays of the kernel, shape (node,).
         """
-        own = self.elements
-        solid = own.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
-        weight = solid.weight[:, :, None]
-        mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
-        address = _address_of_energies(own.laws)
-        is_coded = address is not None
-        return LimitTable(
-            solid=solid, mean=np.ascontiguousarray(mean), strain=self.limits.strain,
-            stress=self.limits.stress,
-            energy=self.energy if is_coded else np.full(len(own.volume), np.inf),
-            energies=address or 0, here=np.zeros(STATE),
-        )  # fmt: skip
+        address = _address_of_energies(self.elements.laws)
+        energy = np.full(len(self.limits.marks), np.inf) if address is None else self.energy
+        columns = LimitColumns(self.limits.strain, self.limits.stress, energy, address or 0)
+        return self.elements.limit_table(place, columns)
 
     @property
     def energy(self) -> Floats:
         """Return the energies that break them [J], shape (element,)."""
-        return np.asarray(self.limits.toughness * self.elements.volume ** (2.0 / 3.0))
+        return np.asarray(self.limits.toughness * self.elements.crack_areas)
 
     def is_coded(self) -> bool:
         """Return whether the kernel sets all loads, rather than those of stretch and stress."""

@@ -21,12 +21,12 @@ _SMALL = 1e-2  # exponents whose exponential is summed up as a series
 class LimitTable(NamedTuple):
     """Elements that can break as the kernel reads them; a limit that one lacks is infinite."""
 
-    solid: ElementTable
-    mean: Rows  # mean of ∂N/∂X by node and component [1/m], shape (row, 3 node)
     strain: Floats  # shape (element,)
     stress: Floats  # [Pa], shape (element,)
     energy: Floats  # [J], shape (element,)
     energies: int  # address of the energies of laws; 0 where no energy breaks elements
+    solid: ElementTable
+    mean: Rows  # mean of ∂N/∂X by node and component [1/m], shape (row, 3 node)
     here: Floats  # scratch: as a row of ``ElementTable.points``
 
 

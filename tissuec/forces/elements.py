@@ -42,9 +42,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Items
+from tissuec.forces import Items, acts_of
 from tissuec.forces.element_fields import MaterialField, numbered_laws
-from tissuec.forces.element_limits import BreakableElements, ElementLimits
+from tissuec.forces.element_limits import ElementLimits, LimitColumns
+from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_columns
@@ -105,17 +106,9 @@ class SolidMaterial(NamedTuple):
             limits and limits.some(items), branches and branches.some(items),
         )  # fmt: skip
 
-    def marked(self, first: int) -> "SolidMaterial":
-        """Return the same with marks that are counted from a first one."""
-        if self.limits is None:
-            return self
-        return self._replace(limits=self.limits._replace(marks=first + self.limits.marks))
-
 
 class SolidElements(MaterialField, frozen=True):
-    """Solid elements of one shape; an element that loses an edge or breaks is gone.
-
-    ``walls`` are the springs along edges, and behind them the marks of ``limits``.
+    """Solid elements of one shape.
 
     Attributes:
         shape: Of all elements.
@@ -125,10 +118,8 @@ class SolidElements(MaterialField, frozen=True):
         shear, bulk, local: μ, K - K0 and K0 [Pa], shape (element,).
         viscosity: η [Pa s], shape (element,).
         law: Number of the law, shape (element,).
-        laws: The first is neo-Hookean.
         fibres: Families of fibres, without stress; there may be none.
         prestretch: None without any.
-        limits: At which they break; None where nothing may break.
         branches: That relax; None without any.
         remembered: What these do while nothing gives way, where it is known; energies,
             matrices and stresses include it. Otherwise they are those without branches.
@@ -144,10 +135,8 @@ class SolidElements(MaterialField, frozen=True):
     local: Floats
     viscosity: Floats
     law: Indices
-    laws: tuple[SolidLaw, ...]
     fibres: SolidFibres
     prestretch: Prestretch | None
-    limits: ElementLimits | None
     branches: SolidBranches | None
     remembered: RelaxingStress | None
     span: Span
@@ -201,9 +190,9 @@ class SolidElements(MaterialField, frozen=True):
             walled = np.append(walled, np.arange(len(nodes)))
         law, laws = numbered_laws(material.law, material.laws)
         return cls(
-            walls, walled, name, nodes, shape, drawn, row,
-            material.shear, material.bulk - local, local, material.viscosity, law, laws,
-            fibres, prestretch, material.limits, branches, None, span,
+            walls, walled, name, nodes, material.limits, laws, shape, drawn, row,
+            material.shear, material.bulk - local, local, material.viscosity, law,
+            fibres, prestretch, branches, None, span,
         )  # fmt: skip
 
     @property
@@ -228,18 +217,9 @@ class SolidElements(MaterialField, frozen=True):
         return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
 
     @property
-    def joining_springs(self) -> Indices:
-        """Return the springs along the edges of elements, shape (n,)."""
-        if self.limits is None:
-            return self.walls
-        return self.walls[~np.isin(self.walls, self.limits.marks)]
-
-    @property
-    def breakable(self) -> BreakableElements | None:
-        """Return the elements that have a limit; None without any."""
-        if self.limits is None or not len(able := self.limits.finite):
-            return None
-        return BreakableElements(self.only(able), self.limits.some(able))
+    def faces(self) -> Indices:
+        """Return the triangles of the surface of each element, shape (element, triangle, 3)."""
+        return self.nodes[:, self.shape.triangles]
 
     @property
     def volume(self) -> Floats:
@@ -485,6 +465,23 @@ class SolidElements(MaterialField, frozen=True):
             by_first=first, by_second=second,
             points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
         )  # fmt: skip
+
+    @property
+    def crack_areas(self) -> Floats:
+        """Return V^(2/3) [m²], shape (element,); see ``forces.element_limits``."""
+        return np.asarray(self.volume ** (2.0 / 3.0))
+
+    @property
+    def limit_kernel(self) -> Callable[..., None]:
+        """Return the scalar loops that set how near elements are to breaking."""
+        return burden_elements
+
+    def limit_table(self, place: Indices, limits: LimitColumns) -> LimitTable:
+        """Return the record of these loops; see ``MaterialField``."""
+        solid = self.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
+        weight = solid.weight[:, :, None]
+        mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
+        return LimitTable(*limits, solid, np.ascontiguousarray(mean), np.zeros(STATE))
 
     # --- parts --------------------------------------------------------------------------------
 

@@ -39,9 +39,11 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.forces import Items
+from tissuec.forces import Items, acts_of
 from tissuec.forces.element_fields import MaterialField, numbered_laws
+from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.matrices import without_negative
+from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membranes_kernel import MembraneTable, stretch_membranes
 from tissuec.forces.solid_fibres import SolidFibres
@@ -53,7 +55,9 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 _SECONDS = 1e-7  # of one evaluation of a triangle
-_COLUMNS = ("nodes", "gradients", "weight", "shear", "bulk", "viscosity", "law")
+_COLUMNS = (
+    "nodes", "gradients", "weight", "area", "thickness", "shear", "bulk", "viscosity", "law",
+)  # fmt: skip
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
 
 
@@ -69,6 +73,7 @@ class MembraneMaterial(NamedTuple):
         prestretch: λ0, shape (triangle,).
         axis: Of the prestretch, a vector in space, shape (3,); None in the whole plane.
         fibres: Directions as drawn in space, shape (triangle, family, 3); None without any.
+        limits: At which they break; None where nothing may break.
     """
 
     shear: Floats
@@ -80,18 +85,19 @@ class MembraneMaterial(NamedTuple):
     prestretch: Floats
     axis: Floats | None = None
     fibres: SolidFibres | None = None
+    limits: ElementLimits | None = None
 
 
 class Membranes(MaterialField, frozen=True):
-    """Triangles of a wall; one that loses an edge is gone.
+    """Triangles of a wall.
 
     Attributes:
         gradients: ∂N/∂X by lengths without stress [1/m], shape (triangle, 3, 2).
         weight: Volumes without stress [m³], shape (triangle,).
+        area, thickness: As drawn [m²], [m], shape (triangle,).
         shear, bulk: μ and K [Pa], shape (triangle,).
         viscosity: η [Pa s], shape (triangle,).
         law: Number of the law, shape (triangle,).
-        laws: The first is neo-Hookean.
         fibres: Families of fibres in the plane, whose directions have two components.
         is_prestressed: Whether any triangle has stress as drawn.
         span: The entry that asks for the triangles.
@@ -99,11 +105,12 @@ class Membranes(MaterialField, frozen=True):
 
     gradients: Floats
     weight: Floats
+    area: Floats
+    thickness: Floats
     shear: Floats
     bulk: Floats
     viscosity: Floats
     law: Indices
-    laws: tuple[SolidLaw, ...]
     fibres: SolidFibres
     is_prestressed: bool
     span: Span
@@ -144,11 +151,15 @@ class Membranes(MaterialField, frozen=True):
             along = along / np.linalg.norm(along, axis=2)[..., None]
             fibres = replace(material.fibres, along=along)
         law, laws = numbered_laws(material.law, material.laws)
-        walls, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        edges, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        walls, walled = first_spring + edges, which // len(EDGES)
+        if material.limits is not None:
+            walls = np.append(walls, material.limits.marks)
+            walled = np.append(walled, np.arange(len(nodes)))
         made = cls(
-            first_spring + walls, which // len(EDGES), name, nodes,
-            gradients @ longer, material.thickness * area, material.shear,
-            material.bulk, material.viscosity, law, laws, fibres,
+            walls, walled, name, nodes, material.limits, laws,
+            gradients @ longer, material.thickness * area, area, material.thickness,
+            material.shear, material.bulk, material.viscosity, law, fibres,
             bool((material.prestretch != 1.0).any()), span,
         )  # fmt: skip
         drawn = MembraneStrain(made, made.deformations(position))
@@ -162,11 +173,17 @@ class Membranes(MaterialField, frozen=True):
     def only(self, items: Indices) -> Self:
         """Return some triangles, by indices of shape (n,), with the walls of all."""
         some = {name: getattr(self, name)[items] for name in _COLUMNS}
-        return replace(self, fibres=self.fibres.some(items), **some)
+        limits = self.limits and self.limits.some(items)
+        return replace(self, fibres=self.fibres.some(items), limits=limits, **some)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the triangles."""
         return Items(place[self.nodes].ravel(), 3 * np.arange(self.item_count + 1))
+
+    @property
+    def faces(self) -> Indices:
+        """Return the triangles themselves, shape (triangle, 1, 3)."""
+        return self.nodes[:, None]
 
     @property
     def bulk_modulus(self) -> Floats:
@@ -302,6 +319,21 @@ class Membranes(MaterialField, frozen=True):
             by_first=first, by_second=second, by_first_twice=first_twice, by_both=both,
             by_second_twice=second_twice, state=np.zeros(7),
         )  # fmt: skip
+
+    @property
+    def crack_areas(self) -> Floats:
+        """Return t √A [m²], shape (triangle,); see ``forces.element_limits``."""
+        return self.thickness * np.sqrt(self.area)
+
+    @property
+    def limit_kernel(self) -> Callable[..., None]:
+        """Return the scalar loops that set how near triangles are to breaking."""
+        return burden_membranes
+
+    def limit_table(self, place: Indices, limits: LimitColumns) -> MembraneLimitTable:
+        """Return the record of these loops; see ``MaterialField``."""
+        wall = self.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
+        return MembraneLimitTable(*limits, wall)
 
 
 def _prestretch(axes: Floats, stretch: Floats, axis: Floats | None) -> Floats:

@@ -41,7 +41,9 @@ for _h in range(3):
 
 
 class Plates(ElementField, frozen=True):
-    """Triangles of a wall that resist bending; one that loses an edge of its patch gives way.
+    """Triangles of a wall that resist bending.
+
+    One gives way if its patch loses an edge or a triangle.
 
     Attributes:
         nodes: Patches, see ``matter.curvature``, shape (triangle, 6).
@@ -71,6 +73,7 @@ class Plates(ElementField, frozen=True):
         ends: NDArray[np.int32],
         first_spring: int,
         span: Span,
+        marks: Indices | None = None,
     ) -> Self:
         """Return plates that are at rest as they are drawn.
 
@@ -83,6 +86,8 @@ class Plates(ElementField, frozen=True):
             ends: Nodes of the springs of the body, shape (spring, 2).
             first_spring: Number of the first of these.
             span: The entry that asks for it.
+            marks: The springs that mark the triangles of each patch, shape (triangle, n); None
+                where these do not break.
         """
         none = np.zeros(0, dtype=np.int64)
         own = nodes[:, HINGES].reshape(-1, 4)
@@ -91,10 +96,14 @@ class Plates(ElementField, frozen=True):
         zero = np.zeros(int(is_hinge.sum()))
         hinges = hinges_at(position, own[is_hinge], zero, zero, none, none)
         drawn[is_hinge], squares[is_hinge] = hinges.drawn, hinges.squares
-        walls, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        edges, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        walls, walled = first_spring + edges, which // len(EDGES)
         count = len(nodes)
+        if marks is not None:
+            walls = np.append(walls, marks)
+            walled = np.append(walled, np.repeat(np.arange(count), marks.shape[1]))
         return cls(
-            first_spring + walls, which // len(EDGES), name, nodes, stiffness, delay,
+            walls, walled, name, nodes, stiffness, delay,
             drawn.reshape(count, 3), squares.reshape(count, 3, 2), span,
         )  # fmt: skip
 

@@ -45,16 +45,24 @@ class SkinTriangles:
         rows: Where they are among all triangles of the skin, shape (triangle,).
         drawn: Their areas as drawn [m²], shape (triangle,).
         ends: Nodes of each spring of the network, shape (spring, 2).
+        marks: The spring that marks the element of each, or -1, shape (triangle,); None where
+            no element may break.
 
     Attributes:
         corners, rows, drawn: As given.
     """
 
     def __init__(
-        self, corners: Indices, rows: Indices, drawn: Floats, ends: NDArray[np.integer]
+        self,
+        corners: Indices,
+        rows: Indices,
+        drawn: Floats,
+        ends: NDArray[np.integer],
+        marks: Indices | None = None,
     ):
-        self.corners, self.rows, self.drawn, self._ends = corners, rows, drawn, ends
-        self._supported = SupportedTriangles(ends, corners)
+        self.corners, self.rows, self.drawn = corners, rows, drawn
+        self._ends, self._marks = ends, marks
+        self._supported = SupportedTriangles(ends, corners, marks)
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -71,7 +79,8 @@ class SkinTriangles:
     def some(self, items: Indices) -> "SkinTriangles":
         """Return some of the triangles, by indices of shape (n,)."""
         parts = self.corners[items], self.rows[items], self.drawn[items]
-        return SkinTriangles(*parts, self._ends)
+        marks = None if self._marks is None else self._marks[items]
+        return SkinTriangles(*parts, self._ends, marks)
 
     def torn(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the triangles that are cut or torn, ascending.

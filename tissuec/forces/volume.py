@@ -351,6 +351,8 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
         raise ValueError(f"the surface of {part.name} encloses nothing")
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     walls = np.unique(springs_between(network.springs.ends, edges)[0])
+    if (marks := network.skin_marks_of(part)) is not None:
+        walls = np.append(walls, marks[marks >= 0])
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
 

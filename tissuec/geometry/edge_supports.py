@@ -88,6 +88,7 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         ways: The two strands of each way, shape (way, 2).
         loose: Edges that nothing leads along but are within one piece, shape (edge,).
         loose_ends: Their nodes, shape (edge, 2).
+        marks: As for ``of``.
     """
 
     strands: EdgeSupports
@@ -96,14 +97,22 @@ class SupportedEdges(Struct, frozen=True, eq=False):
     ways: Indices
     loose: Indices
     loose_ends: Indices
+    marks: Indices | None = None
 
     @classmethod
-    def of(cls, springs: NDArray[np.integer], edges: NDArray[np.integer]) -> "SupportedEdges":
+    def of(
+        cls,
+        springs: NDArray[np.integer],
+        edges: NDArray[np.integer],
+        marks: Indices | None = None,
+    ) -> "SupportedEdges":
         """Return what holds edges.
 
         Args:
             springs: Nodes of each spring of the network, shape (spring, 2).
-            edges: Pairs of nodes, shape (…, 2).
+            edges: Pairs of nodes, shape (…, 2), such as (triangle, 3, 2).
+            marks: The spring that marks the element of each triangle, without which none of its
+                edges holds, or -1, shape (triangle,); None where no element may break.
         """
         strands = EdgeSupports.at_nodes(springs, edges)
         own = strands.along(edges)
@@ -118,7 +127,7 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         loose, ends = bare[lonely], ends[lonely]
         piece = _pieces(strands.ends, ends)
         joined = piece[ends[:, 0]] == piece[ends[:, 1]]
-        return cls(strands, own, by_way, ways, loose[joined], ends[joined])
+        return cls(strands, own, by_way, ways, loose[joined], ends[joined], marks)
 
     def holding(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which edges hold while the springs ``alive``, shape (spring,), are there."""
@@ -131,6 +140,8 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         whole = whole.reshape(self.own.shape)
         has_strand = self.own >= 0
         whole[has_strand] = strands[self.own[has_strand]]
+        if self.marks is not None:
+            whole[~alive[self.marks] & (self.marks >= 0)] = False
         return whole
 
 
@@ -140,10 +151,13 @@ class SupportedTriangles:
     Args:
         springs: Nodes of each spring of the network, shape (spring, 2).
         triangles: Corners, shape (triangle, 3).
+        marks: As for ``SupportedEdges.of``.
     """
 
-    def __init__(self, springs: NDArray[np.integer], triangles: Indices):
-        self._springs, self.triangles = springs, triangles
+    def __init__(
+        self, springs: NDArray[np.integer], triangles: Indices, marks: Indices | None = None
+    ):
+        self._springs, self.triangles, self._marks = springs, triangles, marks
         self._edges: SupportedEdges | None = None
 
     def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -157,7 +171,7 @@ class SupportedTriangles:
         if self._edges is None:
             following = np.roll(self.triangles, -1, axis=1)
             sides = np.stack([self.triangles, following], axis=-1)
-            self._edges = SupportedEdges.of(self._springs, sides)
+            self._edges = SupportedEdges.of(self._springs, sides, self._marks)
         return np.asarray(self._edges.holding(alive).all(axis=1))
 
 

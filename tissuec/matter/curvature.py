@@ -45,12 +45,15 @@ class Patches(Struct, frozen=True, eq=False):
     Attributes:
         nodes: Corners of the triangle, and the tip across the edge opposite to each of them;
             the corner again where there is none, shape (triangle, 6).
+        beside: The neighbour across the edge opposite to each corner, -1 where there is none,
+            shape (triangle, 3).
         folds: Q [m] of the surface and of the mean, shape (2, triangle, 3, 3), for the edges
             opposite to the corners; zero where there is no neighbour.
         area: [m²], shape (triangle,).
     """
 
     nodes: Indices
+    beside: Indices
     folds: Floats
     area: Floats
 
@@ -93,8 +96,8 @@ class Patches(Struct, frozen=True, eq=False):
 def patches(mesh: Mesh) -> Patches:
     """Return the patches of a mesh with a skin."""
     triangles = mesh.skin.astype(np.int64)
-    tips = _tips(triangles)
-    is_hinge = tips != triangles
+    tips, beside = _across(triangles)
+    is_hinge = beside >= 0
     corners = mesh.position[triangles]
     side, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = cross(side, other)
@@ -110,7 +113,7 @@ def patches(mesh: Mesh) -> Patches:
         of_surface[has, edge] = _slope_jumps(edge, flat[has], corners[has], tip)
     of_mean = np.where(is_hinge[..., None], np.linalg.inv(_means(flat, twice)), 0.0)
     nodes = np.concatenate([triangles, tips], axis=1)
-    return Patches(nodes, np.stack([of_surface, of_mean]), 0.5 * twice)
+    return Patches(nodes, beside, np.stack([of_surface, of_mean]), 0.5 * twice)
 
 
 def _slope_jumps(edge: int, flat: Floats, corners: Floats, tip: Floats) -> Floats:
@@ -159,10 +162,11 @@ def _means(flat: Floats, twice: Floats) -> Floats:
     return np.stack([part * x * x, part * y * y, 2.0 * part * x * y], axis=1)
 
 
-def _tips(triangles: Indices) -> Indices:
-    """Return the tip across the edge opposite to each corner, shape (triangle, 3).
+def _across(triangles: Indices) -> tuple[Indices, Indices]:
+    """Return the tip across the edge opposite to each corner, and the triangle that has it.
 
-    Where not exactly two triangles share the edge, it is the corner itself.
+    Where not exactly two triangles share the edge, these are the corner itself and -1. Shapes
+    are (triangle, 3).
     """
     size = int(triangles.max()) + 1
     first, second = np.roll(triangles, -1, axis=1), np.roll(triangles, -2, axis=1)
@@ -171,7 +175,9 @@ def _tips(triangles: Indices) -> Indices:
     ascending = keys[order]
     begins = np.flatnonzero(np.diff(ascending, prepend=-1))
     shared = begins[np.diff(begins, append=len(keys)) == 2]
-    found, corner = triangles.ravel().copy(), triangles.ravel()
+    tips, corner = triangles.ravel().copy(), triangles.ravel()
+    beside = np.full(tips.shape, -1)
     one, other = order[shared], order[shared + 1]
-    found[one], found[other] = corner[other], corner[one]
-    return found.reshape(triangles.shape)
+    tips[one], tips[other] = corner[other], corner[one]
+    beside[one], beside[other] = other // 3, one // 3
+    return tips.reshape(triangles.shape), beside.reshape(triangles.shape)

@@ -246,7 +246,7 @@ class State(Struct, eq=False):
         marks = springs[springs >= self.network.first_mark]
         own, held = np.zeros((2, len(self.alive)), dtype=bool)
         if len(marks):
-            for field in self.of_kind("elements"):
+            for field in self.elements:
                 broken, intact = np.zeros((2, field.item_count), dtype=bool)
                 broken[field.walled[np.isin(field.walls, marks)]] = True
                 intact[:] = True

@@ -301,7 +301,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         inside[nodes] = True
         found = [
             each.limits.marks[inside[each.nodes].all(axis=1)]
-            for each in self.of_kind("elements")
+            for each in self.elements
             if each.limits is not None
         ]
         return np.concatenate([np.zeros(0, dtype=np.int64), *found])
@@ -407,8 +407,15 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     def skin_of(self, body: BodyPart) -> Indices:
         """Return the triangles of the surface of a body, shape (triangle, 3)."""
+        return self.skin[self._is_skin_of(body)].astype(np.int64)
+
+    def skin_marks_of(self, body: BodyPart) -> Indices | None:
+        """Return the ``skin_marks`` of the triangles of ``skin_of``, shape (triangle,)."""
+        return None if self.skin_marks is None else self.skin_marks[self._is_skin_of(body)]
+
+    def _is_skin_of(self, body: BodyPart) -> NDArray[np.bool_]:
         inside = (self.skin >= body.nodes.start) & (self.skin < body.nodes.stop)
-        return self.skin[inside.all(axis=1)].astype(np.int64)
+        return np.asarray(inside.all(axis=1))
 
     def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
         """Return whether springs of joints lead from one body to another."""

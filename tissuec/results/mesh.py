@@ -59,8 +59,6 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
         faces: Numbers of these triangles in the skin of the network, shape (triangle,).
         edges: What holds the edges of each triangle, shape (triangle, 3).
-        marks: The spring that marks the element of each triangle, or -1, shape (triangle,);
-            None where no element may break.
     """
 
     nodes: NDArray[np.integer]
@@ -69,7 +67,6 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     triangles: NDArray[np.integer]
     faces: Indices
     edges: SupportedEdges
-    marks: Indices | None = None
 
     @classmethod
     def of(
@@ -100,19 +97,16 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         shown = (row[network.skin] >= 0).all(axis=1)
         skin = network.skin[shown].reshape(-1, 3)
         sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
-        edges = SupportedEdges.of(network.springs.ends, sides)
         marks = None if network.skin_marks is None else network.skin_marks[shown]
-        return cls(nodes, springs, lines, row[skin], np.flatnonzero(shown), edges, marks)
+        edges = SupportedEdges.of(network.springs.ends, sides, marks)
+        return cls(nodes, springs, lines, row[skin], np.flatnonzero(shown), edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return the cells drawn while the springs ``alive``, shape (spring,), exist."""
         shown = alive[self.springs]
         everything = slice(None) if shown.all() else shown  # which copies nothing
         lines, springs = self.lines[everything], self.springs[everything]
-        holding = self.edges.holding(alive).all(axis=1)
-        if self.marks is not None:
-            holding &= alive[self.marks] | (self.marks < 0)
-        triangles = self.triangles[holding]
+        triangles = self.triangles[self.edges.holding(alive).all(axis=1)]
         lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False

@@ -311,9 +311,6 @@ class _BodyReader:
         elif wall and "bending" not in self.once:
             self.shell = made.span
         self.bending = None
-        if wall and self.may_rupture:
-            refuse("rupture of walls", self.once["rupture"], made, self.findings)
-            self.may_rupture = False
         for part in self.parts.spring_parts:
             what = f"a tissue for {part.name}"
             refuse(what, part.span, made, self.findings, is_block=True)

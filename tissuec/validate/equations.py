@@ -136,7 +136,8 @@ class Equations:
         touching = state.touching
         self.contact = None if touching is None else NearbyContact(touching)
         self.fields = tuple(self._formula(block, state) for block in state.present_blocks)
-        self.solids = [one for one in self.fields if isinstance(one, ElementSolid)]
+        of_elements = (ElementSolid, MembraneWall)
+        self.elements = [one for one in self.fields if isinstance(one, of_elements)]
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = state.gravity, state.braking[self.free]
         self.mass = state.mass[self.free]
@@ -309,14 +310,14 @@ class Equations:
 
         The shape is (element,).
         """
-        every = (solid.burdens(self.drawn + moved) for solid in self.solids)
+        every = (each.burdens(self.drawn + moved) for each in self.elements)
         return np.concatenate([_NONE, *every])
 
     @property
     def marks(self) -> Indices:
         """Return the springs that mark the elements that may break, shape (element,)."""
         none = np.zeros(0, dtype=np.int64)
-        return np.concatenate([none, *(solid.marks for solid in self.solids)])
+        return np.concatenate([none, *(each.marks for each in self.elements)])
 
     def node_forces(self, springs: SpringStates) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""

@@ -43,6 +43,7 @@ class MembraneWall:
         self._along = of.along
         self._fibres = of.stiffness, of.stiffening, of.dispersion
         self._laws = SolidLaws(wall.laws, wall.law, self._shear)
+        self._limits, self._side = wall.limits, wall.thickness * np.sqrt(wall.area)
 
     # --- states -------------------------------------------------------------------------------
 
@@ -127,7 +128,11 @@ class MembraneWall:
         np.subtract.at(to, self._nodes, push)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]; each law is integrated from the drawn state on."""
+        """Return the stored energy [J]."""
+        return float(self._energies(position).sum())
+
+    def _energies(self, position: Floats) -> Floats:
+        """Return the energy of each triangle [J]; laws are integrated from the drawn state."""
         _, c, across = self._strained(position)
         g, _, j, _, first, second = self._invariants(c, across)
         one = g * first - 3.0
@@ -138,7 +143,35 @@ class MembraneWall:
             fourth = np.einsum("ekl,ek,el->e", c, along, along)
             e = spread * one + (1.0 - 3.0 * spread) * (fourth - 1.0)
             total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
-        return float(self._weight @ total)
+        return np.asarray(self._weight * total)
+
+    @property
+    def marks(self) -> Indices:
+        """Return the springs that die with triangles that break, shape (triangle,)."""
+        none = np.zeros(0, dtype=np.int64)
+        return none if self._limits is None else np.asarray(self._limits.marks)
+
+    def burdens(self, position: Floats) -> Floats:
+        """Return loads divided by the limits of triangles, dimensionless, shape (triangle,).
+
+        Principal stretches are the singular values of F, whose left vectors are the axes in
+        which the stress is found.
+        """
+        limits = self._limits
+        if limits is None:
+            return np.zeros(0)
+        f, c, across = self._strained(position)
+        axes, stretch, _ = np.linalg.svd(f, full_matrices=False)
+        stress, _ = self._stress(c, across)
+        turned = np.einsum("exi,exk->eik", axes, f)
+        kirchhoff = np.einsum("eik,ekl,ejl->eij", turned, stress, turned)
+        widest = stretch[:, 0]
+        loads = (
+            (widest - 1.0) / limits.strain,
+            np.linalg.eigvalsh(kirchhoff)[:, -1] / widest / limits.stress,
+            self._energies(position) / (limits.toughness * self._side),
+        )
+        return np.asarray(np.max(loads, axis=0))
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside [W]: none."""

@@ -150,7 +150,8 @@ class _Faces(_Oriented):
         self._fit = np.where(is_fit, 1.0, np.nan)
         height = float((area / longest)[is_fit].min(initial=np.inf))
         super().__init__(network, body, corners, height)
-        self._skin = SupportedTriangles(network.springs.ends, corners)
+        marks = network.skin_marks_of(body)
+        self._skin = SupportedTriangles(network.springs.ends, corners, marks)
 
     def _are_whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         return self._skin.whole(alive)

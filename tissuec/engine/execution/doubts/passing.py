@@ -38,9 +38,13 @@ class Passing:
 
     def __init__(self, network: Network, lines: list[tuple[BodyPart | ToolPart, BodyPart]]):
         self._network = network
-        skins = {body.name: network.skin_of(body) for _, body in lines}
+        bodies = {body.name: body for _, body in lines}
+        skins = {name: network.skin_of(body) for name, body in bodies.items()}
         self._skins = {
-            name: SupportedTriangles(network.springs.ends, skin) for name, skin in skins.items()
+            name: SupportedTriangles(
+                network.springs.ends, skin, network.skin_marks_of(bodies[name])
+            )
+            for name, skin in skins.items()
         }
         self._closed = {name: Edges.among(skin).is_closed for name, skin in skins.items()}
         self._lines = lines
