@@ -232,6 +232,10 @@ def test_a_ball_with_a_hole_leaks_and_nothing_touches_it_there():
     broken = np.flatnonzero(~state.alive[wall.limits.marks])
     assert len(broken) == 1
     assert state.alive[: network.first_mark].all()  # no edge is lost
+    # Bending is lost with it and its three neighbours.
+    (plates,) = network.of_kind("plates")
+    shared = np.isin(wall.nodes, wall.nodes[broken]).sum(axis=1)
+    assert plates.lost_items(state.alive).tolist() == np.flatnonzero(shared >= 2).tolist()
     assert state.enclosure("ball") is None
     assert any(event.kind == "leak" for _, event in outcome.logged_events)
     contact = network.contact.intact(state.alive)
