@@ -13,6 +13,9 @@ from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.values import Value, unit_vector
 
+#: Clauses that say all by their own words, beside another one with the same joining word.
+FLAGS = ("with caps",)
+
 
 class ClauseReader:
     """Reads the clauses of one sentence, and rejects those that nobody asked for.
@@ -42,6 +45,10 @@ class ClauseReader:
         self.clauses: dict[str, s.Clause] = {}
         self.asked: set[str] = set()
         for clause in sentence.clauses:
+            flag = f"{clause.word} {clause.value.span.text.lower()}"
+            if flag in FLAGS and any(flag in form for form in forms):
+                self.clauses[flag] = clause
+                continue
             if clause.word in self.clauses:
                 first = self.clauses[clause.word].span
                 hint = one_left(clause.span, first)

@@ -300,7 +300,7 @@ _MEANT = {
     "irrigate": "rinse flush spray wash",
     "inflate": "fill insufflate pump blow",
     "tie": "knot ligate",
-    "push": "press load",
+    "push": "load",
     "stop": "halt pause",
     "end": "finish quit exit",
     "settle": "relax equilibrate",

@@ -234,8 +234,8 @@ class QuasiStatic:
             load.add_forces(state.time, position, still, force)
         inner = observables.inner_forces(state, state.time, position, still)
         force[held] = -inner.node[held]
-        for jet in state.jets.values():
-            jet.add_forces(state.time, position, still, force)
+        for field in state.supplied:
+            field.add_forces(state.time, position, still, force)
         moving = state.velocity if self._moves else still
         energy = float(observables.energies(state, state.time, position, moving).total)
         reeled = [reeling.springs for reeling in state.reelings.values()]

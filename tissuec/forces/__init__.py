@@ -90,6 +90,20 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
 
+    def potential(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the energy whose negative gradient is the force at rest [J], shape (…).
+
+        That of what is supplied from outside counts as well. ``wayward`` has the other forces.
+        """
+        return self.energy(time, position)
+
+    def wayward(self, time: float, position: Floats) -> Floats | None:
+        """Return the part of forces at rest that has no potential [N], shape (node, 3).
+
+        None, the default, where there is never any.
+        """
+        return None
+
     @abstractmethod
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True

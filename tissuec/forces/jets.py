@@ -329,6 +329,12 @@ class Jet(Field, frozen=True):
         """Return the stored energy [J], shape (…): none."""
         return np.zeros(position.shape[:-2])
 
+    def wayward(self, time: float, position: Floats) -> Floats:
+        """Return all forces at rest [N], shape (node, 3); see ``Effect``."""
+        found, rest = np.zeros_like(position), np.zeros_like(position)
+        self.add_forces(time, position, rest, found)
+        return found
+
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         return 0.0

@@ -2,11 +2,11 @@
 
     E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
-with p the weight and the external forces of this moment. Jets belong to p as well, though what
-they do depends on x: E takes it as it was where ``freeze`` was called last. Dashpots and drag
-do not act, because nothing moves. K without the parts that may make it indefinite follows
-J. Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181; for springs
-see ``forces.resting_springs``.
+with p the weight and the external forces of this moment. Forces without a potential, such as
+those of jets, belong to p as well, though they depend on x: E takes them as they were where
+``freeze`` was called last. Dashpots and drag do not act, because nothing moves. K without the
+parts that may make it indefinite follows J. Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp.
+Computer Animation 2005, p. 181; for springs see ``forces.resting_springs``.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -81,8 +81,7 @@ class Balance:
         self._fields = tuple(field.relaxed for field in state.fields)
         self._position = state.position.copy()
         self._start = self._position[self.free]
-        self._jets = tuple(state.jets.values())
-        self._blown = np.zeros_like(self._start)
+        self._frozen = np.zeros_like(self._start)
         self._planes = state.symmetry
         if self._planes is not None:
             self._within = self._planes.projection(number, len(self.free))
@@ -94,8 +93,11 @@ class Balance:
 
     @property
     def present_load(self) -> Floats:
-        """Return weight, external forces and jets on the free nodes [N], shape (free, 3)."""
-        return self.load + self._blown
+        """Return all forces without a potential on the free nodes [N], shape (free, 3).
+
+        These are weight, external forces, and what was frozen last.
+        """
+        return self.load + self._frozen
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which free nodes contact or a force ties to something, shape (free,).
@@ -177,12 +179,12 @@ class Balance:
         return total
 
     def freeze(self, bars: Bars) -> None:
-        """Set the force of jets in the energy to their present force."""
-        if self._jets:
-            pushed, rest = np.zeros_like(bars.position), np.zeros_like(bars.position)
-            for jet in self._jets:
-                jet.add_forces(self._time, bars.position, rest, pushed)
-            self._blown = pushed[self.free]
+        """Take the present forces without a potential for those of the energy."""
+        self._frozen = np.zeros_like(self._start)
+        for acting in self._fields:
+            wayward = acting.wayward(self._time, bars.position)
+            if wayward is not None:
+                self._frozen += wayward[self.free]
 
     def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
         """Return the energy and a bound of its rounding error [J].
@@ -195,10 +197,10 @@ class Balance:
         """
         elastic = self.springs.energy(bars)
         done = self.present_load * (x - self._start)
-        pressed = sum(float(e.energy(self._time, bars.position)) for e in self._fields)
+        pressed = sum(float(e.potential(self._time, bars.position)) for e in self._fields)
         total = float(elastic.sum() - done.sum()) + pressed
         spoilt = bars.length * np.abs(bars.tension)
-        sizes = elastic.sum() + np.abs(done).sum() + spoilt.sum() + pressed
+        sizes = elastic.sum() + np.abs(done).sum() + spoilt.sum() + abs(pressed)
         sizes += sum(acting.spread(self._time, bars.position) for acting in self._fields)
         return total, ROUNDING * float(sizes)
 

@@ -28,6 +28,7 @@ from tissuec.model.topology import join_nodes_of
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.jets import Jet
+    from tissuec.forces.pressure import SurfacePressure
     from tissuec.forces.symmetry import SymmetryPlanes
     from tissuec.forces.volume import Enclosure
 
@@ -357,6 +358,16 @@ class State(Struct, eq=False):
     def jets(self) -> "dict[str, Jet]":
         """Return the jets of fluid by the name of the nozzle."""
         return {each.nozzle: each for each in self.of_kind("jet")}
+
+    @property
+    def pressures(self) -> "tuple[SurfacePressure, ...]":
+        """Return the pressures on surfaces, without what is torn."""
+        return tuple(each.intact(self.alive) for each in self.of_kind("pressure"))
+
+    @property
+    def supplied(self) -> tuple[Field, ...]:
+        """Return the fields whose forces do work that is supplied from outside."""
+        return (*self.jets.values(), *self.pressures)
 
     @property
     def contact(self) -> "Contact | None":

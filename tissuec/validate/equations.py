@@ -29,6 +29,7 @@ from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.plates import PlateBending
+from tissuec.validate.forces.pressure import PressedSkin
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.forces.volumes import VolumeField
 from tissuec.validate.relaxing import RelaxingFields
@@ -187,6 +188,8 @@ class Equations:
                 return MembraneWall(field)
             case "volume":
                 return VolumeField(field)
+            case "pressure":
+                return PressedSkin(field)
             case "bending":
                 return Folding(field)
             case "plates":

@@ -20,6 +20,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
+from tissuec.validate.forces.pressure import PressedSkin
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.stepping import ReferenceFailure
 
@@ -250,6 +251,7 @@ class EnergyField:
         outside = equations.outside(self._time)[self.free]
         self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
         self._jets = tuple(state.jets.values())
+        self._pressures = [one for one in equations.fields if isinstance(one, PressedSkin)]
         self._frozen = np.zeros_like(self.start)
         springs = self._springs(self.start)
         self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0
@@ -274,25 +276,29 @@ class EnergyField:
         return forces[self.free].ravel() + self._load
 
     def freeze(self, moved: Floats) -> Floats:
-        """Keep the present force of jets constant, and return it [N], shape (3 free,)."""
+        """Keep the present forces without a potential, and return them [N], shape (3 free,)."""
         self._frozen = self._blown(moved)
         return self._frozen
 
     def _blown(self, moved: Floats) -> Floats:
         pushed = np.zeros((self._equations.count, 3))
-        place = self._equations.drawn + self._state(moved) if self._jets else pushed
+        if not (self._jets or self._pressures):
+            return pushed[self.free].ravel()
+        place = self._equations.drawn + self._state(moved)
         for jet in self._jets:
             jet.add_forces(self._time, place, np.zeros_like(place), pushed)
+        for pressure in self._pressures:
+            pushed += pressure.wayward(self._time, place)
         return pushed[self.free].ravel()
 
     def frozen_force(self, moved: Floats) -> Floats:
-        """Return the forces on the nodes that move with frozen jets [N], shape (3 free,)."""
-        if not self._jets:
+        """Return the forces on the nodes that move with frozen ones [N], shape (3 free,)."""
+        if not (self._jets or self._pressures):
             return self.force(moved)
         return self.force(moved) - self._blown(moved) + self._frozen
 
     def energy(self, moved: Floats) -> float:
-        """Return the elastic energy less the work of loads and frozen jets [J].
+        """Return the energy of the net less the work of loads and frozen forces [J].
 
         Args:
             moved: Displacements of the free nodes [m], shape (3 free,).
@@ -300,6 +306,7 @@ class EnergyField:
         elastic = self._equations.behaviour.energy(self._springs(moved).stretch).sum()
         place = self._equations.drawn + self._state(moved)
         pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
+        pressed += sum(one.potential(self._time, place) for one in self._pressures)
         return float(elastic - (self._load + self._frozen) @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:

@@ -11,11 +11,13 @@ from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
 from tissuec.script.verbs.holding import Stopped, sentence
 from tissuec.script.verbs.irrigate import stop_irrigating
 from tissuec.script.verbs.motion import stop_shifting, stop_turning
+from tissuec.script.verbs.press import stop_pressing
 from tissuec.script.verbs.push import stop_pushing
 
 _STOPS = {
     "pushing": stop_pushing,
     "pulling": stop_pushing,
+    "pressing": stop_pressing,
     "moving": stop_shifting,
     "turning": stop_turning,
     "irrigating": stop_irrigating,
@@ -27,6 +29,7 @@ class Stop(Struct, frozen=True):
     """Ends all forces on a set, or stops the motion or turn of a set or tool where it is.
 
     Whatever was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. ``stop
+    pressing SET`` ends the pressures that were ordered for this set or body. ``stop
     irrigating SET`` ends the jets that were ordered for this set or body, ``stop irrigating``
     all jets.
     """
@@ -38,6 +41,7 @@ class Stop(Struct, frozen=True):
         "stop moving TOOL",
         "stop turning SET",
         "stop turning TOOL",
+        "stop pressing SET",
         "stop irrigating SET",
         "stop irrigating",
     )

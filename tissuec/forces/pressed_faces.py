@@ -1,0 +1,307 @@
+"""Faces of skins that pressure acts on, as weighted triangles, and the rims where they end.
+
+The volume under a face whose shape functions N_i are polynomials is
+
+    V = ⅓ ∫ x · (∂x/∂ξ × ∂x/∂η) dξ dη = Σ w_T det(x_i, x_j, x_k) / 6
+
+over triples T of its nodes: one of weight 1 for a triangle, four of weight ½ for four corners
+(both ways to divide them), and 20 for the six nodes of a side of a tetrahedron with ten nodes.
+A third of the force p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of its nodes.
+On a closed surface, that is p ∂V/∂x; on a face with straight sides, also at the end of a
+surface, it is the force p ∫ N_i n dA of finite elements.
+
+The pairs of nodes at which triples do not cancel are the rim of a surface. Its cap is the fan
+of the rim to the mean of its nodes.
+"""
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.topology import pieces
+
+_NONE = 1e-9  # of a weight: less is what rounding left
+_TRIANGLE = ((0, 1, 2),)
+_QUAD = ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3))
+
+
+def _quadratic() -> dict[tuple[int, int, int], float]:
+    """Return the weights of the triples of a triangle with nodes in the middle of its sides.
+
+    The middles 3, 4 and 5 follow the corners 0, 1 and 2. Weights are the integrals
+    2 Σ sign(ijk) ∫ N_i ∂N_j/∂ξ ∂N_k/∂η over the orders of a triple; turned triples have equal
+    ones.
+    """
+    parts: dict[tuple[int, int, int], Fraction] = {(0, 1, 2): Fraction(2, 15)}
+    kinds = {
+        (0, 1, 3): (1, 5), (0, 1, 4): (-1, 3), (0, 1, 5): (-1, 3), (0, 3, 4): (4, 15),
+        (0, 3, 5): (8, 5), (0, 4, 5): (4, 15),
+    }  # fmt: skip
+    turn = {0: 1, 1: 2, 2: 0, 3: 4, 4: 5, 5: 3}
+    for triple, (above, below) in kinds.items():
+        for _ in range(3):
+            parts[triple] = Fraction(above, below)
+            triple = cast(tuple[int, int, int], tuple(turn[node] for node in triple))
+    parts[3, 4, 5] = Fraction(16, 15)
+    return {triple: float(weight) for triple, weight in parts.items()}
+
+
+_SIX = _quadratic()
+#: Triples and weights by the number of triangles of the skin that a face consists of.
+FORMS: dict[int, tuple[Indices, Floats]] = {
+    1: (np.array(_TRIANGLE), np.ones(1)),
+    2: (np.array(_QUAD), np.full(4, 0.5)),
+    4: (np.array(list(_SIX)), np.array(list(_SIX.values()))),
+}
+#: Where the nodes of a face are among the corners of its triangles of the skin, (triangle,
+#: corner), by their number.
+_NODES = {
+    1: ((0, 0), (0, 1), (0, 2)),
+    2: ((0, 0), (0, 1), (0, 2), (1, 2)),
+    4: ((0, 0), (1, 1), (2, 2), (1, 0), (2, 1), (0, 2)),
+}
+
+
+class Rims(Struct, frozen=True, eq=False):
+    """Closed rims of a surface, one after the other.
+
+    Attributes:
+        edges: Pairs of nodes in the direction of the surface, shape (edge, 2).
+        weight: By which each counts, shape (edge,).
+        first: The edges of a rim are first[rim]:first[rim + 1], shape (rim + 1,).
+        nodes: Nodes of each rim, shape (node,).
+        node_first: Those of a rim are node_first[rim]:node_first[rim + 1], shape (rim + 1,).
+    """
+
+    edges: Indices
+    weight: Floats
+    first: Indices
+    nodes: Indices
+    node_first: Indices
+
+    @property
+    def count(self) -> int:
+        """Return the number of rims."""
+        return len(self.first) - 1
+
+    @property
+    def of_edge(self) -> Indices:
+        """Return the rim of each edge, shape (edge,)."""
+        return np.repeat(np.arange(self.count), np.diff(self.first))
+
+    def nodes_of(self, rim: int) -> Indices:
+        """Return the nodes of a rim, ascending, shape (n,)."""
+        return self.nodes[self.node_first[rim] : self.node_first[rim + 1]]
+
+    def means(self, position: Floats) -> Floats:
+        """Return the means of the nodes of rims [m], shape (…, rim, 3).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        if not self.count:
+            return np.zeros((*position.shape[:-2], 0, 3))
+        total = np.add.reduceat(position[..., self.nodes, :], self.node_first[:-1], axis=-2)
+        return np.asarray(total / np.diff(self.node_first)[:, None])
+
+    def some(self, rims: Indices) -> "Rims":
+        """Return some of the rims, by indices of shape (n,)."""
+        return joined(
+            [
+                (
+                    self.edges[self.first[rim] : self.first[rim + 1]],
+                    self.weight[self.first[rim] : self.first[rim + 1]],
+                    self.nodes_of(rim),
+                )
+                for rim in rims.tolist()
+            ]
+        )
+
+
+def joined(parts: Sequence[tuple[Indices, Floats, Indices]]) -> Rims:
+    """Return rims from the edges, weights and nodes of each."""
+    none = np.zeros((0, 2), dtype=np.int64)
+    counts = np.array([[len(edges), len(nodes)] for edges, _, nodes in parts] or none)
+    first, node_first = np.vstack([[0, 0], counts.cumsum(axis=0)]).astype(np.int64).T
+    return Rims(
+        np.concatenate([none, *(edges for edges, _, _ in parts)]),
+        np.concatenate([np.zeros(0), *(weight for _, weight, _ in parts)]),
+        np.ascontiguousarray(first),
+        np.concatenate([none[:, 0], *(nodes for _, _, nodes in parts)]),
+        np.ascontiguousarray(node_first),
+    )
+
+
+class WeightedTriangles(Struct, frozen=True, eq=False):
+    """Triples of nodes with weights, face by face.
+
+    Attributes:
+        corners: Shape (triple, 3).
+        weight: Shape (triple,).
+        first: The triples of a face are first[face]:first[face + 1], shape (face + 1,).
+    """
+
+    corners: Indices
+    weight: Floats
+    first: Indices
+
+    @property
+    def count(self) -> int:
+        """Return the number of faces."""
+        return len(self.first) - 1
+
+    @property
+    def face(self) -> Indices:
+        """Return the face of each triple, shape (triple,)."""
+        return np.repeat(np.arange(self.count), np.diff(self.first))
+
+    def some(self, faces: Indices) -> "WeightedTriangles":
+        """Return some of the faces, by indices of shape (n,)."""
+        counts = np.diff(self.first)[faces]
+        start = np.repeat(self.first[faces] - np.append(0, np.cumsum(counts))[:-1], counts)
+        rows = start + np.arange(int(counts.sum()))
+        first = np.append(0, np.cumsum(counts))
+        return WeightedTriangles(self.corners[rows], self.weight[rows], first)
+
+    def turned(self, turns: NDArray[np.bool_]) -> "WeightedTriangles":
+        """Return the same with some faces seen from their other side, shape (face,)."""
+        corners = self.corners.copy()
+        own = turns[self.face]
+        corners[own] = corners[own][:, ::-1]
+        return WeightedTriangles(corners, self.weight, self.first)
+
+    def rims(self) -> Rims:
+        """Return where the faces end, the rims in the order of their first node."""
+        pairs = self.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        weight, size = np.repeat(self.weight, 3), int(self.corners.max(initial=0)) + 1
+        low, high = pairs.min(axis=1), pairs.max(axis=1)
+        keys, place = np.unique(low * size + high, return_inverse=True)
+        net = np.bincount(place, np.where(pairs[:, 0] == low, weight, -weight), len(keys))
+        stays = np.abs(net) > _NONE
+        low, high = np.divmod(keys[stays], size)
+        edges, net = np.stack([low, high], axis=1), net[stays]
+        edges[net < 0.0] = edges[net < 0.0][:, ::-1]
+        nodes, ends = np.unique(edges, return_inverse=True)
+        piece = pieces(len(nodes), ends.reshape(-1, 2).astype(np.int32))
+        of_edge = piece[ends.reshape(-1, 2)[:, 0]] if len(edges) else piece[:0]
+        return joined(
+            [
+                (edges[of_edge == rim], np.abs(net[of_edge == rim]), nodes[piece == rim])
+                for rim in range(int(piece.max(initial=-1)) + 1)
+            ]
+        )
+
+
+class Faces(Struct, frozen=True, eq=False, dict=True):
+    """Faces of the skin of a network.
+
+    Attributes:
+        corners: Nodes of their triangles of the skin, shape (triangle, 3).
+        rows: Where these are among all triangles of the skin, shape (triangle,).
+        face: The face that each of them belongs to, shape (triangle,).
+        triples: Their weighted triangles.
+        ends: Nodes of each spring of the network, shape (spring, 2).
+    """
+
+    corners: Indices
+    rows: Indices
+    face: Indices
+    triples: WeightedTriangles
+    ends: NDArray[np.integer]
+
+    def some(self, faces: Indices) -> "Faces":
+        """Return some of the faces, by ascending indices of shape (n,)."""
+        own = np.flatnonzero(np.isin(self.face, faces))
+        face = np.searchsorted(faces, self.face[own])
+        triples = self.triples.some(faces)
+        return Faces(self.corners[own], self.rows[own], face, triples, self.ends)
+
+    def turned(self, turns: NDArray[np.bool_]) -> "Faces":
+        """Return the same with some faces seen from their other side, shape (face,)."""
+        triples = self.triples.turned(turns)
+        return Faces(self.corners, self.rows, self.face, triples, self.ends)
+
+    def torn(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the faces that are cut or torn, ascending.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        return np.unique(self.face[~self._supported.whole(alive)])
+
+    @cached_property
+    def _supported(self) -> SupportedTriangles:
+        return SupportedTriangles(self.ends, self.corners)
+
+
+def faces_of(network: Network, rows: Indices) -> Faces:
+    """Return the faces that triangles of the skin make up.
+
+    Triangles that divide one side of a solid element are one face if all of them are there;
+    every other triangle is a face of its own.
+
+    Args:
+        network: The network.
+        rows: Numbers of the triangles among those of the skin, ascending, shape (n,).
+    """
+    corners = network.skin[rows].astype(np.int64)
+    face = np.arange(len(rows))
+    for own in _sides(network, corners):
+        face[own] = own[:, :1]
+    order = np.argsort(face, kind="stable")
+    corners, rows = corners[order], rows[order]
+    _, first, face, count = np.unique(
+        face[order], return_index=True, return_inverse=True, return_counts=True
+    )
+    triples = np.empty(len(count), dtype=object)
+    for number, (form, weight) in FORMS.items():
+        own = np.flatnonzero(count == number)
+        nodes = np.stack(
+            [corners[first[own] + k, corner] for k, corner in _NODES[number]], axis=1
+        )
+        for place, each in zip(own.tolist(), nodes[:, form], strict=True):
+            triples[place] = each, weight
+    found = WeightedTriangles(
+        np.concatenate([np.zeros((0, 3), dtype=np.int64), *(each for each, _ in triples)]),
+        np.concatenate([np.zeros(0), *(weight for _, weight in triples)]),
+        np.append(0, np.cumsum([len(weight) for _, weight in triples])).astype(np.int64),
+    )
+    return Faces(corners, rows, face.reshape(-1), found, network.springs.ends)
+
+
+def _sides(network: Network, corners: Indices) -> Iterator[Indices]:
+    """Yield the places of triangles that make up whole sides of solid elements.
+
+    Args:
+        corners: Nodes of the triangles, shape (triangle, 3).
+
+    Yields:
+        Shape (side, triangle).
+    """
+    size = network.node_count
+    known = _key(corners, size)
+    order = np.argsort(known)
+    known = known[order]
+    for field in network.of_kind("elements"):
+        shape = field.shape
+        for side in range(int(shape.faces.max()) + 1):
+            local = shape.triangles[shape.faces == side]
+            if len(local) == 1 or not len(known):
+                continue
+            keys = _key(field.nodes[:, local].reshape(-1, 3), size)
+            place = np.minimum(np.searchsorted(known, keys), len(known) - 1)
+            is_there = (known[place] == keys).reshape(-1, len(local)).all(axis=1)
+            yield order[place].reshape(-1, len(local))[is_there]
+
+
+def _key(corners: Indices, size: int) -> Indices:
+    """Return one number per triangle with its corners in any order, shape (n,)."""
+    low, middle, high = np.sort(corners, axis=1).T
+    return (low * size + middle) * size + high
