@@ -219,7 +219,7 @@ def test_a_torn_face_is_not_pressed_and_its_cap_is_lost():
     torn = field.intact(alive)
     assert torn.caps.count == 1 and torn.faces.triples.count < field.faces.triples.count
     position = shaken(network, 1e-4)
-    left = [i for i in range(len(field.items(np.arange(99)).first) - 1)]
+    left = np.arange(len(field.items(np.arange(99)).first) - 1)
     left = np.delete(left, field.lost_items(alive))
     np.testing.assert_allclose(
         forces(torn, position), forces(field.only(left), position), atol=1e-15

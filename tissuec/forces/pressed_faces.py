@@ -126,7 +126,12 @@ class Rims(Struct, frozen=True, eq=False):
 
 
 def joined(parts: Sequence[tuple[Indices, Floats, Indices]]) -> Rims:
-    """Return rims from the edges, weights and nodes of each."""
+    """Return rims from the parts of each.
+
+    Args:
+        parts: Edges, shape (edge, 2), weights without a unit, shape (edge,), and nodes, shape
+            (node,), rim by rim.
+    """
     none = np.zeros((0, 2), dtype=np.int64)
     counts = np.array([[len(edges), len(nodes)] for edges, _, nodes in parts] or none)
     first, node_first = np.vstack([[0, 0], counts.cumsum(axis=0)]).astype(np.int64).T
@@ -199,7 +204,7 @@ class WeightedTriangles(Struct, frozen=True, eq=False):
         )
 
 
-class Faces(Struct, frozen=True, eq=False, dict=True):
+class PressedFaces(Struct, frozen=True, eq=False, dict=True):
     """Faces of the skin of a network.
 
     Attributes:
@@ -216,17 +221,17 @@ class Faces(Struct, frozen=True, eq=False, dict=True):
     triples: WeightedTriangles
     ends: NDArray[np.integer]
 
-    def some(self, faces: Indices) -> "Faces":
+    def some(self, faces: Indices) -> "PressedFaces":
         """Return some of the faces, by ascending indices of shape (n,)."""
         own = np.flatnonzero(np.isin(self.face, faces))
         face = np.searchsorted(faces, self.face[own])
         triples = self.triples.some(faces)
-        return Faces(self.corners[own], self.rows[own], face, triples, self.ends)
+        return PressedFaces(self.corners[own], self.rows[own], face, triples, self.ends)
 
-    def turned(self, turns: NDArray[np.bool_]) -> "Faces":
+    def turned(self, turns: NDArray[np.bool_]) -> "PressedFaces":
         """Return the same with some faces seen from their other side, shape (face,)."""
         triples = self.triples.turned(turns)
-        return Faces(self.corners, self.rows, self.face, triples, self.ends)
+        return PressedFaces(self.corners, self.rows, self.face, triples, self.ends)
 
     def torn(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the faces that are cut or torn, ascending.
@@ -237,11 +242,16 @@ class Faces(Struct, frozen=True, eq=False, dict=True):
         return np.unique(self.face[~self._supported.whole(alive)])
 
     @cached_property
+    def rims(self) -> Rims:
+        """Return where the faces end."""
+        return self.triples.rims()
+
+    @cached_property
     def _supported(self) -> SupportedTriangles:
         return SupportedTriangles(self.ends, self.corners)
 
 
-def faces_of(network: Network, rows: Indices) -> Faces:
+def faces_of(network: Network, rows: Indices) -> PressedFaces:
     """Return the faces that triangles of the skin make up.
 
     Triangles that divide one side of a solid element are one face if all of them are there;
@@ -273,7 +283,7 @@ def faces_of(network: Network, rows: Indices) -> Faces:
         np.concatenate([np.zeros(0), *(weight for _, weight in triples)]),
         np.append(0, np.cumsum([len(weight) for _, weight in triples])).astype(np.int64),
     )
-    return Faces(corners, rows, face.reshape(-1), found, network.springs.ends)
+    return PressedFaces(corners, rows, face.reshape(-1), found, network.springs.ends)
 
 
 def _sides(network: Network, corners: Indices) -> Iterator[Indices]:

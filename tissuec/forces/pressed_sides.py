@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
-from tissuec.forces.pressed_faces import Faces, Rims, WeightedTriangles, faces_of
+from tissuec.forces.pressed_faces import PressedFaces, Rims, WeightedTriangles, faces_of
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.model.topology import pieces
 
@@ -48,7 +48,7 @@ class Pressed(NamedTuple):
     along: Floats | None = None
 
 
-def pressed_faces(network: Network, pressed: Pressed) -> Faces:
+def pressed_faces(network: Network, pressed: Pressed) -> PressedFaces:
     """Return the faces on which pressure acts, which look where it pushes.
 
     Raises:
@@ -151,7 +151,7 @@ def _refuse_branches(network: Network, part: BodyPart, corners: Indices) -> None
     pairs = corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     size = network.node_count
     low, high = pairs.min(axis=1), pairs.max(axis=1)
-    keys, first, count = np.unique(low * size + high, return_index=True, return_counts=True)
+    _, first, count = np.unique(low * size + high, return_index=True, return_counts=True)
     ids = network.node_ids
     if (count > 2).any():
         one, other = pairs[first[np.argmax(count > 2)]]
@@ -266,7 +266,7 @@ def _smallest(position: Floats, corners: Indices) -> float:
     return float(FLAT * area**1.5)
 
 
-def closed_by_caps(network: Network, name: str, faces: Faces) -> None:
+def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
     """Reject faces whose rims caps cannot close.
 
     Args:
@@ -277,8 +277,7 @@ def closed_by_caps(network: Network, name: str, faces: Faces) -> None:
     Raises:
         NoSide: There is no rim, or one that is no single loop.
     """
-    rims = faces.triples.rims()
-    if not rims.count:
+    if not faces.rims.count:
         raise NoSide(
             f"{name} is closed, so that there is nothing for caps to close",
             'remove "with caps"',

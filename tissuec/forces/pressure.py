@@ -2,14 +2,14 @@
 
 A face is pushed along its normal by p n dA, as it is at present: a follower load. With
 T = (x_j - x_i) × (x_k - x_i) of each weighted triangle (see ``pressed_faces``), each of its
-three corners gets p w T/6. A cap does the same to the ends of each edge of its rim and, by equal
-shares, to the nodes whose mean is its middle.
+three corners gets p w T/6. A cap does the same to the ends of each edge of its rim and, by
+equal shares, to the nodes whose mean is its middle.
 
 The pressure is supplied from outside: it stores nothing, and its power is p dV/dt. On a surface
-that is closed, by itself or by caps, the force is p ∂V/∂x and its matrix -p ∂²V/∂x∂x. At an open
-rim, what a cap would get is missing. Unless the rim is held, the load then has no potential and
-its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:1099, 1984); ``matrix``
-is the symmetric part, and forces are exact.
+that is closed, by itself or by caps, the force is p ∂V/∂x and its matrix -p ∂²V/∂x∂x. At an
+open rim, what a cap would get is missing. Unless the rim is held, the load then has no
+potential and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:1099,
+1984); ``matrix`` is the symmetric part, and forces are exact.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import SECONDS, Field, Items
 from tissuec.forces.matrices import assembled
-from tissuec.forces.pressed_faces import Faces, Rims
+from tissuec.forces.pressed_faces import PressedFaces, Rims
 from tissuec.forces.pressed_sides import enclosed
 from tissuec.forces.pressure_kernel import PressureTable, press_faces
 from tissuec.kernels.records import BoundaryConditions
@@ -51,7 +51,7 @@ class SurfacePressure(Field, frozen=True):
 
     key: str
     name: str
-    faces: Faces
+    faces: PressedFaces
     caps: Rims
     openings: Rims
     amount: float
@@ -63,15 +63,20 @@ class SurfacePressure(Field, frozen=True):
         cls,
         key: str,
         name: str,
-        faces: Faces,
+        faces: PressedFaces,
         amount: float,
         profile: TimeProfile,
         span: Span,
         *,
         has_caps: bool = False,
     ) -> Self:
-        """Return a pressure on faces, with or without caps on their rims; see the class."""
-        rims, none = faces.triples.rims(), np.zeros(0, dtype=np.int64)
+        """Return a pressure on faces.
+
+        Args:
+            key, name, faces, amount, profile, span: As of the class.
+            has_caps: Whether caps close the rims of the faces.
+        """
+        rims, none = faces.rims, np.zeros(0, dtype=np.int64)
         caps, openings = (rims, rims.some(none)) if has_caps else (rims.some(none), rims)
         return cls(key, name, faces, caps, openings, amount, profile, span)
 
@@ -135,7 +140,13 @@ class SurfacePressure(Field, frozen=True):
     def slopes(self, time: float, position: Floats, number: Indices, size: int) -> "csr_matrix":
         """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).
 
-        Without open rims it is symmetric. Arguments are those of ``matrix``.
+        Without open rims it is symmetric.
+
+        Args:
+            time: [s].
+            position: Of all nodes [m], shape (node, 3).
+            number: Of each node among those that may move, -1 for others, shape (node,).
+            size: Number of nodes that may move.
         """
         from scipy.sparse import csr_matrix
 
@@ -181,7 +192,7 @@ class SurfacePressure(Field, frozen=True):
         faces = self.faces.some(np.delete(np.arange(self.faces.triples.count), torn))
         lost = self._at(self.caps, torn)
         caps = self.caps.some(np.delete(np.arange(self.caps.count), lost))
-        rims = faces.triples.rims()
+        rims = faces.rims
         kept = [set(caps.nodes_of(cap).tolist()) for cap in range(caps.count)]
         others = [
             rim for rim in range(rims.count) if set(rims.nodes_of(rim).tolist()) not in kept

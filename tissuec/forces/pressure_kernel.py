@@ -31,26 +31,11 @@ def press_faces(
     third = pressure / 6.0
     for n in range(table.weight.size):
         i, j, k = 3 * table.corners[n, 0], 3 * table.corners[n, 1], 3 * table.corners[n, 2]
-        a0, a1, a2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
-        b0, b1, b2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
         share = third * table.weight[n]
-        p0, p1, p2 = (
-            share * (a1 * b2 - a2 * b1),
-            share * (a2 * b0 - a0 * b2),
-            share * (a0 * b1 - a1 * b0),
-        )
-        f[i] += p0
-        f[i + 1] += p1
-        f[i + 2] += p2
-        f[j] += p0
-        f[j + 1] += p1
-        f[j + 2] += p2
-        f[k] += p0
-        f[k + 1] += p1
-        f[k + 2] += p2
-        power[0] += p0 * (v[i] + v[j] + v[k])
-        power[0] += p1 * (v[i + 1] + v[j + 1] + v[k + 1])
-        power[0] += p2 * (v[i + 2] + v[j + 2] + v[k + 2])
+        p0, p1, p2 = third_of_triangle(share, i, j, x[k], x[k + 1], x[k + 2], x)
+        for node in (i, j, k):
+            add_push(node, p0, p1, p2, f)
+            power[0] += p0 * v[node] + p1 * v[node + 1] + p2 * v[node + 2]
     for cap in range(table.rim_first.size - 1):
         start, stop = table.rim_node_first[cap], table.rim_node_first[cap + 1]
         part = 1.0 / (stop - start)
@@ -63,26 +48,45 @@ def press_faces(
         for n in range(table.rim_first[cap], table.rim_first[cap + 1]):
             # The fan closes the surface: it runs along its rim in the other direction.
             i, j = 3 * table.rim_edges[n, 1], 3 * table.rim_edges[n, 0]
-            a0, a1, a2 = x[i] - m0, x[i + 1] - m1, x[i + 2] - m2
-            b0, b1, b2 = x[j] - m0, x[j + 1] - m1, x[j + 2] - m2
             share = third * table.rim_weight[n]
-            p0, p1, p2 = (
-                share * (a1 * b2 - a2 * b1),
-                share * (a2 * b0 - a0 * b2),
-                share * (a0 * b1 - a1 * b0),
-            )
-            f[i] += p0
-            f[i + 1] += p1
-            f[i + 2] += p2
-            f[j] += p0
-            f[j + 1] += p1
-            f[j + 2] += p2
+            p0, p1, p2 = third_of_triangle(share, i, j, m0, m1, m2, x)
+            for node in (i, j):
+                add_push(node, p0, p1, p2, f)
+                power[0] += p0 * v[node] + p1 * v[node + 1] + p2 * v[node + 2]
             s0, s1, s2 = s0 + p0, s1 + p1, s2 + p2
-            power[0] += p0 * (v[i] + v[j] + w0)
-            power[0] += p1 * (v[i + 1] + v[j + 1] + w1)
-            power[0] += p2 * (v[i + 2] + v[j + 2] + w2)
+        power[0] += s0 * w0 + s1 * w1 + s2 * w2
         for n in range(start, stop):
-            i = 3 * table.rim_nodes[n]
-            f[i] += part * s0
-            f[i + 1] += part * s1
-            f[i + 2] += part * s2
+            add_push(3 * table.rim_nodes[n], part * s0, part * s1, part * s2, f)
+
+
+def third_of_triangle(
+    share: float, i: int, j: int, z0: float, z1: float, z2: float, x: Floats
+) -> tuple[float, float, float]:
+    """Return share (x_i - z) × (x_j - z).
+
+    Args:
+        share: A sixth of the pressure [Pa].
+        i, j: Indices of the first components of two corners in ``x``.
+        z0, z1, z2: The third corner [m].
+        x: Positions of all nodes [m], flat, shape (3 node,).
+    """
+    a0, a1, a2 = x[i] - z0, x[i + 1] - z1, x[i + 2] - z2
+    b0, b1, b2 = x[j] - z0, x[j + 1] - z1, x[j + 2] - z2
+    return (
+        share * (a1 * b2 - a2 * b1),
+        share * (a2 * b0 - a0 * b2),
+        share * (a0 * b1 - a1 * b0),
+    )
+
+
+def add_push(place: int, p0: float, p1: float, p2: float, f: Floats) -> None:
+    """Add a force to that on the node whose components begin at ``place``.
+
+    Args:
+        place: Index of the first component.
+        p0, p1, p2: Components of the force [N].
+        f: Forces on all nodes [N], flat, shape (3 node,).
+    """
+    f[place] += p0
+    f[place + 1] += p1
+    f[place + 2] += p2

@@ -2,8 +2,10 @@
 
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Source, Span
+from tissuec.forces.pressed_faces import PressedFaces
+from tissuec.forces.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
 from tissuec.forces.volume import Enclosure
-from tissuec.model.network import Network
+from tissuec.model.network import Network, numbers_in
 
 _NOWHERE = Span(Source("", ""), 0, 0)
 
@@ -15,3 +17,17 @@ def surface_of(network: Network, name: str) -> Enclosure | None:
         return Enclosure.of(network, name, 1.0, _NOWHERE)
     except ValueError:
         return None
+
+
+@kept_on_owner(16)
+def capped_surface_of(network: Network, name: str) -> PressedFaces | None:
+    """Return the faces of a wall whose open ends caps can close, None of any other body."""
+    part = next((body for body in network.bodies if body.name == name), None)
+    if part is None:
+        return None
+    try:
+        faces = pressed_faces(network, Pressed(name, numbers_in(part.nodes)))
+        closed_by_caps(network, name, faces)
+    except NoSide:
+        return None
+    return faces

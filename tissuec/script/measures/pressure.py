@@ -14,10 +14,10 @@ from tissuec.script.measures.stresses import mean_stress
 
 @MEASURES.member("pressure")
 class Pressure(ScalarMeasure):
-    """The pressure that preserves the volume of the body A.
+    """The pressure inside of the body A, which preserves its volume or presses it.
 
-    Of nodes of solid elements, it is the hydrostatic pressure, minus a third of the trace of
-    their mean stress. It is 0 if there is neither.
+    Of a solid of elements and of nodes of one, it is the hydrostatic pressure, minus a third of
+    the trace of their mean stress. It is 0 if there is neither.
     """
 
     form = "pressure(A)"
@@ -27,9 +27,18 @@ class Pressure(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        enclosure = snapshot.state.enclosure(subjects[0].name)
-        if enclosure is None:
+        name, state = subjects[0].name, snapshot.state
+        enclosure = state.enclosure(name)
+        whole = next((body for body in state.network.bodies if body.name == name), None)
+        is_solid = whole is None or (whole.is_made_of_elements and not whole.is_wall)
+        if is_solid and enclosure is None:
             trace = np.trace(mean_stress(subjects[0], snapshot), axis1=-2, axis2=-1)
             return one_column(0.0 - trace / 3.0, snapshot)
-        each = enclosure.pressures(snapshot.time, snapshot.position) * enclosure.drawn
-        return one_column(each.sum(axis=-1) / enclosure.drawn.sum(), snapshot)
+        total = np.zeros(np.shape(snapshot.time))
+        if enclosure is not None:
+            each = enclosure.pressures(snapshot.time, snapshot.position) * enclosure.drawn
+            total = total + each.sum(axis=-1) / enclosure.drawn.sum()
+        for acting in () if is_solid else state.of_kind("pressure"):
+            if acting.name == name:
+                total = total + acting.pressure(snapshot.time)
+        return one_column(total, snapshot)

@@ -85,14 +85,24 @@ class PressedSkin:
         return 0.0
 
     def potential(self, time: float, position: Floats) -> float:
-        """Return -p V, with caps on all rims [J]."""
+        """Return -p V, with caps on all rims [J].
+
+        Args:
+            time: [s].
+            position: Of all nodes [m], shape (node, 3).
+        """
         rims = self._caps, self._openings
         follow, corners, weight = self._wider(len(position), *rims)
         places = np.asarray(follow @ (position - position[self._corners[0, 0]]))[corners]
         return -self._pressure(time) * float(weight @ np.linalg.det(places)) / 6.0
 
     def wayward(self, time: float, position: Floats) -> Floats:
-        """Return what the forces differ by from those of the potential [N], (node, 3)."""
+        """Return what the forces differ by from those of the potential [N], shape (node, 3).
+
+        Args:
+            time: [s].
+            position: Of all nodes [m], shape (node, 3).
+        """
         own = self._pushes(time, position, self._caps)
         return own - self._pushes(time, position, self._caps, self._openings)
 
