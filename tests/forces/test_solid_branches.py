@@ -210,7 +210,7 @@ def test_the_reference_agrees_by_formulas_of_its_own(name):
     found, own = forces(made, position, velocity), np.zeros_like(position)
     reference.add_forces(0.0, position, velocity, own)
     np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
-    energy = reference.energy(0.0, position) + reference.stored_in_branches(position, velocity)
+    energy = reference.energy(0.0, position) + reference.remembered_energy(position, velocity)
     assert made.recalling(velocity).energy(0.0, position) == pytest.approx(energy, rel=1e-11)
     lost = made.powers(0.0, position, velocity)[1]
     assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-10)

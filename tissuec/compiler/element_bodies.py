@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_branches import branches_of
 from tissuec.compiler.element_limits import ElementMarks, LimitReader
+from tissuec.compiler.element_yield import yielding_of
 from tissuec.compiler.tissue_parts import OF_FIBRES, Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
@@ -59,9 +60,7 @@ POISSON = 0.25  # of tissues that give none: that of springs in a solid
 INCOMPRESSIBLE = 0.4997
 MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
-_OF_SPRINGS = (
-    *CONSTANTS, "yield stress", LIMIT, "flow viscosity", VISCOSITY,
-)  # fmt: skip
+_OF_SPRINGS = (*CONSTANTS, LIMIT, VISCOSITY)
 
 
 class BodyElements(Struct, frozen=True, eq=False):
@@ -132,7 +131,7 @@ class ElementReader:
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             self._fibres(), self._prestretch(), self.limits.limits,
-            branches_of(self.parts, self.part, shear),
+            branches_of(self.parts, self.part, shear), yielding_of(self.parts, self.part),
         )  # fmt: skip
         found: list[BodyElements] = []
         first = 0

@@ -80,9 +80,7 @@ def with_element_memory(network: Network) -> Network:
     Strains, times the size of their elements, are multiplied as those of springs are.
     """
     blocks = [
-        block
-        for block in network.blocks
-        if block.kind == "elements" and block.field.branches is not None
+        block for block in network.blocks if block.kind == "elements" and block.field.remembers
     ]
     if not blocks:
         return network

@@ -15,12 +15,12 @@ from tissuec.core.vectors import cross, norm
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.imported import Imported
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.inelastic import TIMES
+from tissuec.model.inelastic import LIMIT, TIMES, VISCOSITY
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.fibres import AXIAL
 from tissuec.scene.findings import Findings
 from tissuec.scene.prestress import PRESTRESS
-from tissuec.scene.quantities import SHARES
+from tissuec.scene.quantities import OF_MATTER, SHARES
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
@@ -83,7 +83,9 @@ class MembraneReader(ElementReader):
         findings: Takes diagnostics.
     """
 
-    refused = (*ElementReader.refused, *SHARES, *TIMES)
+    refused = (
+        *ElementReader.refused, *SHARES, *TIMES, *OF_MATTER[LIMIT], *OF_MATTER[VISCOSITY],
+    )  # fmt: skip
 
     def __init__(self, drawing: Drawing, findings: Findings):
         super().__init__(drawing, findings)

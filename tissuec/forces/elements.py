@@ -31,7 +31,7 @@ that of a liquid under the stress 2 η D, D being the rate of strain without its
 
 In elements with prestretch F0 (``forces.solid_prestretch``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
 acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept. Branches that relax
-are in ``forces.solid_branches``.
+are in ``forces.solid_branches``, and what yields in ``forces.solid_yield``.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -52,6 +52,8 @@ from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
+from tissuec.forces.solid_yield import PlasticStrain, SolidYield, yield_columns
+from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import (
@@ -68,9 +70,11 @@ from tissuec.model.topology import springs_between
 
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
-_BRANCH_SECONDS = 17e-9  # and for each branch
+_BRANCH_SECONDS = 17e-9  # and for each branch, or where it yields
 _COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
-_PARTS = ("fibres", "prestretch", "limits", "branches", "remembered")
+_PARTS = (
+    "fibres", "prestretch", "limits", "branches", "remembered", "yielding", "plastic",
+)  # fmt: skip
 
 
 class SolidMaterial(NamedTuple):
@@ -82,7 +86,7 @@ class SolidMaterial(NamedTuple):
         law: Number of the law, shape (element,).
         laws: Members of ``laws.solid.SOLID_LAWS``.
         fibres: As drawn; None without any.
-        prestretch, branches: None without any.
+        prestretch, branches, yielding: None without any.
         limits: At which they break; None where nothing may break.
     """
 
@@ -95,15 +99,17 @@ class SolidMaterial(NamedTuple):
     prestretch: Prestretch | None = None
     limits: ElementLimits | None = None
     branches: SolidBranches | None = None
+    yielding: SolidYield | None = None
 
     def some(self, items: Indices) -> "SolidMaterial":
         """Return that of some elements, by indices of shape (n,)."""
         fibres, prestretch = self.fibres, self.prestretch
-        limits, branches = self.limits, self.branches
+        limits, branches, yielding = self.limits, self.branches, self.yielding
         return SolidMaterial(
             self.shear[items], self.bulk[items], self.viscosity[items], self.law[items],
             self.laws, fibres and fibres.some(items), prestretch and prestretch.some(items),
             limits and limits.some(items), branches and branches.some(items),
+            yielding and yielding.some(items),
         )  # fmt: skip
 
 
@@ -123,6 +129,9 @@ class SolidElements(MaterialField, frozen=True):
         branches: That relax; None without any.
         remembered: What these do while nothing gives way, where it is known; energies,
             matrices and stresses include it. Otherwise they are those without branches.
+        yielding: How they yield; None where nothing does.
+        plastic: By how much they have flowed, where it is known; energies, matrices and
+            stresses are those beyond it. Otherwise they are those before any flow.
         span: The entry that asks for the elements.
     """
 
@@ -139,6 +148,8 @@ class SolidElements(MaterialField, frozen=True):
     prestretch: Prestretch | None
     branches: SolidBranches | None
     remembered: RelaxingStress | None
+    yielding: SolidYield | None
+    plastic: PlasticStrain | None
     span: Span
 
     @classmethod
@@ -175,8 +186,11 @@ class SolidElements(MaterialField, frozen=True):
             drawn, row = prestretch.measures(drawn, row)
             fibres = replace(fibres, along=prestretch.unstressed(fibres.along))
         branches = material.branches
-        if branches is not None and not branches.shear.any():
+        if branches is not None and not branches.keeps.any():
             branches = None
+        yielding = material.yielding
+        if yielding is not None and not yielding.keeps.any():
+            yielding = None
         is_flat = np.any(drawn.volume <= 0.0, axis=1)
         flat = np.flatnonzero(np.asarray(is_flat)[row])
         if len(flat):
@@ -192,7 +206,7 @@ class SolidElements(MaterialField, frozen=True):
         return cls(
             walls, walled, name, nodes, material.limits, laws, shape, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law,
-            fibres, prestretch, branches, None, span,
+            fibres, prestretch, branches, None, yielding, None, span,
         )  # fmt: skip
 
     @property
@@ -265,7 +279,8 @@ class SolidElements(MaterialField, frozen=True):
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
         strain = SolidStrain(self.deformations(position))
-        stress = strain.cauchy(self._slopes(strain))
+        elastic = self._elastic(strain)
+        stress = elastic.cauchy(self._slopes(elastic))
         for part in self._besides():
             stress += part.cauchy(strain)
         share = self.drawn.volume[self.row][..., None] * self.shape.lumped
@@ -282,7 +297,7 @@ class SolidElements(MaterialField, frozen=True):
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
-            stored = own.shear[:, None] * own._of_laws(strain, energy)
+            stored = own.shear[:, None] * own._of_laws(own._elastic(strain), energy)
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
             for part_of in own._besides():
                 stored += part_of.energy(strain)
@@ -300,7 +315,10 @@ class SolidElements(MaterialField, frozen=True):
         """
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
         volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
-        stiff = strain.second_derivatives(self._slopes(strain))
+        elastic = self._elastic(strain)
+        stiff = elastic.second_derivatives(self._slopes(elastic))
+        if self.plastic is not None:
+            stiff = self.plastic.drawn_back(stiff)
         for part in self._besides():
             stiff += part.second_derivatives(strain)
         if not exact:
@@ -353,40 +371,52 @@ class SolidElements(MaterialField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        branches = 0 if self.branches is None else len(self.branches.exists)
+        tensors = sum(len(each.exists) for each in self._stored())
         own = _SECONDS * self.item_count * self.shape.nodes
-        return self._points * (own + _BRANCH_SECONDS * branches)
+        return self._points * (own + _BRANCH_SECONDS * tensors)
 
-    # --- memory of branches -------------------------------------------------------------------
+    # --- memory -------------------------------------------------------------------------------
+
+    @property
+    def remembers(self) -> bool:
+        """Return whether any element relaxes or yields."""
+        return any(True for _ in self._stored())
 
     @property
     def loss(self) -> str:
         """Return why energy is not conserved; see ``Effect``."""
-        return "" if self.branches is None else "there are elements that relax"
+        if self.branches is not None:
+            return "there are elements that relax"
+        return "" if self.yielding is None else "there are elements that yield"
 
     @property
     def hidden(self) -> Indices:
-        """Return the hidden nodes of the branches; see ``Field``."""
+        """Return the hidden nodes of branches and of what yields; see ``Field``."""
         none = np.zeros(0, dtype=np.int64)
-        return none if self.branches is None else self.branches.nodes(self._points)
+        return np.concatenate([none, *(each.nodes(self._points) for each in self._stored())])
 
     @property
     def relaxed(self) -> Self:
-        """Return the elements without branches; see ``Effect``."""
-        return self if self.branches is None else replace(self, branches=None, remembered=None)
+        """Return the elements without branches, which no longer flow; see ``Effect``."""
+        yielding = self.yielding and self.yielding.stopped
+        return replace(self, branches=None, remembered=None, yielding=yielding)
 
     def stored(self, first: int, fastest: float) -> Self:
-        """Return the elements with hidden nodes for their branches.
+        """Return the elements with hidden nodes for what they remember.
 
         Args:
             first: Number of the first of these nodes.
             fastest: A bound of the angular frequencies of the net [1/s].
         """
-        assert self.branches is not None
-        size = np.cbrt(self.volume)
-        return replace(
-            self, branches=self.branches.stored(3 * first, self._points, fastest, size)
-        )
+        size, found = np.cbrt(self.volume), self
+        if self.branches is not None:
+            branches = self.branches.stored(3 * first, self._points, fastest, size)
+            found = replace(found, branches=branches)
+            first += len(branches.nodes(self._points))
+        if self.yielding is not None:
+            yielding = self.yielding.stored(3 * first, self._points, fastest, size)
+            found = replace(found, yielding=yielding)
+        return found
 
     def fastest(self, mass: Floats) -> float:
         """Return about the largest angular frequency of the elements [1/s].
@@ -400,18 +430,29 @@ class SolidElements(MaterialField, frozen=True):
         return float(np.sqrt(2.0 * (joined / mass).max()))
 
     def recalling(self, velocity: Floats) -> Self:
-        """Return the elements with what their branches do at once; see ``Effect``."""
-        if self.branches is None:
+        """Return the elements with what they remember at once; see ``Effect``."""
+        if not self.remembers:
             return self
-        return replace(self, remembered=self.branches.remembered(velocity, self._points))
+        branches, yielding = self.branches, self.yielding
+        return replace(
+            self,
+            remembered=branches and branches.remembered(velocity, self._points),
+            plastic=yielding and yielding.plastic(velocity, self._points),
+        )
 
     def giving(self, position: Floats, velocity: Floats) -> float:
-        """Return a bound of the rates at which branches give way [1/s]; see ``Field``."""
+        """Return a bound of the rates at which elements relax and flow [1/s]; see ``Field``."""
         fastest = 0.0
-        for _, own in self.in_blocks() if self.branches is not None else ():
-            assert own.branches is not None
-            strain = SolidStrain(own.deformations(position))
-            fastest = max(fastest, own.branches.fastest(strain, velocity))
+        for _, own in self.in_blocks() if self.remembers else ():
+            strain, relaxing = SolidStrain(own.deformations(position)), np.zeros(1)
+            if own.branches is not None:
+                rate, relaxing = own.branches.fastest(strain, velocity)
+                fastest = max(fastest, rate)
+            if own.yielding is not None:
+                plastic = own.yielding.plastic(velocity, self._points)
+                elastic = plastic.elastic(strain)
+                slopes = own._slopes(elastic)
+                fastest = max(fastest, own.yielding.fastest(elastic, slopes, relaxing))
         return fastest
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
@@ -428,7 +469,7 @@ class SolidElements(MaterialField, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
-        if self.branches is None:
+        if not self.remembers:
             super().add_forces(time, position, velocity, to)
             return
         hidden = self.hidden
@@ -461,6 +502,7 @@ class SolidElements(MaterialField, frozen=True):
             fibre_stiffness=self.fibres.stiffness,
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
             **branch_columns(self.branches, self.item_count, place),
+            **yield_columns(self.yielding, self.item_count, place),
             is_curved=is_curved, is_viscous=self.is_damped,
             by_first=first, by_second=second,
             points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
@@ -489,6 +531,17 @@ class SolidElements(MaterialField, frozen=True):
     def _points(self) -> int:
         """Return the number of points of an element."""
         return len(self.shape.weights)
+
+    def _stored(self) -> Iterator[StoredTensors]:
+        """Yield what is kept in hidden nodes, in their order."""
+        if self.branches is not None:
+            yield self.branches
+        if self.yielding is not None:
+            yield self.yielding
+
+    def _elastic(self, strain: SolidStrain) -> SolidStrain:
+        """Return the strain that laws store energy for, at the points of F."""
+        return strain if self.plastic is None else self.plastic.elastic(strain)
 
     def _besides(self) -> "Iterator[FibreFamily | RelaxingStress]":
         """Yield what has an energy beside that of the law."""

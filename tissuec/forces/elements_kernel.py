@@ -9,8 +9,9 @@ from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 #: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
 #: a value where an element is inverted, and grows.
 LEAST = 0.2
-#: Numbers of the state at a point: F, its cofactors, J, I1, P, g and g'.
-STATE = 31
+#: Numbers of the state at a point: F, its cofactors, J, I1, P, g, g', and what of P makes an
+#: element yield.
+STATE = 40
 _LARGEST = 4.0  # up to which the iteration for a root converges
 
 
@@ -35,13 +36,16 @@ class ElementTable(NamedTuple):
     branch_pace: Floats  # 1 / τ [1/s], shape (branch,)
     branch_slot: Integers  # where the first number of a branch is among velocities, (branch,)
     branch_rate: Floats  # of Ci - 1 in these [m/s], shape (branch,)
+    is_yielding: bool  # whether any element yields; without, the following are empty
+    yield_slot: Integers  # where the first number of Cp is; -1 in elements that do not yield
+    yield_rate: Floats  # of Cp - 1 there [m/s], shape (element,)
+    yield_stress: Floats  # Y [Pa], shape (element,)
+    yield_pace: Floats  # 1 / η [1/(Pa s)], shape (element,)
     is_curved: bool  # whether any law is not neo-Hookean
     is_viscous: bool
     by_first: int  # address of the slope of laws by the first invariant
     by_second: int  # by the second one
-    points: (
-        Rows  # scratch: F, cofactors, J, I1, P, g and g' of each point, shape (point, STATE)
-    )
+    points: Rows  # scratch: the state at each point, shape (point, STATE)
     own: Rows  # scratch: positions, velocities and forces of the nodes, shape (3, 3 node)
 
 
@@ -68,7 +72,7 @@ def press_elements(
     """
     at, flow, push = solid.own[0], solid.own[1], solid.own[2]
     for e in range(solid.nodes.shape[0]):
-        row = solid.row[e]
+        row, yields = solid.row[e], solid.is_yielding and solid.yield_slot[e] >= 0
         for a in range(solid.nodes.shape[1]):
             i = 3 * solid.nodes[e, a]
             for k in range(3):
@@ -88,13 +92,21 @@ def press_elements(
                 solid.points[q],
                 solid.weight[row, q],
             )
-            stress(e, swell + solid.local[e] * (here[18] - 1.0), here, solid)
+            pressure = swell + solid.local[e] * (here[18] - 1.0)
+            if yields:
+                bear(e, pressure, q, v, here, solid)
+            else:
+                stress(e, pressure, here, solid)
             for family in range(solid.fibres.shape[1]):
                 stretch(e, solid.fibres[e, family], here, solid)
             if solid.is_viscous:
                 power[1] += weight * resist(solid.viscosity[e], flow, slopes, here)
+            if yields:
+                set_apart(here)
             for branch in range(solid.first[e], solid.first[e + 1]):
                 power[1] += weight * relax(branch, q, v, f, here, solid)
+            if yields:
+                power[1] += weight * give_way(e, q, v, f, here, solid)
             pull(-weight, slopes, here, push)
         for a in range(solid.nodes.shape[1]):
             i = 3 * solid.nodes[e, a]
@@ -271,6 +283,144 @@ def relax(
     x0, x4, x8 = x0 - third, x4 - third, x8 - third
     square = x0 * x0 + x4 * x4 + x8 * x8 + 2.0 * (x1 * x3 + x2 * x6 + x5 * x7)
     return float(0.5 * shear * pace * sqrt(u) * square)
+
+
+def set_apart(here: Floats) -> None:
+    """Subtract P from that of the law alone, before branches add to P.
+
+    Args:
+        here: The state at a point; see ``deform``.
+    """
+    for k in range(9):
+        here[31 + k] -= here[20 + k]
+
+
+def give_way(
+    e: int, point: int, v: Floats, f: Floats, here: Floats, solid: ElementTable
+) -> float:
+    """Add the rates at which an element flows that yields, with its branches.
+
+    Args:
+        e: Number of the element.
+        point: Number of the point.
+        v: Velocities of all nodes [m/s], flat; those of hidden ones keep Cp - 1 and Ci - 1.
+        f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
+        here: The state there; see ``deform``. Of what is set apart, P makes P of law and
+            branches, neither fibres nor viscosity.
+        solid: The elements.
+
+    Returns:
+        The power that it dissipates [W/m³].
+    """
+    for k in range(9):
+        here[31 + k] += here[20 + k]
+    # Pᵀ F, whose deviator is N.
+    n0 = here[31] * here[0] + here[34] * here[3] + here[37] * here[6]
+    n1 = here[31] * here[1] + here[34] * here[4] + here[37] * here[7]
+    n2 = here[31] * here[2] + here[34] * here[5] + here[37] * here[8]
+    n3 = here[32] * here[0] + here[35] * here[3] + here[38] * here[6]
+    n4 = here[32] * here[1] + here[35] * here[4] + here[38] * here[7]
+    n5 = here[32] * here[2] + here[35] * here[5] + here[38] * here[8]
+    n6 = here[33] * here[0] + here[36] * here[3] + here[39] * here[6]
+    n7 = here[33] * here[1] + here[36] * here[4] + here[39] * here[7]
+    n8 = here[33] * here[2] + here[36] * here[5] + here[39] * here[8]
+    third = (n0 + n4 + n8) / 3.0
+    n0, n4, n8 = n0 - third, n4 - third, n8 - third
+    square = n0 * n0 + n4 * n4 + n8 * n8 + 2.0 * (n1 * n3 + n2 * n6 + n5 * n7)
+    size = sqrt(1.5 * max(square, 0.0))
+    if not size > solid.yield_stress[e]:
+        return 0.0
+    pace = 1.5 * solid.yield_pace[e] * (size - solid.yield_stress[e]) / size
+    flow = (n0, n1, n2, n3, n4, n5, n6, n7, n8)
+    i = solid.yield_slot[e] + 6 * point
+    carry(i, pace, solid.yield_rate[e], flow, v, f)
+    for branch in range(solid.first[e], solid.first[e + 1]):
+        k = solid.branch_slot[branch] + 6 * point
+        carry(k, pace, solid.branch_rate[branch], flow, v, f)
+    return float(pace * square)
+
+
+def bear(
+    e: int, pressure: float, point: int, v: Floats, here: Floats, solid: ElementTable
+) -> None:
+    """Set P of the law of an element that yields.
+
+    Args:
+        e: Number of the element.
+        pressure: What the change of volume costs, per J [Pa].
+        point: Number of the point.
+        v: Velocities of all nodes [m/s], flat; those of hidden ones keep Cp - 1.
+        here: The state there; see ``deform``. P is also set behind it, to be set apart.
+        solid: The elements.
+    """
+    i, s = solid.yield_slot[e] + 6 * point, 1.0 / solid.yield_rate[e]
+    c0, c1, c2 = 1.0 + s * v[i], 1.0 + s * v[i + 1], 1.0 + s * v[i + 2]
+    c3, c4, c5 = s * v[i + 3], s * v[i + 4], s * v[i + 5]
+    # A as in ``unimodular_inverse``.
+    a0, a1, a2 = c1 * c2 - c3 * c3, c0 * c2 - c4 * c4, c0 * c1 - c5 * c5
+    a3, a4, a5 = c4 * c5 - c0 * c3, c3 * c5 - c1 * c4, c3 * c4 - c2 * c5
+    u, _ = isochoric(c0 * a0 + c5 * a5 + c4 * a4)
+    a0, a1, a2, a3, a4, a5 = u * a0, u * a1, u * a2, u * a3, u * a4, u * a5
+    for k in range(3):
+        p, q, r = here[3 * k], here[3 * k + 1], here[3 * k + 2]
+        here[20 + 3 * k] = p * a0 + q * a5 + r * a4
+        here[21 + 3 * k] = p * a5 + q * a1 + r * a3
+        here[22 + 3 * k] = p * a4 + q * a3 + r * a2
+    # F A Fᵀ, whose invariants are those of what is elastic.
+    b0 = here[20] * here[0] + here[21] * here[1] + here[22] * here[2]
+    b1 = here[20] * here[3] + here[21] * here[4] + here[22] * here[5]
+    b2 = here[20] * here[6] + here[21] * here[7] + here[22] * here[8]
+    b4 = here[23] * here[3] + here[24] * here[4] + here[25] * here[5]
+    b5 = here[23] * here[6] + here[24] * here[7] + here[25] * here[8]
+    b8 = here[26] * here[6] + here[27] * here[7] + here[28] * here[8]
+    i1 = b0 + b4 + b8
+    i2 = b0 * b4 + b4 * b8 + b8 * b0 - b1 * b1 - b2 * b2 - b5 * b5
+    g, by_j = isochoric(here[18])
+    here[29], here[30] = g, by_j
+    first, second, shear = 0.5, 0.0, solid.shear[e]
+    if solid.is_curved and solid.law[e] > 0:
+        first = call_law(solid.by_first, solid.law[e], g * i1, g * g * i2)
+        second = call_law(solid.by_second, solid.law[e], g * i1, g * g * i2)
+    s = shear * (2.0 * g * first + 2.0 * g * g * second * i1)
+    t = shear * by_j * (first * i1 + 2.0 * g * second * i2) + pressure
+    u = -2.0 * shear * g * g * second
+    for k in range(3):
+        p, q, r = here[20 + k], here[23 + k], here[26 + k]
+        here[20 + k] = (s + u * b0) * p + u * (b1 * q + b2 * r) + t * here[9 + k]
+        here[23 + k] = (s + u * b4) * q + u * (b1 * p + b5 * r) + t * here[12 + k]
+        here[26 + k] = (s + u * b8) * r + u * (b2 * p + b5 * q) + t * here[15 + k]
+    for k in range(9):
+        here[31 + k] = here[20 + k]
+
+
+def carry(
+    i: int,
+    pace: float,
+    rate: float,
+    flow: tuple[float, float, float, float, float, float, float, float, float],
+    v: Floats,
+    f: Floats,
+) -> None:
+    """Add λ (T N + Nᵀ T) to the rates of a tensor T that plastic flow carries along.
+
+    Args:
+        i: Where the first number of T - 1 is among velocities.
+        pace: λ [1/(Pa s)].
+        rate: Of T - 1 there [m/s].
+        flow: N, row by row [Pa].
+        v: Velocities of all nodes [m/s], flat.
+        f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
+    """
+    n0, n1, n2, n3, n4, n5, n6, n7, n8 = flow
+    scale, give = 1.0 / rate, rate * pace
+    c0, c1, c2 = 1.0 + scale * v[i], 1.0 + scale * v[i + 1], 1.0 + scale * v[i + 2]
+    c3, c4, c5 = scale * v[i + 3], scale * v[i + 4], scale * v[i + 5]
+    f[i] += 2.0 * give * (c0 * n0 + c5 * n3 + c4 * n6)
+    f[i + 1] += 2.0 * give * (c5 * n1 + c1 * n4 + c3 * n7)
+    f[i + 2] += 2.0 * give * (c4 * n2 + c3 * n5 + c2 * n8)
+    f[i + 3] += give * (c5 * n2 + c1 * n5 + c3 * n8 + c4 * n1 + c3 * n4 + c2 * n7)
+    f[i + 4] += give * (c0 * n2 + c5 * n5 + c4 * n8 + c4 * n0 + c3 * n3 + c2 * n6)
+    f[i + 5] += give * (c0 * n1 + c5 * n4 + c4 * n7 + c5 * n0 + c1 * n3 + c3 * n6)
 
 
 def unimodular_inverse(

@@ -20,41 +20,30 @@ is never negative, as X has real eigenvalues. (J. C. Simo, Comput. Meth. Appl. M
 60:153, 1987; A. Lion, Acta Mechanica 123:1, 1997; A. V. Shutov, R. Landgraf, J. Ihlemann,
 Comput. Meth. Appl. Mech. Eng. 265:213, 2013.)
 
-Ci - 1 is kept in the velocities of hidden nodes, six numbers for each branch and point, times a
-``rate``, so that it is stepped, stored and resumed like all other motion.
+Ci is kept in the velocities of hidden nodes; see ``forces.stored_tensors``.
 """
 
 from typing import Any, Self
 
 import numpy as np
-from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.forces.elements_kernel import LEAST
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain, outer
+from tissuec.forces.stored_tensors import StoredTensors, unimodular_inverse
 from tissuec.model.network import Floats, Indices
 
-#: Rows and columns of the six numbers of a symmetric tensor.
-ROWS, COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
-SIX = len(ROWS)
 
-
-class SolidBranches(Struct, frozen=True, eq=False):
-    """Branches of elements.
+class SolidBranches(StoredTensors, frozen=True):
+    """Branches of elements, each of which keeps Ci.
 
     Attributes:
         shear: μk [Pa], shape (branch, element); zero where there is none.
         time: τ [s], shape (branch, element); infinite where there is none.
-        slot: Place of the first number of Ci - 1 among the components of all velocities, those
-            of the other points behind it, shape (branch, element); -1 where there is none.
-        rate: What Ci - 1 is multiplied by there [m/s], shape (branch, element).
     """
 
     shear: Floats
     time: Floats
-    slot: Indices
-    rate: Floats
 
     @classmethod
     def new(cls, shear: Floats, time: Floats) -> Self:
@@ -63,11 +52,11 @@ class SolidBranches(Struct, frozen=True, eq=False):
         Args:
             shear, time: As the attributes [Pa], [s], shape (branch, element).
         """
-        return cls(shear, time, np.full(shear.shape, -1), np.ones(shear.shape))
+        return cls(np.full(shear.shape, -1), np.ones(shear.shape), shear, time)
 
     def some(self, items: Indices) -> Self:
         """Return those of some elements, by indices of shape (n,)."""
-        columns = self.shear, self.time, self.slot, self.rate
+        columns = self.slot, self.rate, self.shear, self.time
         return type(self)(*(column[:, items] for column in columns))
 
     @property
@@ -76,70 +65,14 @@ class SolidBranches(Struct, frozen=True, eq=False):
         return self.shear.sum(axis=0)
 
     @property
-    def exists(self) -> Indices:
-        """Return elements and branches that there are, element by element, shape (n, 2)."""
-        return np.argwhere((self.shear > 0.0).T)
+    def keeps(self) -> NDArray[np.bool_]:
+        """Return which branches there are, shape (branch, element)."""
+        return self.shear > 0.0
 
-    def stored(self, first: int, points: int, fastest: float, size: Floats) -> Self:
-        """Return the same with storage.
-
-        Args:
-            first: Place of the first number among the components of all velocities.
-            points: Of each element.
-            fastest: A bound of the angular frequencies of the net [1/s].
-            size: Of elements [m], shape (element,).
-        """
-        element, branch = self.exists.T
-        slot = np.full(self.shear.shape, -1)
-        slot[branch, element] = first + SIX * points * np.arange(len(element))
-        return replace(self, slot=slot, rate=size * np.maximum(1.0 / self.time, fastest))
-
-    def nodes(self, points: int) -> Indices:
-        """Return the hidden nodes that keep all Ci, ascending, shape (node,).
-
-        Args:
-            points: Of each element.
-        """
-        element, branch = self.exists.T
-        first = self.slot[branch, element] // 3
-        nodes = first[:, None] + np.arange(SIX * points // 3)
-        return nodes[first >= 0].ravel()
-
-    # --- variables ----------------------------------------------------------------------------
-
-    def tensors(self, velocity: Floats, points: int) -> Floats:
-        """Return Ci, dimensionless, shape (…, branch, element, point, 3, 3); 1 without storage.
-
-        Args:
-            velocity: Of all nodes [m/s], shape (…, node, 3).
-            points: Of each element.
-        """
-        flat = velocity.reshape(*velocity.shape[:-2], -1)
-        place = self._places(points)
-        has = (self.slot >= 0)[..., None, None]
-        kept = flat[..., np.where(has, place, 0)] / self.rate[..., None, None]
-        six = np.where(has, kept, 0.0)
-        found = np.empty((*six.shape[:-1], 3, 3))
-        found[..., ROWS, COLUMNS] = found[..., COLUMNS, ROWS] = six
-        return found + np.eye(3)
-
-    def keep(self, velocity: Floats, tensors: Floats, items: Indices) -> None:
-        """Set Ci of some elements, in the velocities of all nodes.
-
-        Args:
-            velocity: Changed in place [m/s], shape (node, 3).
-            tensors: The same of all branches, dimensionless, shape (item, point, 3, 3).
-            items: Indices of the elements, shape (item,).
-        """
-        flat, places = velocity.reshape(-1), self._places(tensors.shape[1])[:, items]
-        six = (tensors - np.eye(3))[..., ROWS, COLUMNS]
-        for slot, place, rate in zip(self.slot, places, self.rate, strict=True):
-            has = slot[items] >= 0
-            flat[place[has]] = (rate[items, None, None] * six)[has]
-
-    def _places(self, points: int) -> Indices:
-        """Return places of the six numbers, shape (branch, element, point, 6)."""
-        return self.slot[..., None, None] + np.arange(SIX * points).reshape(points, SIX)
+    @property
+    def slowest(self) -> Floats:
+        """Return the least rates that they are measured by [1/s], shape (branch, element)."""
+        return 1.0 / self.time
 
     def remembered(self, velocity: Floats, points: int) -> "RelaxingStress":
         """Return what branches do while nothing gives way.
@@ -152,8 +85,10 @@ class SolidBranches(Struct, frozen=True, eq=False):
         weight = self.shear[..., None, None, None] * inverse
         return RelaxingStress(weight.sum(axis=-5), self.sudden)
 
-    def fastest(self, strain: SolidStrain, velocity: Floats) -> float:
-        """Return the largest rate at which any branch gives way [1/s].
+    def fastest(self, strain: SolidStrain, velocity: Floats) -> tuple[float, Floats]:
+        """Return the largest rate at which any branch gives way [1/s], and Σ μk tr(C' A).
+
+        The latter has the shape (element, point) [Pa].
 
         Args:
             strain: At the points of all elements.
@@ -162,18 +97,8 @@ class SolidBranches(Struct, frozen=True, eq=False):
         inverse = unimodular_inverse(self.tensors(velocity, strain.j.shape[-1]))
         right = strain.f.swapaxes(-1, -2) @ strain.f
         trace = strain.g * np.einsum("...kl,...kl->...", right, inverse)
-        is_there = (self.shear > 0.0)[..., None]
-        return float(np.where(is_there, trace / (3.0 * self.time[..., None]), 0.0).max())
-
-
-def unimodular_inverse(tensors: Floats) -> Floats:
-    """Return A = Ci⁻¹ det(Ci)^(1/3), dimensionless, shape (…, 3, 3).
-
-    Args:
-        tensors: Ci, dimensionless, shape (…, 3, 3).
-    """
-    strain = SolidStrain(tensors)
-    return strain.g[..., None, None] * strain.cofactors
+        rates = np.where(self.keeps[..., None], trace / (3.0 * self.time[..., None]), 0.0)
+        return float(rates.max()), (self.shear[..., None] * trace).sum(axis=0)
 
 
 def branch_columns(

@@ -78,7 +78,11 @@ class Balance:
         self.mass = state.mass[self.free]
         self.load = applied_forces(state)[self.free]
         self._number, self._time = number, state.time
-        self._fields = tuple(field.relaxed for field in state.fields)
+        self._fields = tuple(field.recalling(state.velocity).relaxed for field in state.fields)
+        # Nothing moves; the velocities of hidden nodes say how far elements have flowed.
+        self._still = np.zeros_like(state.velocity)
+        for field in self._fields:
+            self._still[field.hidden] = state.velocity[field.hidden]
         self._position = state.position.copy()
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)
@@ -121,9 +125,9 @@ class Balance:
         total = self.load.copy()
         self.springs.add_forces(bars, total)
         if self._fields:
-            pressed, rest = np.zeros_like(bars.position), np.zeros_like(bars.position)
+            pressed = np.zeros_like(bars.position)
             for acting in self._fields:
-                acting.add_forces(self._time, bars.position, rest, pressed)
+                acting.add_forces(self._time, bars.position, self._still, pressed)
             total += pressed[self.free]
         return total if self._planes is None else self._kept(total)
 
@@ -216,10 +220,10 @@ class Balance:
 
         That of a field is its sum at a node, also at one that is held.
         """
-        forces, rest = [self.load], np.zeros_like(bars.position)
+        forces = [self.load]
         for acting in self._fields:
-            forces.append(np.zeros_like(rest))
-            acting.add_forces(self._time, bars.position, rest, forces[-1])
+            forces.append(np.zeros_like(bars.position))
+            acting.add_forces(self._time, bars.position, self._still, forces[-1])
         loads = [float(norm(force).max(initial=0.0)) for force in forces]
         return max(float(np.abs(bars.tension).max(initial=0.0)), *loads)
 

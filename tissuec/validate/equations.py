@@ -183,7 +183,7 @@ class Equations:
         field: Any = block.field.intact(state.alive)
         match block.kind:
             case "elements":
-                return ElementSolid(field, state.network.position)
+                return ElementSolid(field, state.network.position, state.velocity)
             case "membranes":
                 return MembraneWall(field)
             case "volume":

@@ -1,4 +1,4 @@
-"""The unknowns of all elements that relax, one field after the other."""
+"""The unknowns of all elements that relax or yield, one field after the other."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ Indices = NDArray[np.int64]
 
 
 class RelaxingFields:
-    """The unknowns of all fields that relax; see ``validate.forces.relaxing``.
+    """The unknowns of all fields that remember; see ``validate.forces.relaxing``.
 
     Args:
         fields: All of the net.
@@ -27,27 +27,28 @@ class RelaxingFields:
     """
 
     def __init__(self, fields: "tuple[ElementSolid, ...]"):
-        self._fields = [(f, f.branches) for f in fields if f.branches is not None]
-        self.count = sum(branches.count for _, branches in self._fields)
+        self._fields = [field for field in fields if field.kept]
+        self._kept = [kept for field in self._fields for kept in field.kept]
+        self.count = sum(kept.count for kept in self._kept)
 
     def read(self, velocity: Floats) -> Floats:
         """Return the unknowns, dimensionless, shape (count,)."""
-        return _joined([branches.read(velocity) for _, branches in self._fields])
+        return _joined([kept.read(velocity) for kept in self._kept])
 
     def write(self, given: Floats, velocity: Floats) -> None:
         """Store the unknowns, dimensionless, shape (count,), as velocities."""
         first = 0
-        for _, branches in self._fields:
-            branches.write(given[first : first + branches.count], velocity)
-            first += branches.count
+        for kept in self._kept:
+            kept.write(given[first : first + kept.count], velocity)
+            first += kept.count
 
     def rates(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of the unknowns [1/s], shape (count,)."""
-        return _joined([b.rates(f.unimodular(position), velocity) for f, b in self._fields])
+        return _joined([field.rates(position, velocity) for field in self._fields])
 
     def energy(self, position: Floats, velocity: Floats) -> float:
-        """Return the energy of all branches at positions of shape (node, 3) [J]."""
-        return sum(f.stored_in_branches(position, velocity) for f, _ in self._fields)
+        """Return the energy that depends on unknowns, at positions of shape (node, 3) [J]."""
+        return sum(field.remembered_energy(position, velocity) for field in self._fields)
 
     def let_relax(self, position: Floats, velocity: Floats, free: Indices) -> None:
         """Store that the branches of elements at free nodes gave way for good.
@@ -56,17 +57,19 @@ class RelaxingFields:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
             free: The free nodes, shape (free,).
         """
-        for field, branches in self._fields:
-            branches.given_way(field.unimodular(position), field.touches(free), velocity)
+        for field in self._fields:
+            if field.branches is not None:
+                right = field.unimodular(position)
+                field.branches.given_way(right, field.touches(free), velocity)
 
     def allowed(self, place: float) -> Floats:
         """Return errors of unknowns that count as one of positions [m], shape (count,)."""
-        return _joined([branches.allowed(place) for _, branches in self._fields])
+        return _joined([kept.allowed(place) for kept in self._kept])
 
     @property
     def slowing(self) -> Floats:
         """Return about the derivatives of rates by their own unknowns [1/s], shape (count,)."""
-        return _joined([branches.slowing for _, branches in self._fields])
+        return _joined([kept.slowing for kept in self._kept])
 
 
 def _joined(parts: list[Floats]) -> Floats:

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from tissuec.mechanics.state import State
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import ELEMENTS, Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
 from tissuec.validate.forces.pressure import PressedSkin
 from tissuec.validate.forces.symmetry import MirroredForces
@@ -245,6 +245,10 @@ class EnergyField:
         self._time = state.time
         self._speed = np.zeros_like(state.velocity)
         self._speed[state.network.memory] = state.velocity[state.network.memory]
+        # Without what bristles of friction remember.
+        self._flowed = np.zeros_like(state.velocity)
+        flowed = state.network.remembering(ELEMENTS)
+        self._flowed[flowed] = state.velocity[flowed]
         self.free, self.drawn = equations.free, equations.drawn[equations.free]
         self.mass = equations.mass
         self.start = (state.position[self.free] - self.drawn).ravel()
@@ -271,7 +275,7 @@ class EnergyField:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
         motion = self._state(moved)
         forces = self._equations.inner_forces(
-            self._time, motion, np.zeros_like(motion), self._springs(moved)
+            self._time, motion, self._flowed, self._springs(moved)
         )
         return forces[self.free].ravel() + self._load
 
@@ -307,6 +311,7 @@ class EnergyField:
         place = self._equations.drawn + self._state(moved)
         pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
         pressed += sum(one.potential(self._time, place) for one in self._pressures)
+        pressed += self._equations.relaxing.energy(place, self._flowed)
         return float(elastic - (self._load + self._frozen) @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:
@@ -323,8 +328,7 @@ class EnergyField:
         if not self._equations.fields:
             return most
         motion = self._state(moved)
-        still = np.zeros_like(motion)
-        sums = self._equations.inner_forces(self._time, motion, still, springs)
+        sums = self._equations.inner_forces(self._time, motion, self._flowed, springs)
         return max(most, float(np.abs(sums).max()))
 
     def stiffness(self, moved: Floats) -> csr_matrix:

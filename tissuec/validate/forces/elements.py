@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.linalg import expm
 
 from tissuec.validate.forces import assembled
-from tissuec.validate.forces.relaxing import RelaxingElements
+from tissuec.validate.forces.relaxing import PlasticElements, RelaxingElements
 from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
@@ -34,9 +34,13 @@ class ElementSolid:
     Args:
         elements: Read for nodes, moduli and laws.
         drawn: Places of all nodes as drawn [m], shape (node, 3).
+        velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones say how far elements
+            have flowed, as which they count for ``matrix``.
     """
 
-    def __init__(self, elements: "SolidElements", drawn: Floats):
+    def __init__(
+        self, elements: "SolidElements", drawn: Floats, velocity: Floats | None = None
+    ):
         self._nodes = elements.nodes
         self._shear = elements.shear[:, None]
         self._bulk = elements.bulk
@@ -47,6 +51,11 @@ class ElementSolid:
         self._laws = SolidLaws(elements.laws, elements.law, self._shear)
         has_branches = elements.branches is not None and len(elements.hidden)
         self.branches = RelaxingElements(elements) if has_branches else None
+        yields = elements.yielding is not None and len(elements.hidden)
+        self.plastic = PlasticElements(elements) if yields else None
+        #: What they remember, in the order of unknowns.
+        self.kept = [one for one in (self.branches, self.plastic) if one is not None]
+        self._velocity = np.zeros_like(drawn) if velocity is None else velocity
         points, weights, exponents, corners = RULES[elements.shape.name]()
         own: NDArray[np.floating[Any]] = np.linalg.inv(_monomials(corners, exponents))
         natural = np.einsum("qmk,ma->qak", _slopes(points, exponents), own)
@@ -68,8 +77,19 @@ class ElementSolid:
         mean = (self._weight * j).sum(axis=1) / self._volume
         return f, j, np.broadcast_to((self._bulk * (mean - 1.0))[:, None], j.shape)
 
+    def _flowed(self, velocity: Floats) -> Floats | None:
+        """Return Cp⁻¹ without its volume, shape (element, point, 3, 3); None if none yields."""
+        return None if self.plastic is None else self.plastic.unimodular(velocity)
+
     def _stress(
-        self, c: Any, sign: Floats, pressure: Floats, relaxing: Floats | None = None
+        self,
+        c: Any,
+        sign: Floats,
+        pressure: Floats,
+        relaxing: Floats | None = None,
+        flowed: Floats | None = None,
+        *,
+        fibred: bool = True,
     ) -> Any:
         """Return S [Pa], shape (element, point, 3, 3), of C, which may be complex.
 
@@ -78,6 +98,8 @@ class ElementSolid:
             sign: Of J, shape (element, point).
             pressure: Of the mean [Pa], shape (element, point).
             relaxing: Σ μk B of branches [Pa], shape (element, point, 3, 3); None without any.
+            flowed: Cp⁻¹ without its volume, of the same shape; None if none yields.
+            fibred: Whether to include fibres.
         """
         a, b, d = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
         p, q, r = c[..., 1, 2], c[..., 0, 2], c[..., 0, 1]
@@ -92,24 +114,27 @@ class ElementSolid:
         first, second = a + b + d, a * b + b * d + d * a - p * p - q * q - r * r
         near = np.where(j.real < LEAST, LEAST, j)
         g, slope = _isochoric(near, j - near)
-        by_first, by_second = self._laws.slopes(g * first, g**2 * second)
-        of_fibres: Any = 0.0
+        one, i1, i2 = np.eye(3), first, second
+        if flowed is not None:
+            one, (i1, i2) = flowed, _invariants(c @ flowed)
+        by_first, by_second = self._laws.slopes(g * i1, g**2 * i2)
+        by_j = slope * (by_first * i1 + 2.0 * g * by_second * i2)
+        by_j = by_j + pressure + self._local * (j - 1.0)
+        stress = 2.0 * (by_first * g + by_second * g * g * i1)[..., None, None] * one
+        stress = stress - 2.0 * (by_second * g * g)[..., None, None] * (one @ c @ one)
         k1, k2, spread = self._fibres
-        for along in np.moveaxis(self._along, 1, 0):
+        for along in np.moveaxis(self._along, 1, 0) if fibred else ():
             fourth = np.einsum("eqkl,ek,el->eq", c, along, along)
             e = spread * (g * first - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
             pull = np.where(e.real > 0.0, k1 * e * np.exp(k2 * e * e), 0.0)
-            by_first = by_first + pull * spread
+            by_j = by_j + slope * pull * spread * first
             line = np.einsum("eq,ek,el->eqkl", pull * (1.0 - 3.0 * spread), along, along)
-            of_fibres = of_fibres + 2.0 * line
-        by_j = slope * (by_first * first + 2.0 * g * by_second * second)
-        by_j = by_j + pressure + self._local * (j - 1.0)
+            stress = (
+                stress + 2.0 * line + 2.0 * (pull * spread * g)[..., None, None] * np.eye(3)
+            )
         if relaxing is not None:
             by_j = by_j + 0.5 * slope * np.einsum("eqkl,eqkl->eq", c, relaxing)
-            of_fibres = of_fibres + g[..., None, None] * relaxing
-        one = np.eye(3)
-        stress = 2.0 * (by_first * g + by_second * g * g * first)[..., None, None] * one
-        stress = stress + of_fibres - 2.0 * (by_second * g * g)[..., None, None] * c
+            stress = stress + g[..., None, None] * relaxing
         return stress + (by_j / j)[..., None, None] * cofactors
 
     def resistance(self, count: int) -> Floats:
@@ -131,7 +156,7 @@ class ElementSolid:
         f, j, pressure = self._strained(position)
         relaxing = None if self.branches is None else self.branches.weight(velocity)
         c = np.einsum("eqxk,eqxl->eqkl", f, f)
-        stress = self._stress(c, np.sign(j), pressure, relaxing)
+        stress = self._stress(c, np.sign(j), pressure, relaxing, self._flowed(velocity))
         push = np.einsum("eq,eqxk,eqkl,eqal->eax", self._weight, f, stress, self._slope)
         if self._eta.any():
             rate, way, thick = self._flow(f, j, velocity)
@@ -139,13 +164,14 @@ class ElementSolid:
         np.subtract.at(to, self._nodes, push)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]."""
+        """Return the stored energy [J], without ``remembered_energy``."""
         return float(self._energies(position).sum())
 
     def _energies(self, position: Floats) -> Floats:
         """Return the energy of each element [J], the work of the stress along a straight way.
 
-        Each law is integrated from the drawn state on, where it stores nothing.
+        Each law is integrated from the drawn state on, where it stores nothing. Where elements
+        yield, laws are left out, because their energy depends on how far.
         """
         f, j, _ = self._strained(position)
         near = np.maximum(j, LEAST)
@@ -155,7 +181,8 @@ class ElementSolid:
         second = 0.5 * (first**2 - np.einsum("eqkl,eqlk->eq", c, c))
         one = g * first - 3.0
         total = 0.5 * self._local * (j - 1.0) ** 2
-        total += self._laws.energies(g * first, g * g * second)
+        if self.plastic is None:
+            total += self._laws.energies(g * first, g * g * second)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             stretched = np.einsum("eqxk,ek->eqx", f, along)
@@ -187,9 +214,12 @@ class ElementSolid:
         largest = np.linalg.eigvalsh(kirchhoff)[:, -1] / widest
         held = self._energies(position) / self._volume ** (2.0 / 3.0)
         loads = (
-            (widest - 1.0) / limits.strain, largest / limits.stress, held / limits.toughness
+            (widest - 1.0, limits.strain), (largest, limits.stress), (held, limits.toughness)
         )  # fmt: skip
-        return np.asarray(np.max(loads, axis=0))
+        # Where there is no limit, the load may be no number: elements that yield have no limit
+        # of stress or energy, which are those without any flow here.
+        each = [np.where(np.isfinite(limit), load / limit, 0.0) for load, limit in loads]
+        return np.asarray(np.max(each, axis=0))
 
     def unimodular(self, position: Floats) -> Floats:
         """Return C without its change of volume, dimensionless.
@@ -208,16 +238,50 @@ class ElementSolid:
         """Return which elements have any of some nodes, shape (element,)."""
         return np.isin(self._nodes, nodes).any(axis=1)
 
-    def stored_in_branches(self, position: Floats, velocity: Floats) -> float:
-        """Return the energy of branches [J]; that of the elements themselves is ``energy``.
+    def remembered_energy(self, position: Floats, velocity: Floats) -> float:
+        """Return the energy of branches, and of laws where elements yield [J].
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        if self.branches is None:
-            return 0.0
-        each = self.branches.energy(self.unimodular(position), velocity)
-        return float((self._weight * each).sum())
+        right, total = self.unimodular(position), np.zeros_like(self._weight)
+        if self.branches is not None:
+            total += self.branches.energy(right, velocity)
+        if self.plastic is not None:
+            total += self._laws.energies(
+                *_invariants(right @ self.plastic.unimodular(velocity))
+            )
+        return float((self._weight * total).sum())
+
+    def rates(self, position: Floats, velocity: Floats) -> Floats:
+        """Return the rates of all unknowns [1/s], shape (n,).
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        carried, found = self._carried(position, velocity), [np.zeros(0)]
+        if self.branches is not None:
+            found += [self.branches.rates(self.unimodular(position), velocity, carried)]
+        if self.plastic is not None and carried is not None:
+            found += [self.plastic.rates(carried, velocity)]
+        return np.concatenate(found)
+
+    def _carried(self, position: Floats, velocity: Floats) -> Floats | None:
+        """Return the flow M [1/s], shape (element, point, 3, 3); None if nothing yields."""
+        return (
+            None
+            if self.plastic is None
+            else self.plastic.flow(self._turned(position, velocity))
+        )
+
+    def _turned(self, position: Floats, velocity: Floats) -> Floats:
+        """Return S C of laws and branches [Pa], shape (element, point, 3, 3)."""
+        f, j, pressure = self._strained(position)
+        c = np.einsum("eqxk,eqxl->eqkl", f, f)
+        relaxing = None if self.branches is None else self.branches.weight(velocity)
+        flowed = self._flowed(velocity)
+        stress = self._stress(c, np.sign(j), 0.0 * pressure, relaxing, flowed, fibred=False)
+        return np.asarray(stress @ c)
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside [W]: none."""
@@ -229,6 +293,10 @@ class ElementSolid:
         if self.branches is not None:
             each = self.branches.lost(self.unimodular(position), velocity)
             lost = float((self._weight * each).sum())
+        if self.plastic is not None:
+            turned = self._turned(position, velocity)
+            each = np.einsum("eqkl,eqlk->eq", turned, self.plastic.flow(turned))
+            lost += float((self._weight * each).sum())
         if not self._eta.any():
             return lost
         f, j, _ = self._strained(position)
@@ -255,7 +323,8 @@ class ElementSolid:
         """
         f, j, pressure = self._strained(position)
         c, sign = np.einsum("eqxk,eqxl->eqkl", f, f), np.sign(j)
-        stress = self._stress(c, sign, pressure)
+        flowed = self._flowed(self._velocity)
+        stress = self._stress(c, sign, pressure, None, flowed)
         inner = np.einsum(
             "eq,eqak,eqkl,eqbl->eab", self._weight, self._slope, stress, self._slope
         )
@@ -265,7 +334,7 @@ class ElementSolid:
             moved[..., k, m] += 1j * STEP
             if k != m:
                 moved[..., m, k] += 1j * STEP
-            change = self._stress(moved, sign, pressure).imag / STEP
+            change = self._stress(moved, sign, pressure, None, flowed).imag / STEP
             # How the component of C changes with places.
             by_place = np.einsum("eqx,eqa->eqax", f[..., k], self._slope[..., m])
             by_place = by_place + np.einsum("eqx,eqa->eqax", f[..., m], self._slope[..., k])
@@ -288,6 +357,12 @@ def drawn_out(elements: "SolidElements") -> Floats:
     way = 3.0 * np.outer(given.axis, given.axis) - np.eye(3)
     strain = -way if given.is_across else 0.5 * way
     return np.array([expm(np.log(one) * strain) for one in given.stretch])
+
+
+def _invariants(turned: Any) -> tuple[Any, Any]:
+    """Return the first two invariants of tensors of shape (…, 3, 3)."""
+    first = np.trace(turned, axis1=-2, axis2=-1)
+    return first, 0.5 * (first**2 - np.einsum("...kl,...lk->...", turned, turned))
 
 
 def _cofactors(f: Floats) -> Floats:

@@ -1,10 +1,14 @@
-"""Elements that relax, for the reference: their own unknowns and formulas.
+"""Elements that relax and yield, for the reference: their own unknowns and formulas.
 
 The unknowns are the inverses A of the tensors Ci by which branches gave way (see
-``forces.solid_branches``), six numbers for each branch and point. With B = det(A)^(-1/3) A and
-the unimodular C', a branch stores μk/2 (tr(C' B) - 3), and
+``forces.solid_branches``), and those of Cp (``forces.solid_yield``), six numbers for each
+branch and point. With B = det(A)^(-1/3) A and the unimodular C', a branch stores
+μk/2 (tr(C' B) - 3), and
 
-    dA/dt = -(A C' A - tr(C' B)/3 A)/τ.
+    dA/dt = -(A C' A - tr(C' B)/3 A)/τ - (M A + A Mᵀ),    M = λ dev(S C),
+
+S being the stress 2 ∂W/∂C of laws and branches. Of Cp⁻¹ there is the last part alone, and laws
+have the invariants of C B.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -14,37 +18,35 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from tissuec.forces.elements import SolidElements
+    from tissuec.forces.stored_tensors import StoredTensors
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _UPPER = (np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1]))
 
 
-class RelaxingElements:
-    """Branches of the elements of one body.
+class KeptTensors:
+    """Unknown tensors of the elements of one body.
 
     Args:
-        elements: Read for their branches.
+        elements: The elements.
+        of: Where they are stored.
 
     Attributes:
         count: Number of unknowns.
-        time: τ of each branch [s], shape (branch,).
 
     Shared arguments:
         right: C' of all elements, dimensionless, shape (element, point, 3, 3).
+        carried: M of all elements [1/s], shape (element, point, 3, 3); None without any flow.
         velocity: Of all nodes [m/s], shape (node, 3).
         given: The unknowns, dimensionless, shape (count,).
     """
 
-    def __init__(self, elements: "SolidElements"):
-        of = elements.branches
-        assert of is not None
-        row, self._element = np.nonzero(of.slot >= 0)
-        self.time: Floats = of.time[row, self._element]
-        self._shear: Floats = of.shear[row, self._element]
-        self._rate = of.rate[row, self._element][:, None, None]
+    def __init__(self, elements: "SolidElements", of: "StoredTensors"):
+        self._row, self._element = np.nonzero(of.slot >= 0)
+        self._rate = of.rate[self._row, self._element][:, None, None]
         self._elements, self._points = elements.item_count, len(elements.shape.weights)
-        first = of.slot[row, self._element][:, None, None]
+        first = of.slot[self._row, self._element][:, None, None]
         self._place = first + np.arange(6 * self._points).reshape(self._points, 6)
         self.count = self._place.size
         self._size = np.cbrt(elements.volume[self._element])
@@ -59,6 +61,95 @@ class RelaxingElements:
         own = _inverse(self._tensors(given)) - np.eye(3)
         velocity.reshape(-1)[self._place] = self._rate * own[:, :, *_UPPER]
 
+    def _tensors(self, given: Floats) -> Floats:
+        return _full(given.reshape(-1, self._points, 6))
+
+    def _carrying(self, own: Floats, carried: Floats) -> Floats:
+        """Return what flow adds to dA/dt [1/s], shape (tensor, point, 3, 3).
+
+        Args:
+            own: A, dimensionless, of that shape.
+        """
+        half = carried[self._element] @ own
+        return -half - half.swapaxes(-1, -2)
+
+    def allowed(self, place: float) -> Floats:
+        """Return errors of unknowns that count as one of positions, shape (count,).
+
+        Args:
+            place: Error of positions [m].
+        """
+        return np.repeat(place / self._size, 6 * self._points)
+
+
+class PlasticElements(KeptTensors):
+    """What the elements of one body flow by.
+
+    Args:
+        elements: Read for how they yield.
+    """
+
+    def __init__(self, elements: "SolidElements"):
+        of = elements.yielding
+        assert of is not None
+        super().__init__(elements, of)
+        self._limit, self._viscosity = of.limit[:, None], of.viscosity[:, None]
+        self._stiff = elements.shear + (
+            0.0 if elements.branches is None else elements.branches.shear.sum(axis=0)
+        )
+
+    def unimodular(self, velocity: Floats) -> Floats:
+        """Return B of each element, 1 where nothing yields, shape (element, point, 3, 3)."""
+        found = np.broadcast_to(np.eye(3), (self._elements, self._points, 3, 3)).copy()
+        found[self._element] = _unimodular(self._tensors(self.read(velocity)))
+        return found
+
+    @np.errstate(all="ignore")  # of steps that are far too large
+    def flow(self, turned: Floats) -> Floats:
+        """Return M [1/s], shape (element, point, 3, 3).
+
+        Args:
+            turned: S C of laws and branches [Pa], shape (element, point, 3, 3).
+        """
+        part = turned - np.trace(turned, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
+        stress = np.sqrt(np.maximum(1.5 * np.einsum("eqkl,eqlk->eq", part, part), 0.0))
+        over = stress - np.minimum(stress, self._limit)
+        lengthening = over / self._viscosity
+        pace = np.where(over > 0.0, 1.5 * lengthening / np.where(over > 0.0, stress, 1.0), 0.0)
+        return pace[..., None, None] * part
+
+    def rates(self, carried: Floats, velocity: Floats) -> Floats:
+        """Return the rates of the unknowns [1/s], shape (count,)."""
+        own = self._tensors(self.read(velocity))
+        return self._carrying(own, carried)[:, :, *_UPPER].ravel()
+
+    @property
+    def slowing(self) -> Floats:
+        """Return half of the derivatives of rates of what flows [1/s], shape (count,).
+
+        Newton's iteration converges with them whether or not an element flows.
+        """
+        slow = -1.5 * self._stiff[self._element] / self._viscosity[self._element, 0]
+        return np.repeat(slow, 6 * self._points)
+
+
+class RelaxingElements(KeptTensors):
+    """Branches of the elements of one body.
+
+    Args:
+        elements: Read for their branches.
+
+    Attributes:
+        time: τ of each branch [s], shape (branch,).
+    """
+
+    def __init__(self, elements: "SolidElements"):
+        of = elements.branches
+        assert of is not None
+        super().__init__(elements, of)
+        self.time: Floats = of.time[self._row, self._element]
+        self._shear: Floats = of.shear[self._row, self._element]
+
     def given_way(self, right: Floats, chosen: Any, velocity: Floats) -> None:
         """Store that the branches of some elements gave way for good.
 
@@ -69,9 +160,6 @@ class RelaxingElements:
         moved = chosen[self._element]
         own[moved] = _inverse(right[self._element[moved]])
         self.write(own[:, :, *_UPPER].ravel(), velocity)
-
-    def _tensors(self, given: Floats) -> Floats:
-        return _full(given.reshape(-1, self._points, 6))
 
     def weight(self, velocity: Floats) -> Floats:
         """Return Σ μk B of each element [Pa], shape (element, point, 3, 3)."""
@@ -98,9 +186,12 @@ class RelaxingElements:
         change = own @ there @ own - third[..., None, None] * own
         return own, -change / self.time[:, None, None, None]
 
-    def rates(self, right: Floats, velocity: Floats) -> Floats:
+    def rates(self, right: Floats, velocity: Floats, carried: Floats | None) -> Floats:
         """Return the rates of the unknowns [1/s], shape (count,)."""
-        return self._changes(right, velocity)[1][:, :, *_UPPER].ravel()
+        own, change = self._changes(right, velocity)
+        if carried is not None:
+            change = change + self._carrying(own, carried)
+        return change[:, :, *_UPPER].ravel()
 
     def lost(self, right: Floats, velocity: Floats) -> Floats:
         """Return the power lost per volume [W/m³], shape (element, point).
@@ -115,14 +206,6 @@ class RelaxingElements:
         power = np.einsum("b,bqkl,bqkl->bq", -0.5 * self._shear, right[self._element], inner)
         np.add.at(total, self._element, power)
         return total
-
-    def allowed(self, place: float) -> Floats:
-        """Return errors of unknowns that count as one of positions, shape (count,).
-
-        Args:
-            place: Error of positions [m].
-        """
-        return np.repeat(place / self._size, 6 * self._points)
 
     @property
     def slowing(self) -> Floats:

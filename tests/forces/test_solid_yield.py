@@ -1,0 +1,280 @@
+"""Elements that yield: energies, rates, dissipation, tangents and invariance of the flow."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from tests.derivatives import forces, slopes, stiffness
+from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
+from tests.forces.test_solid_branches import FASTEST, TIMES, moved, rates
+from tissuec.forces.elements import SolidElements, SolidMaterial
+from tissuec.forces.solid_branches import SolidBranches
+from tissuec.forces.solid_prestretch import Prestretch
+from tissuec.forces.solid_strain import SolidStrain
+from tissuec.forces.solid_yield import PlasticStrain, SolidYield
+from tissuec.geometry.elements import SHAPES
+from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.validate.forces.elements import ElementSolid
+from tissuec.validate.relaxing import RelaxingFields
+
+LIMIT, VISCOSITY = 0.2 * SHEAR, 30.0  # [Pa], [Pa s]
+
+
+def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=True):
+    """Return elements, of which the second does not yield, and places of all nodes."""
+    position, nodes = mesh(name, cells=cells)
+    count = len(nodes)
+    some = 1.0 + 0.5 * (np.arange(count) % 3)
+    flows = np.where(np.arange(count) == 1, np.inf, 1.0)
+    branches = SolidBranches.new(
+        SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2)]), np.outer(TIMES, some)
+    )
+    material = SolidMaterial(
+        SHEAR * some, BULK * some, viscosity * some, np.zeros(count, dtype=np.int64), (law,),
+        fibres=fibres_of(count) if fibred else None,
+        prestretch=Prestretch(np.array([0.0, 0.6, 0.8]), False, 1.02 * some),
+        branches=branches if branched else None,
+        yielding=SolidYield.new(LIMIT * some * flows, VISCOSITY * some * flows),
+    )  # fmt: skip
+    none = np.zeros((0, 2), dtype=np.int32)
+    made = SolidElements.of("clay", SHAPES[name], nodes, position, material, none, 0, SPAN)
+    made = made.stored(len(position), FASTEST)
+    hidden = np.zeros((len(made.hidden), 3))
+    assert made.hidden.tolist() == list(range(len(position), len(position) + len(hidden)))
+    return made, np.concatenate([position, hidden])
+
+
+def flowed(made, position, size=0.3, seed=8):
+    """Return velocities of all nodes in which each tensor is symmetric and its own."""
+    random = np.random.default_rng(seed)
+    points, velocity = len(made.shape.weights), np.zeros_like(position)
+    for kept in (made.branches, made.yielding):
+        if kept is not None:
+            tensors = np.eye(3) + size * random.uniform(-1, 1, (made.item_count, points, 3, 3))
+            tensors = tensors @ tensors.swapaxes(-1, -2)
+            kept.keep(velocity, tensors, np.arange(made.item_count))
+    other = 0.02 * random.normal(size=(len(made.hidden), 3))
+    velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+    return velocity
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("size", [5e-4, 6e-3], ids=["strained", "inside out"])
+@pytest.mark.parametrize("law", LAWS[:3], ids=lambda law: type(law).__name__)
+def test_forces_and_matrices_follow_from_the_energy(name, size, law):
+    made, drawn = solid(name, law, fibred=size < 1e-3)
+    position, velocity = moved(made, drawn, size), flowed(made, drawn)
+    known = made.recalling(velocity)
+    count, bodies = len(position), len(position) - len(made.hidden)
+    by_energy = slopes(lambda x: known.energy(0.0, x), position, range(bodies), 1e-8)
+    found = forces(made, position, velocity)
+    assert not found[bodies:].any()
+    np.testing.assert_allclose(found[:bodies], by_energy, atol=2e-6 * np.abs(found).max())
+    matrix = known.matrix(0.0, position, np.arange(count), count).toarray()
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14 * np.abs(matrix).max())
+
+    class AtOnce:
+        def add_forces(self, time, x, v, to):
+            made.add_forces(time, x, velocity, to)
+
+    for column in range(0, 3 * bodies, 7):
+        by_force = stiffness(AtOnce(), position, column, 1e-9)
+        np.testing.assert_allclose(
+            matrix[:, column], by_force, atol=3e-6 * np.abs(matrix).max()
+        )
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("size", [5e-4, 6e-3], ids=["strained", "inside out"])
+def test_what_is_lost_is_what_the_energy_falls_by(name, size):
+    made, drawn = solid(name, fibred=size < 1e-3)
+    position = moved(made, drawn, size)
+    for seed in range(5):
+        velocity = flowed(made, drawn, seed=seed)
+        lost = made.powers(0.0, position, velocity)[1]
+        relaxing = replace(made, yielding=made.yielding.stopped)
+        assert lost > 1.01 * relaxing.powers(0.0, position, velocity)[1] > 0.0
+        way = np.zeros_like(velocity)
+        way[made.hidden] = rates(made, position, velocity)
+        step = 1e-7 * np.abs(velocity).max() / np.abs(way).max()
+        after, before = (
+            made.recalling(velocity + sign * step * way).energy(0.0, position)
+            for sign in (1, -1)
+        )
+        assert lost == pytest.approx((before - after) / (2.0 * step), rel=1e-5)
+
+
+def test_stress_below_the_limit_makes_nothing_flow():
+    made, drawn = solid("hexahedron", branched=False)
+    position, still = drawn.copy(), np.zeros_like(drawn)
+    assert made.powers(0.0, position, still)[1] == 0.0
+    assert not rates(made, position, still).any()
+    assert made.powers(0.0, moved(made, drawn), still)[1] > 0.0
+
+
+def test_rates_are_those_of_the_flow_in_space():
+    made, drawn = solid("hexahedron", cells=2, branched=False)
+    position, velocity = moved(made, drawn), flowed(made, drawn, size=0.1)
+    strain = SolidStrain(made.deformations(position))
+    f, tensors = strain.f, made.yielding.tensors(velocity, 8)[0]
+    elastic = f @ np.linalg.inv(tensors) @ f.swapaxes(-1, -2)
+    volume = np.linalg.det(elastic)[..., None, None]
+    b = elastic * volume ** (-1.0 / 3.0)
+    shear, share = made.shear[:, None, None, None], LAWS[1].share
+    kirchhoff = shear * ((1.0 - share) * b - share * np.linalg.inv(b))
+    s = kirchhoff - np.trace(kirchhoff, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
+    stress = np.sqrt(1.5 * (s**2).sum(axis=(-2, -1)))
+    limit, viscosity = made.yielding.limit[:, None], made.yielding.viscosity[:, None]
+    pace = 1.5 * np.maximum(stress - limit, 0.0) / viscosity / stress
+    assert (pace > 0.0).any()
+    # Of Cp⁻¹ in space, b changes by -λ (s b + b s).
+    turned = -pace[..., None, None] * (s @ elastic + elastic @ s)
+    back = np.linalg.inv(f)
+    by_inverse = back @ turned @ back.swapaxes(-1, -2)
+    expected = -tensors @ by_inverse @ tensors
+    after = velocity.copy()
+    after[made.hidden] += rates(made, position, velocity)
+    found = made.yielding.tensors(after, 8)[0] - made.yielding.tensors(velocity, 8)[0]
+    np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
+    assert not found[1].any()
+    assert np.abs(np.trace(np.linalg.solve(tensors, found), axis1=-2, axis2=-1)).max() < (
+        1e-12 * np.abs(found).max()
+    )
+
+
+def test_rotations_change_neither_rates_nor_energies():
+    made, drawn = solid("tetrahedron")
+    position, velocity = moved(made, drawn), flowed(made, drawn)
+    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    turned = position @ turn.T
+    one, two = rates(made, position, velocity), rates(made, turned, velocity)
+    np.testing.assert_allclose(one, two, atol=1e-10 * np.abs(one).max())
+    one, two = forces(made, position, velocity), forces(made, turned, velocity)
+    np.testing.assert_allclose(one @ turn.T, two, atol=1e-10 * np.abs(one).max())
+    energies = [made.recalling(velocity).energy(0.0, x) for x in (position, turned)]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-11)
+
+
+def test_stress_at_nodes_is_that_beyond_the_flow():
+    made, drawn = solid("hexahedron", cells=2, fibred=False)
+    position, velocity = moved(made, drawn), flowed(made, drawn)
+    total, _ = made.recalling(velocity).node_stress(position)
+    # Σ w σ J⁻¹-weighted by places as drawn is not the virtual work; of single elements it is.
+    own = made.only(np.array([3]))
+    f = own.deformations(position)[0]
+    pulled = -np.einsum("ax,ak->xk", forces(own, position, velocity), position)
+    weight = own.drawn.volume[own.row][0]
+    stress = own.recalling(velocity)
+    strain = SolidStrain(f[None])
+    cauchy = stress.plastic.elastic(strain).cauchy(
+        stress._slopes(stress.plastic.elastic(strain))
+    )
+    cauchy = cauchy + stress.remembered.cauchy(strain)
+    work = np.einsum("q,qxy->xy", weight * strain.j[0], cauchy[0])
+    np.testing.assert_allclose(work, pulled, atol=1e-10 * np.abs(pulled).max())
+    assert np.isfinite(total).all()
+
+
+def test_elements_of_parts_keep_how_they_flowed():
+    made, drawn = solid("wedge", cells=2)
+    position, velocity = moved(made, drawn), flowed(made, drawn)
+    whole = forces(made, position, velocity)
+    halves = [made.only(np.arange(k, made.item_count, 2)) for k in (0, 1)]
+    parts = [forces(half, position, velocity) for half in halves]
+    np.testing.assert_allclose(sum(parts), whole, atol=1e-12 * np.abs(whole).max())
+    energies = [half.recalling(velocity).energy(0.0, position) for half in halves]
+    known = made.recalling(velocity)
+    assert sum(energies) == pytest.approx(known.energy(0.0, position), rel=1e-13)
+    assert known.only(np.array([0])).energy(0.0, position) == pytest.approx(
+        made.only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
+    )
+    assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
+
+
+def test_what_settles_keeps_its_flow_and_loses_its_branches():
+    made, drawn = solid("hexahedron")
+    position, velocity = moved(made, drawn), flowed(made, drawn)
+    before = made.yielding.tensors(velocity, 8)
+    made.let_relax(velocity, position, np.ones(len(position), dtype=bool))
+    assert (made.yielding.tensors(velocity, 8) == before).all()
+    rest = made.relaxed
+    assert rest.powers(0.0, position, velocity)[1] == 0.0
+    found, bare = forces(made, position, velocity), forces(rest, position, velocity)
+    np.testing.assert_allclose(found, bare, atol=1e-11 * np.abs(bare).max())
+    energies = [each.recalling(velocity).energy(0.0, position) for each in (made, rest)]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_the_bound_of_rates_holds_in_tension(law):
+    made, drawn = solid("hexahedron", law, fibred=False, branched=False)
+    made = replace(made, prestretch=None).only(np.array([0]))
+    fluid = replace(made, yielding=SolidYield(
+        made.yielding.slot, made.yielding.rate, np.zeros(1), made.yielding.viscosity
+    ))  # fmt: skip
+
+    def rate(stretch, plastic):
+        """Return the rate of the logarithm of the plastic stretch."""
+        position, velocity = drawn.copy(), np.zeros_like(drawn)
+        body = slice(0, len(drawn) - len(drawn[fluid.hidden]))
+        widths = np.array([stretch, stretch**-0.5, stretch**-0.5])
+        shear = np.linalg.inv(fluid.deformations(drawn)[0, 0])
+        position[body] = drawn[body] @ (np.diag(widths) @ shear).T
+        way = np.array([plastic**2, 1.0 / plastic, 1.0 / plastic])
+        fluid.yielding.keep(velocity, np.broadcast_to(np.diag(way), (1, 8, 3, 3)), np.arange(1))
+        after = velocity.copy()
+        after[fluid.hidden] += rates(fluid, position, velocity)
+        change = fluid.yielding.tensors(after, 8)[0, 0, 0, 0, 0] - plastic**2
+        return change / (2.0 * plastic**2), fluid.giving(position, velocity)
+
+    for stretch in (0.7, 1.0, 1.5):
+        step = 1e-6
+        fastest = (rate(stretch, 1.0 - step)[0] - rate(stretch, 1.0 + step)[0]) / (2.0 * step)
+        bound = rate(stretch, 1.0)[1]
+        assert bound >= 0.999999 * fastest
+        assert bound < 10.0 * fastest
+    at_rest = 3.0 * made.shear[0] / made.yielding.viscosity[0]
+    assert rate(1.0, 1.0)[1] == pytest.approx(at_rest, rel=1e-6)
+    assert fluid.relaxed.giving(drawn, np.zeros_like(drawn)) == 0.0
+
+
+def test_the_equivalent_strain_of_a_bar_is_its_logarithm():
+    way = np.diag([1.5**2, 1.0 / 1.5, 1.0 / 1.5])
+    plastic = PlasticStrain(7.0 * np.broadcast_to(way, (2, 8, 3, 3)))
+    np.testing.assert_allclose(plastic.equivalent, np.log(1.5), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("law", [NeoHookean(), *LAWS[1:3]], ids=lambda law: type(law).__name__)
+def test_the_reference_agrees_by_formulas_of_its_own(name, law):
+    made, drawn = solid(name, law, cells=2, viscosity=1.5)
+    position, velocity = moved(made, drawn), flowed(made, drawn, size=0.1)
+    bodies = len(drawn) - len(made.hidden)
+    velocity[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
+    reference = ElementSolid(made, drawn, velocity)
+    found, own = forces(made, position, velocity), np.zeros_like(position)
+    reference.add_forces(0.0, position, velocity, own)
+    np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
+    energy = reference.energy(0.0, position) + reference.remembered_energy(position, velocity)
+    known = made.recalling(velocity)
+    assert known.energy(0.0, position) == pytest.approx(energy, rel=1e-11)
+    lost = made.powers(0.0, position, velocity)[1]
+    assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-10)
+    fields = RelaxingFields((reference,))
+    given, copied = fields.read(velocity), np.zeros_like(velocity)
+    fields.write(given, copied)
+    np.testing.assert_allclose(copied[made.hidden], velocity[made.hidden], rtol=1e-9, atol=1e-9)
+    step, way = 1e-8, np.zeros_like(velocity)
+    way[made.hidden] = rates(made, position, velocity)
+    after, before = (fields.read(velocity + sign * step * way) for sign in (1, -1))
+    expected = (after - before) / (2.0 * step)
+    np.testing.assert_allclose(
+        fields.rates(position, velocity), expected, atol=1e-6 * np.abs(expected).max()
+    )
+    number = np.arange(len(position))
+    rest = replace(made, branches=None, remembered=None)
+    bare = ElementSolid(rest, drawn, velocity)
+    matrix = rest.recalling(velocity).matrix(0.0, position, number, len(number)).toarray()
+    other = bare.matrix(0.0, position, number, len(number)).toarray()
+    np.testing.assert_allclose(matrix, other, atol=1e-10 * np.abs(other).max())

@@ -1,0 +1,71 @@
+"""How elements yield, from the yield stress and the flow viscosity of tissues."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissuec.compiler.tissue_parts import TissueParts, part_numbers
+from tissuec.core.errors import Note
+from tissuec.core.names import key_of
+from tissuec.model.inelastic import LIMIT, VISCOSITY
+from tissuec.model.network import Indices
+from tissuec.scene.quantities import OF_MATTER, QUANTITIES
+
+if TYPE_CHECKING:
+    from tissuec.forces.solid_yield import SolidYield
+
+_PAIRS = ((LIMIT, VISCOSITY), (VISCOSITY, LIMIT))
+_BREAKING = "breaking force"
+_STRAIN = "breaking strain"
+
+
+def yielding_of(parts: TissueParts, part: Indices) -> "SolidYield | None":
+    """Return how elements yield, without storage; None if nothing does.
+
+    Args:
+        parts: Of the body.
+        part: Of each element, shape (element,).
+    """
+    found = {name: parts.found(name) for name in (LIMIT, VISCOSITY)}
+    limit, viscosity = (np.full(len(parts.materials), np.inf) for _ in range(2))
+    for number in part_numbers(part):
+        for name, other in _PAIRS:
+            given, lacking = found[name][number], OF_MATTER[other][0]
+            if given is not None and found[other][number] is None:
+                parts.refuse_half(given, name, QUANTITIES[lacking], parts.body.span)
+        stress, fluid = found[LIMIT][number], found[VISCOSITY][number]
+        if stress is None or fluid is None or not stress.quantity.is_of_matter:
+            continue
+        if fluid.quantity.is_of_matter:
+            limit[number], viscosity[number] = stress.value, fluid.value
+            if np.isfinite(stress.value) and np.isfinite(fluid.value):
+                _refuse_idle_limits(parts, number)
+    yields = np.isfinite(limit) & np.isfinite(viscosity)
+    if not yields[part].any():
+        return None
+    from tissuec.forces.solid_yield import SolidYield
+
+    return SolidYield.new(
+        np.where(yields, limit, np.inf)[part], np.where(yields, viscosity, np.inf)[part]
+    )
+
+
+def _refuse_idle_limits(parts: TissueParts, number: int) -> None:
+    """Report a strength or a toughness of what yields before it could bear so much.
+
+    Args:
+        parts: Of the body.
+        number: Of the part.
+    """
+    given = parts.found(_BREAKING)[number]
+    if not parts.body.may_rupture or given is None or given.value == given.quantity.none:
+        return
+    if given.quantity.is_of_matter and key_of(given.quantity.name) != _STRAIN:
+        parts.findings.add(
+            "TIS306",
+            f"a {given.quantity.name} is not available for elements that yield: flow limits "
+            "what they bear",
+            given.span,
+            hint="write a breaking strain instead, which includes the plastic strain",
+            notes=(Note(f"used by {parts.body.name}", parts.body.span),),
+        )
