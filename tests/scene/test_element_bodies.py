@@ -288,7 +288,7 @@ def test_what_is_of_springs_is_refused_of_a_body(body, message):
 
 
 TISSUES = {
-    "yield stress = 1 kPa; flow viscosity = 1 Pa*s": 2,
+    "yield force = 1 N; yield viscosity = 1 N*s/m": 2,
     "viscosity = 1 N*s/m": 1,
 }  # fmt: skip
 

@@ -35,7 +35,8 @@ def anatomy_of(compiled: Compiled) -> Anatomy:
             matter[part.name] = found
         elif found:
             notes.append(f"{part.name} has no strain and stress: {found}")
-        if any(len(one.hidden) for one in network.elements_of(part.name)):
+        elements = network.elements_of(part.name)
+        if part.name in matter and any(len(one.hidden) for one in elements):
             notes.append(f"the stress of {part.name} is that after complete relaxation")
     tools = {tool.name: tool.kind for tool in compiled.scene.tools.values()}
     return Anatomy(tuple(names), tissue, matter, tools, tuple(notes))
@@ -63,6 +64,8 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
         if not (volume > 0.0).all():
             return "the volume of its cells cannot be computed"
         if elements := network.elements_of(part.name):
+            if any(one.yields for one in elements):
+                return "stress depends on how far its elements have yielded"
             return BodyMatter(volume, 3, springs, elements=elements)
         pressure = _pressure(compiled, part)
         if isinstance(pressure, str):

@@ -186,6 +186,11 @@ class MaterialField(ElementField, frozen=True):
     def steepest(self) -> Floats:
         """Return the largest gradient of a shape function [1/m], shape (element,)."""
 
+    @property
+    def yields(self) -> bool:
+        """Return whether any element yields."""
+        return False
+
     @abstractmethod
     def energies(self, position: Floats) -> Floats:
         """Return the energy of each element [J], shape (…, element).

@@ -283,8 +283,28 @@ class SolidElements(MaterialField, frozen=True):
         stress = elastic.cauchy(self._slopes(elastic))
         for part in self._besides():
             stress += part.cauchy(strain)
-        share = self.drawn.volume[self.row][..., None] * self.shape.lumped
+        share = self._shares
         return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
+
+    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return equivalent plastic strains times the volumes of nodes, and these volumes.
+
+        Args:
+            velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones are read.
+
+        Returns:
+            [m³], shape (element, node) both.
+        """
+        volume = self._shares.sum(axis=1)
+        if self.yielding is None:
+            return np.zeros_like(volume), volume
+        strain = self.yielding.plastic(velocity, self._points).equivalent
+        return np.einsum("eqa,eq->ea", self._shares, strain), volume
+
+    @property
+    def _shares(self) -> Floats:
+        """Return the share of each node in each point [m³], shape (element, point, node)."""
+        return np.asarray(self.drawn.volume[self.row][..., None] * self.shape.lumped)
 
     # --- energy and matrix --------------------------------------------------------------------
 
@@ -381,6 +401,11 @@ class SolidElements(MaterialField, frozen=True):
     def remembers(self) -> bool:
         """Return whether any element relaxes or yields."""
         return any(True for _ in self._stored())
+
+    @property
+    def yields(self) -> bool:
+        """Return whether any element yields."""
+        return self.yielding is not None
 
     @property
     def loss(self) -> str:

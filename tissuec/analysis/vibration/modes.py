@@ -25,7 +25,7 @@ from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.newton import greatest
 from tissuec.mechanics.rigid import Freedom, assembled, rigid_motions
 from tissuec.mechanics.state import State
-from tissuec.model.network import ELEMENTS, Floats
+from tissuec.model.network import Floats
 
 Kind = Literal["unstable", "rigid", "mechanism", "vibration"]
 IN_BALANCE = 1e-6  # of the largest force: what may be left at an equilibrium
@@ -258,7 +258,7 @@ def _notes(
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if state.springs.inelastic is not None:
         yield "springs that relax or yield have the stiffness after complete relaxation"
-    if len(state.network.remembering(ELEMENTS)):
+    if any(field.relaxed.hidden.size < field.hidden.size for field in state.fields):
         yield "elements that relax have the stiffness after complete relaxation"
     elongation = net.bars.length - net.balance.springs.rest
     viscosity = net.balance.springs.behaviour.brake_slope(elongation, np.zeros_like(elongation))
