@@ -11,7 +11,7 @@ from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_branches import SolidBranches
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import SolidStrain
-from tissuec.forces.solid_yield import PlasticStrain, SolidYield
+from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.validate.forces.elements import ElementSolid
@@ -241,7 +241,7 @@ def test_the_bound_of_rates_holds_in_tension(law):
 
 def test_the_equivalent_strain_of_a_bar_is_its_logarithm():
     way = np.diag([1.5**2, 1.0 / 1.5, 1.0 / 1.5])
-    plastic = PlasticStrain(7.0 * np.broadcast_to(way, (2, 8, 3, 3)))
+    plastic = PlasticDeformation(7.0 * np.broadcast_to(way, (2, 8, 3, 3)))
     np.testing.assert_allclose(plastic.equivalent, np.log(1.5), rtol=1e-12)
 
 

@@ -64,7 +64,7 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
         if not (volume > 0.0).all():
             return "the volume of its cells cannot be computed"
         if elements := network.elements_of(part.name):
-            if any(one.yields for one in elements):
+            if any(one.yields.any() for one in elements):
                 return "stress depends on how far its elements have yielded"
             return BodyMatter(volume, 3, springs, elements=elements)
         pressure = _pressure(compiled, part)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from tissuec.forces import Resisting, WalledField
 from tissuec.forces.element_limits import BreakableElements, ElementLimits, LimitColumns
@@ -187,9 +188,9 @@ class MaterialField(ElementField, frozen=True):
         """Return the largest gradient of a shape function [1/m], shape (element,)."""
 
     @property
-    def yields(self) -> bool:
-        """Return whether any element yields."""
-        return False
+    def yields(self) -> NDArray[np.bool_]:
+        """Return which elements yield, shape (element,)."""
+        return np.zeros(self.item_count, dtype=bool)
 
     @abstractmethod
     def energies(self, position: Floats) -> Floats:

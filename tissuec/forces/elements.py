@@ -52,7 +52,7 @@ from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
-from tissuec.forces.solid_yield import PlasticStrain, SolidYield, yield_columns
+from tissuec.forces.solid_yield import PlasticDeformation, SolidYield, yield_columns
 from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
@@ -149,7 +149,7 @@ class SolidElements(MaterialField, frozen=True):
     branches: SolidBranches | None
     remembered: RelaxingStress | None
     yielding: SolidYield | None
-    plastic: PlasticStrain | None
+    plastic: PlasticDeformation | None
     span: Span
 
     @classmethod
@@ -273,7 +273,7 @@ class SolidElements(MaterialField, frozen=True):
 
     def invariants(self, position: Floats) -> tuple[Floats, Floats]:
         """Return both isochoric invariants, shape (element, point); see ``MaterialField``."""
-        strain = SolidStrain(self.deformations(position))
+        strain = self._elastic(SolidStrain(self.deformations(position)))
         return strain.first, strain.second
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
@@ -403,9 +403,9 @@ class SolidElements(MaterialField, frozen=True):
         return any(True for _ in self._stored())
 
     @property
-    def yields(self) -> bool:
-        """Return whether any element yields."""
-        return self.yielding is not None
+    def yields(self) -> NDArray[np.bool_]:
+        """Return which elements yield, shape (element,)."""
+        return super().yields if self.yielding is None else self.yielding.keeps[0]
 
     @property
     def loss(self) -> str:

@@ -289,7 +289,7 @@ def set_apart(here: Floats) -> None:
     """Subtract P from that of the law alone, before branches add to P.
 
     Args:
-        here: The state at a point; see ``deform``.
+        here: The state at a point [Pa], shape (STATE,); see ``deform``.
     """
     for k in range(9):
         here[31 + k] -= here[20 + k]

@@ -92,14 +92,14 @@ class SolidYield(StoredTensors, frozen=True):
         flows = np.isfinite(self.limit)
         return float((3.0 * modulus[flows] / self.viscosity[flows, None]).max(initial=0.0))
 
-    def plastic(self, velocity: Floats, points: int) -> "PlasticStrain":
+    def plastic(self, velocity: Floats, points: int) -> "PlasticDeformation":
         """Return what elements have flowed by.
 
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
             points: Of each element.
         """
-        return PlasticStrain(self.tensors(velocity, points)[..., 0, :, :, :, :])
+        return PlasticDeformation(self.tensors(velocity, points)[..., 0, :, :, :, :])
 
 
 def _largest(weight: Floats, trace: Floats, square: Floats) -> Floats:
@@ -113,7 +113,7 @@ def _largest(weight: Floats, trace: Floats, square: Floats) -> Floats:
     return 2.0 * (weight * trace / 3.0 + abs(weight) * apart)
 
 
-class PlasticStrain:
+class PlasticDeformation:
     """By how much elements have flowed.
 
     Args:
@@ -129,12 +129,12 @@ class PlasticStrain:
             root = (ways * widths) @ ways.swapaxes(-1, -2)
         self._root = root
 
-    def some(self, items: Indices) -> "PlasticStrain":
+    def some(self, items: Indices) -> "PlasticDeformation":
         """Return that of some elements, by indices of shape (n,)."""
         tensors, root = (
             each[..., items, :, :, :] for each in (self._tensors, self._root)
         )  # fmt: skip
-        return PlasticStrain(tensors, root)
+        return PlasticDeformation(tensors, root)
 
     @property
     def equivalent(self) -> Floats:

@@ -20,11 +20,11 @@ ROWS, COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
 SIX = len(ROWS)
 
 
-class _Abstract(StructMeta, ABCMeta):
+class _AbstractStruct(StructMeta, ABCMeta):
     """The class of a ``Struct`` that leaves functions to its members."""
 
 
-class StoredTensors(Struct, metaclass=_Abstract, frozen=True, eq=False):
+class StoredTensors(Struct, metaclass=_AbstractStruct, frozen=True, eq=False):
     """Places of tensors, of which each element has up to one in each row.
 
     Attributes:

@@ -9,6 +9,12 @@ branch and point. With B = det(A)^(-1/3) A and the unimodular C', a branch store
 
 S being the stress 2 ∂W/∂C of laws and branches. Of Cp⁻¹ there is the last part alone, and laws
 have the invariants of C B.
+
+Shared arguments:
+    right: C' of all elements, dimensionless, shape (element, point, 3, 3).
+    carried: M of all elements [1/s], shape (element, point, 3, 3); None without any flow.
+    velocity: Of all nodes [m/s], shape (node, 3).
+    given: The unknowns, dimensionless, shape (count,).
 """
 
 from typing import TYPE_CHECKING, Any
@@ -34,12 +40,6 @@ class KeptTensors:
 
     Attributes:
         count: Number of unknowns.
-
-    Shared arguments:
-        right: C' of all elements, dimensionless, shape (element, point, 3, 3).
-        carried: M of all elements [1/s], shape (element, point, 3, 3); None without any flow.
-        velocity: Of all nodes [m/s], shape (node, 3).
-        given: The unknowns, dimensionless, shape (count,).
     """
 
     def __init__(self, elements: "SolidElements", of: "StoredTensors"):
@@ -99,7 +99,10 @@ class PlasticElements(KeptTensors):
         )
 
     def unimodular(self, velocity: Floats) -> Floats:
-        """Return B of each element, 1 where nothing yields, shape (element, point, 3, 3)."""
+        """Return B of each element, 1 where nothing yields, dimensionless.
+
+        The shape is (element, point, 3, 3).
+        """
         found = np.broadcast_to(np.eye(3), (self._elements, self._points, 3, 3)).copy()
         found[self._element] = _unimodular(self._tensors(self.read(velocity)))
         return found

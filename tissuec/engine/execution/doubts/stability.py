@@ -82,7 +82,8 @@ def _concerned(
 
     for field in fields:
         suspect = [stable_strains(law, LARGEST) is not None for law in field.laws]
-        numbers = np.flatnonzero(np.array(suspect)[field.law])
+        # What yields bears little more than its yield stress.
+        numbers = np.flatnonzero(np.array(suspect)[field.law] & ~field.yields)
         if len(numbers):
             yield field, numbers
 
