@@ -20,6 +20,7 @@ SOLVER = (
     "relaxing",
     "resting",
     "solution",
+    "static_run",
     "stepping",
     "yielding",
 )

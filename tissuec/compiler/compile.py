@@ -50,7 +50,7 @@ from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.script.fit_problem import FitProblem
-from tissuec.script.plan import RELAXATION, Expectation, Plan, ScheduledAction, Simulation
+from tissuec.script.plan import Expectation, Plan, ScheduledAction, Simulation
 from tissuec.script.verbs import Demanding, Group, may_break
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.script.verbs.settle import Settle
@@ -190,7 +190,7 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
             scene.simulation.span,
             hint="write integrator is automatic, or an explicit one such as dop853",
         )
-    timeless = name == RELAXATION
+    timeless = scene.simulation.is_static
     if not (network.relaxes and (timeless or _is_implicit(name))):
         return
     what = "springs" if network.springs.inelastic is not None else "elements"

@@ -22,7 +22,6 @@ from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Indices, Network, numbers_in
 from tissuec.scene.model import AssignedQuantity, Tissue
-from tissuec.script.plan import RELAXATION
 from tissuec.script.verbs.settle import Settle
 
 MOST_SPRINGS_NAMED = 3
@@ -225,7 +224,7 @@ def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
 def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
     """W403: a fixed step above what the method can bear."""
     simulation = compiled.plan.simulation
-    if simulation.step is None or simulation.integrator == RELAXATION:
+    if simulation.step is None or simulation.is_static:
         return
     state = state_at_start(compiled)
     omega = spectral_radius(state)

@@ -19,7 +19,7 @@ from tissuec.engine.method_trial import evaluation_time, step_time
 from tissuec.model.network import Network
 from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import ForeseenEvents, file_size
-from tissuec.script.plan import RELAXATION, Plan
+from tissuec.script.plan import Plan
 from tissuec.script.verbs.cut import Cut
 
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
@@ -71,7 +71,7 @@ def predict(compiled: Compiled) -> Prediction:
     layout = KernelInputs(network, watched=plan.breakable, ledger=plan.needs_ledger)
     layout.update(state)
     choice = choose(state, method, layout.is_banded)
-    integrator = None if choice.name == RELAXATION else INTEGRATORS[choice.name]
+    integrator = None if simulation.is_static else INTEGRATORS[choice.name]
     facts = dict(choice.facts) or measured_facts(state)
     limit = np.inf
     if facts["omega"] and integrator is not None:

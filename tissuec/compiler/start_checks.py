@@ -15,7 +15,7 @@ from tissuec.core.vectors import norm
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
 from tissuec.model.network import BodyPart, Network
-from tissuec.script.plan import RELAXATION, ScheduledAction
+from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import Shifting, follows
 from tissuec.script.verbs.push import Push
 from tissuec.script.verbs.settle import Settle
@@ -49,7 +49,7 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     solid = [one for one in network.elements if one.is_prestressed]
     if not (is_stressed.any() or solid):
         return
-    if settles_at_start(compiled) or compiled.plan.simulation.integrator == RELAXATION:
+    if settles_at_start(compiled) or compiled.plan.simulation.is_static:
         return
     if _waits(compiled.plan.events):
         return
@@ -103,7 +103,7 @@ def _waits(events: Sequence[ScheduledAction]) -> bool:
 def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     """W413: a run of more than a minute, with the tissue that causes it."""
     network, simulation = compiled.network, compiled.plan.simulation
-    if simulation.integrator == RELAXATION or not network.spring_count:
+    if simulation.is_static or not network.spring_count:
         return
     # No frequency is above this bound, and most are not far below it.
     share = network.springs.sudden / network.mass[network.springs.ends].T

@@ -13,7 +13,7 @@ from tissuec.core.vectors import norm
 from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.model.topology import pieces
 from tissuec.script.measures import MEASURES
-from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
+from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs import Action, Shifting, follows
 from tissuec.script.verbs.holding import Driven, Fixed, Holding, Taken
 from tissuec.script.verbs.push import Push
@@ -209,7 +209,7 @@ def _told(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Iterator[Di
         total = show(float(norm(_acting(one, pushes).sum(axis=0))), FORCE)
         text = f"nothing holds {one.name}: pushes of {total} in all drive it away"
         hint += "; forces that balance need no support"
-    elif plan.simulation.integrator == RELAXATION:
+    elif plan.simulation.is_static:
         text = f"nothing holds {one.name} against gravity, so that it has no equilibrium"
         hint += "; without weight, write gravity = (0, 0, 0) m/s^2"
     else:

@@ -4,8 +4,8 @@ It owns no physics: integrators and kernels do the arithmetic, ``drive`` the loo
 which ``stepper`` calls; here is what must be decided between these calls.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -66,7 +66,10 @@ class Engine:
 
     Attributes:
         stepper: What it steps, and calls the loop over steps on.
+        remarks: Nothing; see ``QuasiStatic``.
     """
+
+    remarks: ClassVar[Sequence[str]] = ()
 
     def __init__(
         self,

@@ -1,17 +1,20 @@
-"""Quasi-static runs: the net is relaxed again and again while its holders move.
+"""Quasi-static runs: a net that is in equilibrium again and again while its holders move.
 
-The first of the two ways of propagation in the paper: at each time that counts, the net goes to
-the local minimum of its energy from where it is. Free nodes have no velocity. Times that count
-are those of outputs and of the script, and as many between them as the step asks for; nothing
-is known of what is between. What the energy loses on the way is booked as dissipated.
+Free nodes have no velocity. Times that count are those of outputs and of the script, and as
+many between them as the step asks for; nothing is known of what is between. What the energy
+loses on the way is booked as dissipated.
 
-The second step of the paper calculates the activities of the nodes for the next time. Where it
-is asked for, velocity neurons hold v = Δx / Δt of the way that a node has come, and its next
-way begins at x + v Δt, which is what position neurons make of it (equations 1 to 3).
+The procedure of the paper is here, the first of its two ways of propagation: at each time that
+counts, the net is relaxed to the local minimum of its energy from where it is. Its second step
+calculates the activities of the nodes for the next time. Where it is asked for, velocity
+neurons hold v = Δx / Δt of the way that a node has come, and its next way begins at x + v Δt,
+which is what position neurons make of it (equations 1 to 3). Statics by Newton's method are
+``engine.equilibria``.
 """
 
+import json
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -38,10 +41,15 @@ class QuasiStatic:
 
     Args:
         network: The network of the run.
-        method: With a step: the longest time between two relaxations.
+        method: With a step: the longest time between two states in equilibrium.
         sample_times: When to record [s], ascending without repetitions, shape (sample,).
         record: Called with each sample.
+
+    Attributes:
+        remarks: What the summary of the run says of the equilibria that were found.
     """
+
+    name: ClassVar[str]
 
     def __init__(
         self,
@@ -50,34 +58,32 @@ class QuasiStatic:
         sample_times: Floats,
         record: Callable[[Samples], None],
     ):
-        assert method.step is not None, "the step says how often the net is relaxed"
+        assert method.step is not None, "the step says how often the net is in equilibrium"
         self.network, self.method, self.step = network, method, method.step
         self._times, self._record = sample_times, record
-        self._sample = self._relaxations = self._sweeps = 0
+        self.remarks: list[str] = []
+        self._sample = self._accepted = self._rejected = self._evaluations = 0
         self._work = self._lost = self._begun = 0.0
-        self._choices = RelaxationChoices()
-        if isinstance(method.choices, RelaxationChoices):
-            self._choices = method.choices
-        self._reason = f'"{RELAXATION}" was requested'
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
         self._viewed = np.zeros((0, 3)), np.zeros((0, 3))
 
     @property
     def statistics(self) -> Statistics:
+        reason = f'"{self.name}" was requested'
         return Statistics(
-            method=RELAXATION,
-            reason=self._reason,
+            method=self.name,
+            reason=reason,
             backend="interpreted",
-            accepted=self._relaxations,
-            rejected=0,
-            evaluations=self._sweeps,
+            accepted=self._accepted,
+            rejected=self._rejected,
+            evaluations=self._evaluations,
             factorisations=0,
             solutions=0,
             stalls=0,
             smallest=self._smallest if self._largest else 0.0,
             largest=self._largest,
-            changes=(MethodChange(0.0, RELAXATION, self._reason),),
+            changes=(MethodChange(0.0, self.name, reason),),
         )
 
     def restart(self, state: State) -> None:
@@ -99,13 +105,13 @@ class QuasiStatic:
             state: The one that ``restart`` took over.
             until: Time [s].
             watch: Condition that interrupts.
-            pause: Returns whether to return between two relaxations.
+            pause: Returns whether to return between two states in equilibrium.
             survey: Not used.
             view: Come back "viewed" as soon as the state at this time [s] is known, which is
-                that of the last relaxation up to it.
+                the last one in equilibrium up to it.
         """
         while True:
-            if self._stale and (found := self._relax(state, state.time, watch)):
+            if self._stale and (found := self._go(state, state.time, watch)):
                 return found
             if state.time >= until:
                 return Interruption("reached", state.time)
@@ -113,7 +119,7 @@ class QuasiStatic:
             if view < self._next(state.time, until):
                 self._viewed = state.position.copy(), state.velocity.copy()
                 return Interruption("viewed", view)
-            if found := self._relax(state, self._next(state.time, until), watch):
+            if found := self._go(state, self._next(state.time, until), watch):
                 return found
             if pause is not None and pause(state.time):
                 return Interruption("paused", state.time)
@@ -142,19 +148,20 @@ class QuasiStatic:
         """Return the numbers that ``restore`` continues from."""
         return {
             "sample": self._sample,
-            "relaxations": self._relaxations,
-            "sweeps": self._sweeps,
+            "steps": np.array([self._accepted, self._rejected, self._evaluations]),
             "ledger": np.array([self._work, self._lost]),
             "begun": self._begun,
             "sizes": np.array([self._smallest, self._largest]),
+            "remarks": json.dumps(self.remarks),
         }
 
     def restore(self, state: State, saved: Mapping[str, Any]) -> None:
         """Continue from a checkpoint."""
         self._sample, self._begun = int(saved["sample"]), float(saved["begun"])
-        self._relaxations, self._sweeps = int(saved["relaxations"]), int(saved["sweeps"])
+        self._accepted, self._rejected, self._evaluations = map(int, saved["steps"])
         self._work, self._lost = map(float, saved["ledger"])
         self._smallest, self._largest = map(float, saved["sizes"])
+        self.remarks = json.loads(str(saved["remarks"]))
         self._stale = False
 
     def _next(self, time: float, until: float) -> float:
@@ -166,67 +173,49 @@ class QuasiStatic:
         sample = self._times[self._sample] if self._sample < len(self._times) else np.inf
         return float(min(frame, sample, until))
 
-    @property
-    def _moves(self) -> bool:
-        """Return whether free nodes have velocities."""
-        return self._choices.activities == "velocities"
-
     def _take_samples(self, state: State, before: float) -> None:
         """Record the state for the samples that are due before a time [s]."""
         while self._sample < len(self._times) and self._times[self._sample] < before:
             one = np.array([self._times[self._sample]])
-            motion = state.position[None].copy(), state.velocity[None].copy()
+            moving = state.velocity if self._moves else np.zeros_like(state.velocity)
+            motion = state.position[None].copy(), moving[None].copy()
             sums = np.array([self._work]), np.array([self._lost])
             self._sample += 1
             # How far nodes come between samples is not looked at.
             self._record(Samples(one, *motion, *sums, error=np.zeros(1), reach=np.zeros(1)))
 
-    def _relax(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
-        """Go to a time and relax there; return what happens then."""
-        before, span = self._look(state), time - state.time
+    def _go(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
+        """Go to a time [s] and to equilibrium there; return what happens on the way."""
+        raise NotImplementedError
+
+    def _arrive(self, state: State, time: float) -> float:
+        """Bring the holders of a state to a time; return how much later that is [s]."""
+        span = time - state.time
+        state.time, self._stale = time, False
+        state.place_held()
+        if not self._moves:
+            state.velocity[:] = 0.0  # holders move, but so slowly that dashpots bear nothing
+        return span
+
+    def _count(self, span: float) -> None:
+        """Count a step [s] that is accepted."""
+        self._accepted += 1
         if span > 0.0:
             self._smallest = min(self._smallest, span)
             self._largest = max(self._largest, span)
-        state.time, self._stale = time, False
-        state.place_held()
-        balance = Balance(state, np.ones(self.network.node_count, dtype=bool))
-        try:
-            refuse_falling(balance)
-        except Unsettled as failure:
-            return Interruption("stuck", time, node=failure.node, message=failure.message)
-        bars = balance.bars(balance.start)
-        threshold = self._choices.threshold
-        if threshold is None:
-            threshold = THRESHOLD * balance.largest(bars) + balance.noise(bars)
-        start = balance.start
-        if self._moves:
-            start += span * state.velocity[balance.free]
-        found = relax(balance, start, threshold=threshold, most=SWEEPS)
-        self._relaxations += 1
-        self._sweeps += found.sweeps
-        state.position[balance.free] = found.x
-        state.velocity[balance.free] = 0.0
-        if self._moves and span > 0.0:
-            state.velocity[balance.free] = (found.x - balance.start) / span
-        if found.change > threshold and found.sweeps == SWEEPS:
-            force = balance.force(balance.bars(found.x))
-            node = int(balance.free[np.argmax((force**2).sum(axis=1))])
-            left = show(found.change, FORCE)
-            message = f"forces still change by {left} after {SWEEPS} sweeps"
-            return Interruption("stuck", time, node=node, message=message)
-        self._book(before, self._look(state))
-        broken = failures.overloaded(state) if self.method.watch_strength else ()
-        if len(broken):
-            return Interruption("ruptured", time, springs=np.asarray(broken))
-        if watch is not None and watch(time, state.position, state.velocity):
-            return Interruption("triggered", time)
+
+    def _happens(self, state: State, watch: Watch | None) -> Interruption | None:
+        """Return what interrupts in a state, if anything does."""
+        if self.method.watch_strength:
+            broken = failures.overloaded(state)
+            if len(broken):
+                return Interruption("ruptured", state.time, springs=broken)
+        if watch is not None and watch(state.time, state.position, state.velocity):
+            return Interruption("triggered", state.time)
         return None
 
-    def _look(self, state: State) -> "_Look":
-        """Return what energies are booked from; nothing if they are not kept."""
-        if not self.method.ledger:
-            none = np.zeros(0)
-            return _Look(none, none, none, none, 0.0)
+    def _look(self, state: State) -> "Look":
+        """Return what energies are booked from."""
         position, still = state.position, np.zeros_like(state.velocity)
         held = state.held
         force = np.zeros_like(position)
@@ -241,17 +230,19 @@ class QuasiStatic:
         reeled = [reeling.springs for reeling in state.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
         pull = observables.tension(state, position, still, drawn)
-        return _Look(position.copy(), force, state.springs.rest[drawn], -pull, energy)
+        return Look(position.copy(), force, state.springs.rest[drawn], -pull, energy)
 
-    def _book(self, before: "_Look", after: "_Look") -> None:
-        """Book the work of forces by the trapezoidal rule, and what is missing as lost."""
-        done = np.vdot(0.5 * (before.force + after.force), after.position - before.position)
-        done += np.vdot(0.5 * (before.pull + after.pull), after.rest - before.rest)
-        self._work += float(done)
-        self._lost += float(done) - (after.energy - before.energy)
+    @property
+    def _moves(self) -> bool:
+        """Return whether free nodes have velocities."""
+        return False
+
+    def _book(self, work: float, lost: float) -> None:
+        self._work += work
+        self._lost += lost
 
 
-class _Look(NamedTuple):
+class Look(NamedTuple):
     """What work and energy are made of.
 
     Attributes:
@@ -267,3 +258,56 @@ class _Look(NamedTuple):
     rest: Floats
     pull: Floats
     energy: float
+
+    def until(self, after: "Look") -> tuple[float, float]:
+        """Return the work [J] by the trapezoidal rule, and how much of it energies lack."""
+        done = np.vdot(0.5 * (self.force + after.force), after.position - self.position)
+        done += np.vdot(0.5 * (self.pull + after.pull), after.rest - self.rest)
+        return float(done), float(done) - (after.energy - self.energy)
+
+
+class Relaxations(QuasiStatic):
+    """The procedure of the paper; see the module."""
+
+    name = RELAXATION
+
+    @property
+    def _choices(self) -> RelaxationChoices:
+        given = self.method.choices
+        return given if isinstance(given, RelaxationChoices) else RelaxationChoices()
+
+    @property
+    def _moves(self) -> bool:
+        return self._choices.activities == "velocities"
+
+    def _go(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
+        before = self._look(state) if self.method.ledger else None
+        span = self._arrive(state, time)
+        balance = Balance(state, np.ones(self.network.node_count, dtype=bool))
+        try:
+            refuse_falling(balance)
+        except Unsettled as failure:
+            return Interruption("stuck", time, node=failure.node, message=failure.message)
+        bars = balance.bars(balance.start)
+        threshold = self._choices.threshold
+        if threshold is None:
+            threshold = THRESHOLD * balance.largest(bars) + balance.noise(bars)
+        start = balance.start
+        if self._moves:
+            start += span * state.velocity[balance.free]
+        found = relax(balance, start, threshold=threshold, most=SWEEPS)
+        self._count(span)
+        self._evaluations += found.sweeps
+        state.position[balance.free] = found.x
+        state.velocity[balance.free] = 0.0
+        if self._moves and span > 0.0:
+            state.velocity[balance.free] = (found.x - balance.start) / span
+        if found.change > threshold and found.sweeps == SWEEPS:
+            force = balance.force(balance.bars(found.x))
+            node = int(balance.free[np.argmax((force**2).sum(axis=1))])
+            left = show(found.change, FORCE)
+            message = f"forces still change by {left} after {SWEEPS} sweeps"
+            return Interruption("stuck", time, node=node, message=message)
+        if before is not None:
+            self._book(*before.until(self._look(state)))
+        return self._happens(state, watch)

@@ -41,7 +41,7 @@ from tissuec.scene.learn_entries import METHODS, learn_schema
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.schema import Entry, entries_of
 from tissuec.script.measures import MEASURES
-from tissuec.script.plan import AUTOMATIC, RELAXATION
+from tissuec.script.plan import AUTOMATIC, EQUILIBRIUM, RELAXATION
 from tissuec.script.tools import TOOLS
 
 
@@ -289,6 +289,9 @@ def meshes() -> Terms:
 def integrators() -> Terms:
     """Return the methods that can be named."""
     automatic = Term(AUTOMATIC, CHOICE, "Chosen automatically; the run shows which and why.")
-    relaxation = Term(RELAXATION, CHOICE, "Follows static equilibria without inertia.")
+    static = (
+        Term(EQUILIBRIUM, CHOICE, "Statics: equilibria by Newton's method, without inertia."),
+        Term(RELAXATION, CHOICE, "The published procedure without inertia: nodes are relaxed."),
+    )
     named = (Term(name, CHOICE, summary(method)) for name, method in INTEGRATORS.items())
-    return by_label((automatic, *named, relaxation))
+    return by_label((automatic, *named, *static))

@@ -29,9 +29,13 @@ HALVINGS = 30
 SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
 
 
-def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
-    """Return the result of Newton's method [m], shape (free, 3), and whether it balances."""
-    for _ in range(ROUNDS):
+def descend(balance: Balance, x: Floats, rounds: int = ROUNDS) -> tuple[Floats, bool]:
+    """Return the result of Newton's method [m], shape (free, 3), and whether it balances.
+
+    Args:
+        rounds: Steps at most.
+    """
+    for _ in range(rounds):
         bars = balance.bars(x)
         force = balance.force(bars)
         if is_balanced(balance, bars, force):

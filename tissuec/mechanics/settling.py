@@ -13,7 +13,7 @@ from tissuec.core.errors import counted
 from tissuec.core.units import FORCE, show
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
-from tissuec.mechanics.newton import HALVINGS, NEAR, descend, greatest
+from tissuec.mechanics.newton import HALVINGS, NEAR, ROUNDS, descend, greatest
 from tissuec.mechanics.relaxation import relax
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
@@ -24,6 +24,7 @@ from tissuec.model.network import Floats
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
+SOON = 20  # rounds of Newton's method: from nearby it converges in far fewer
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 
 
@@ -52,7 +53,11 @@ UNKNOWN = Remark("the stability of this equilibrium could not be determined")
 
 
 def settle(
-    state: State, chosen: NDArray[np.bool_], guess: Floats | None = None
+    state: State,
+    chosen: NDArray[np.bool_],
+    guess: Floats | None = None,
+    *,
+    patiently: bool = True,
 ) -> tuple[Remark, ...]:
     """Move the chosen free nodes to where the forces on them balance, at rest.
 
@@ -63,6 +68,7 @@ def settle(
         chosen: Which nodes may move, shape (node,).
         guess: Where the equilibrium may be [m], shape (node, 3); without, it is looked for from
             where the nodes are. Motions without resistance keep their value in the state.
+        patiently: Whether to look further where Newton's method does not converge soon.
 
     Raises:
         Unsettled: The state is as it was.
@@ -71,7 +77,9 @@ def settle(
     if not len(balance.free):
         return ()
     refuse_falling(balance)
-    x, remarks = _minimum(balance, balance.start if guess is None else guess[balance.free])
+    start = balance.start if guess is None else guess[balance.free]
+    with np.errstate(over="ignore", invalid="ignore"):  # on the way to nowhere
+        x, remarks = _minimum(balance, start, patiently=patiently)
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     state.velocity[balance.free] = 0.0
     state.forget_friction(balance.free)
@@ -96,12 +104,14 @@ def _let_relax(state: State, balance: Balance) -> None:
     state.springs.inelastic.let_relax(state.velocity, e, springs)
 
 
-def _minimum(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
+def _minimum(
+    balance: Balance, x: Floats, *, patiently: bool
+) -> tuple[Floats, tuple[Remark, ...]]:
     """Return a minimum of the energy near x, and what is to be known of it.
 
     Both are positions of the free nodes [m], shape (free, 3).
     """
-    (x, remarks), node = _equilibrium(balance, x), 0
+    (x, remarks), node = _equilibrium(balance, x, patiently=patiently), 0
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
         if is_firm(balance, x):
@@ -116,7 +126,7 @@ def _minimum(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
             text = "the net is a mechanism here: it can move without any force"
             return x, (*remarks, *free, Remark(text, node))
         remarks = (Remark(BUCKLED, node),)
-        x, _ = _equilibrium(balance, _pushed_off(balance, x, mode))
+        x, _ = _equilibrium(balance, _pushed_off(balance, x, mode), patiently=patiently)
     return x, (Remark("this equilibrium is unstable", node),)
 
 
@@ -134,7 +144,9 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
     return (Remark(text),)
 
 
-def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
+def _equilibrium(
+    balance: Balance, x: Floats, *, patiently: bool
+) -> tuple[Floats, tuple[Remark, ...]]:
     """Return where the forces balance [m], shape (free, 3), from x on, and what happened.
 
     Near an unstable equilibrium, Newton's steps may become so small that they neither reach nor
@@ -144,10 +156,12 @@ def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...
         Unsettled: They balance nowhere.
     """
     remarks: tuple[Remark, ...] = ()
-    for _ in range(TURNS):
-        x, found = descend(balance, x)
+    for _ in range(TURNS if patiently else 1):
+        x, found = descend(balance, x, ROUNDS if patiently else SOON)
         if found:
             return x, remarks
+        if not patiently:
+            break
         bars = balance.bars(x)
         left = greatest(balance.force(bars))
         mode = softest(balance, x) if left <= NEAR * balance.largest(bars) else None

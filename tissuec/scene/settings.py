@@ -23,7 +23,14 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import whole
 from tissuec.scene.model import ContactLaw, Environment
-from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE, RELAXATION, Simulation
+from tissuec.script.plan import (
+    AUTOMATIC,
+    DEFAULT_TOLERANCE,
+    EQUILIBRIUM,
+    LOAD_STEPS,
+    STATIC,
+    Simulation,
+)
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
@@ -210,11 +217,14 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
     read = SimulateEntries(**values)
     with scope.findings.item():
         _refuse_contradictions(read, places, scope, is_whole=is_whole)
-    tolerance = read.tolerance if read.step is None else None
+    step = read.step
+    if step is None and read.integrator == EQUILIBRIUM:
+        step = read.duration / LOAD_STEPS
+    tolerance = read.tolerance if step is None else None
     choices = None
     with scope.findings.item():
         choices = _choices(read.integrator, block, scope)
-    return Simulation(read.duration, read.integrator, tolerance, read.step, block.head, choices)
+    return Simulation(read.duration, read.integrator, tolerance, step, block.head, choices)
 
 
 def _choices(name: str, block: s.Block, scope: Scope) -> Choices | None:
@@ -257,13 +267,21 @@ def _refuse_contradictions(
                 insertion("; integrator is velocity verlet", places["step"]),
             ),
         )
-    if read.step is None and read.integrator != AUTOMATIC:
+    if read.integrator == EQUILIBRIUM:
+        if "tolerance" in places:
+            scope.findings.reject(
+                "TIS306",
+                "equilibrium needs no tolerance: all forces balance within rounding",
+                places["tolerance"],
+                hint=leaving_out("remove the tolerance", places["tolerance"]),
+            )
+    elif read.step is None and read.integrator != AUTOMATIC:
         _refuse_tolerance(read.integrator, places["integrator"], scope)
 
 
 def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
     """Reject a method that cannot keep a tolerance."""
-    if name == RELAXATION or not INTEGRATORS[name].promises:
+    if name in STATIC or not INTEGRATORS[name].promises:
         scope.findings.reject(
             "TIS306",
             f"{name} does not estimate the error, so it cannot guarantee a tolerance",
@@ -274,7 +292,7 @@ def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
 
 def simulate_schema() -> dict[str, schema.Entry]:
     """Return the entries of simulate with the integrators there are."""
-    names = (AUTOMATIC, *INTEGRATORS, RELAXATION)
+    names = (AUTOMATIC, *INTEGRATORS, *STATIC)
     return schema.with_choices(SimulateEntries, "integrator", names)
 
 

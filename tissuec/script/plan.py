@@ -22,8 +22,12 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
 AUTOMATIC = "automatic"
 """The integrator is chosen by facts measured of the scene."""
 
-#: The integrator that is none: the net is in equilibrium all the time.
 RELAXATION = "relaxation"
+"""The published procedure without inertia: the net is relaxed again and again."""
+EQUILIBRIUM = "equilibrium"
+"""Statics: the net is in equilibrium all the time, by Newton's method."""
+STATIC = (EQUILIBRIUM, RELAXATION)
+LOAD_STEPS = 20  # of a run by ``EQUILIBRIUM`` that states no step, at least
 DEFAULT_TOLERANCE = 1e-4  # of errors of positions, relative to the largest displacement
 
 
@@ -32,7 +36,7 @@ class Simulation(Struct, frozen=True):
 
     Attributes:
         duration: [s].
-        integrator: Name of one, ``AUTOMATIC`` or ``RELAXATION``.
+        integrator: Name of one, ``AUTOMATIC``, or a member of ``STATIC``.
         tolerance: Bound of the error of positions relative to the largest displacement so far.
         step: Fixed step [s]; None where the tolerance rules.
         span: The block.
@@ -45,6 +49,11 @@ class Simulation(Struct, frozen=True):
     step: float | None
     span: Span
     choices: "Choices | None" = None
+
+    @property
+    def is_static(self) -> bool:
+        """Return whether inertia is neglected: the net is in equilibrium all the time."""
+        return self.integrator in STATIC
 
 
 class ScheduledAction(Struct, frozen=True):

@@ -69,10 +69,14 @@ class ReferenceRun:
         self.initial, self.switched = standing_energy(state), 0.0
         while state.time < stop:
             until = min(self.queue.next, stop)
-            equations = Equations(state, until)
+            equations = self._equations(until)
             ending = self._at_once(equations) or self._stretch(equations, until, tell)
             self._happen(ending.broken, ending.fired)
-        self._look_now(Equations(state, stop))
+        self._look_now(self._equations(stop))
+
+    def _equations(self, stop: float) -> Equations:
+        """Return the equations of motion from the state to a time [s]."""
+        return Equations(self.state, stop)
 
     # --- stretches between events -------------------------------------------------------------
 

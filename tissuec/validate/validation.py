@@ -14,6 +14,7 @@ from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict
+from tissuec.validate.static_run import MINIMISERS
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
 from tissuec.validate.wording import reasons
@@ -65,7 +66,7 @@ def validate(
 
     Args:
         compiled: The scene.
-        method: Of SciPy, for the reference.
+        method: Of SciPy, for the reference; static runs have its minimisers.
         rtol: Error per step of the reference; None derives it from the tolerance.
         progress: Called with a stage and the simulated time [s].
 
@@ -80,6 +81,8 @@ def validate(
                 f"the reference has no independent formula for {block.name}: no file in "
                 f'tissuec/validate/forces has a member "{block.kind}"'
             )
+    if plan.simulation.is_static:
+        method = MINIMISERS
     every = output_times(network, plan)
     times = thinned(every, network.node_count)
     run = observe(network, plan, times, lambda time: progress("run", time))

@@ -18,7 +18,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState, read_run_state
 from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import EnergyBalance
-from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
+from tissuec.script.plan import EQUILIBRIUM, RELAXATION, Plan, ScheduledAction
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine, Pause
@@ -48,7 +48,7 @@ class RunLoop:
         self.engine = _make_engine(network, plan, recorder, threads)
         self.ending: tuple[Kind, str] | None = None
         self._true: list[int] = []
-        self._relaxes = plan.simulation.integrator == RELAXATION
+        self._is_static = plan.simulation.is_static
 
     def begin(self, further: Sequence[ScheduledAction] = ()) -> None:
         """Start at 0 s with the events of that time.
@@ -119,7 +119,7 @@ class RunLoop:
             self.engine.restart(state)
             self.handler.enter()
             # A net without inertia is elsewhere after events: where it is relaxed again.
-            if not self._relaxes or state.time >= duration:
+            if not self._is_static or state.time >= duration:
                 self.handler.record_jumps(*sums)
         self._look_for_end()
 
@@ -133,9 +133,11 @@ class RunLoop:
         )
 
     def notes(self) -> tuple[str, ...]:
-        """Return what a fixed step did to the energy, and how it was kept."""
+        """Return what a fixed step did to the energy, and how equilibria were lost."""
         simulation = self.plan.simulation
-        if simulation.step is None or self._relaxes:
+        if simulation.is_static:
+            return tuple(self.engine.remarks)
+        if simulation.step is None:
             return ()
         run_state = self.run_state
         ledger = EnergyBalance(run_state.initial, *self.sums(), run_state.switched)
@@ -199,7 +201,11 @@ def _make_engine(
         threads=threads,
     )
     if method.name == RELAXATION:
-        from tissuec.engine.quasistatic import QuasiStatic
+        from tissuec.engine.quasistatic import Relaxations
 
-        return QuasiStatic(network, method, recorder.times, recorder.record)
+        return Relaxations(network, method, recorder.times, recorder.record)
+    if method.name == EQUILIBRIUM:
+        from tissuec.engine.equilibria import Equilibria
+
+        return Equilibria(network, method, recorder.times, recorder.record)
     return Engine(network, method, recorder.times, recorder.record)

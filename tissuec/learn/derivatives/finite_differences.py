@@ -24,7 +24,7 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
-from tissuec.script.plan import RELAXATION, Simulation, without_outputs
+from tissuec.script.plan import Simulation, without_outputs
 
 FINER = 1e-3  # of the tolerance of the scene, so that runs differ by the parameters only
 FINEST = 1e-11
@@ -75,7 +75,7 @@ class FiniteDifferenceModel:
         """Return the step in a parameter over which differences are taken."""
         simulation = self._simulation(np.inf)
         error = OF_STEPS if simulation.tolerance is None else simulation.tolerance
-        if simulation.integrator == RELAXATION:
+        if simulation.is_static:
             error = OF_RELAXING
         return float(np.clip(np.cbrt(3.0 * error), SMALLEST, LARGEST))
 

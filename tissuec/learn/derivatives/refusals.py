@@ -5,7 +5,7 @@ from tissuec.learn.parameters.force_numbers import not_derived
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.inelastic import VISCOSITY
 from tissuec.model.network import Network
-from tissuec.script.plan import RELAXATION, Plan
+from tissuec.script.plan import Plan
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import ChangeMemory, ChangeMotion
 from tissuec.script.verbs.preserve import Inflate
@@ -77,7 +77,7 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
         return "a volume is preserved by one pressure after another"
     if any(isinstance(action, ChangeMemory) for action in actions):
         return "the script changes how springs relax or yield"
-    if plan.simulation.integrator == RELAXATION:
+    if plan.simulation.is_static:
         return "the net is in equilibrium all the time"
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
         return "a spin is set during the script"

@@ -26,7 +26,6 @@ from tissuec.model.network import Floats
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import WORDS, Data, FitProblem
-from tissuec.script.plan import RELAXATION
 
 
 class LearnSession(Struct, frozen=True, eq=False):
@@ -198,7 +197,7 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
             from tissuec.learn.derivatives.static_model import StaticModel
 
             return StaticModel(shaping, series, known, fit_problem.axis, laws)
-        if not whole or plan.simulation.integrator == RELAXATION:
+        if not whole or plan.simulation.is_static:
             from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 
             return FiniteDifferenceModel(shaping, series)

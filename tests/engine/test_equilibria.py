@@ -1,0 +1,181 @@
+"""Statics along a path: limit points, ruptures and conditions are found where they are."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from scipy.optimize import brentq, minimize_scalar
+
+import tissuec
+from tests.engine.test_quasistatic import DRAWN, drawn_out
+from tests.hand_net import make_net, table
+from tests.hand_plan import carry_out, event, make_plan, when
+from tests.mechanics.test_settling import residual
+from tests.whole_runs import AfterAsking
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.script.plan import EQUILIBRIUM, STATIC
+from tissuec.validate.engine_run import observe
+from tissuec.validate.reference import reference
+
+C, WIDE, HIGH = 1000.0, 0.1, 0.03  # spring constant and drawn place of the apex of a dome
+LONG = np.hypot(WIDE, HIGH)
+LINE = table([0.0, 1.0], [0.0, 1.0])
+FEET = {"dome": [0, 1, 2, 3, 4], "feet": [0, 1, 2, 3], "apex": [4]}
+
+
+def static(network, plan, **more):
+    """Return a plan of the same events that is static."""
+    simulation = replace(plan.simulation, integrator=EQUILIBRIUM, **more)
+    return network, replace(plan, simulation=simulation)
+
+
+def dome(*events, every=0.05):
+    """Return four springs that meet above a plane, and a plan with their feet fixed."""
+    place = np.array(
+        [[WIDE, 0, 0], [-WIDE, 0, 0], [0, WIDE, 0], [0, -WIDE, 0], [0, 0, HIGH]], dtype=float
+    )
+    ends = np.array([[k, 4] for k in range(4)])
+    network = make_net(place, ends, stiffness=C, mass=1e-3, damping=0.1)
+    plan = make_plan(
+        network, 1.0, [event(0.0, "fix feet", FEET), *events], integrator=EQUILIBRIUM,
+        tolerance=None, step=0.05, every=every, energy=every,
+    )  # fmt: skip
+    return network, plan
+
+
+def pressed(z):
+    """Return the force that presses the apex down to a height [N]."""
+    return 4.0 * C * (LONG - np.hypot(WIDE, z)) * z / np.hypot(WIDE, z)
+
+
+def stored(z):
+    return 2.0 * C * (LONG - np.hypot(WIDE, z)) ** 2
+
+
+LIMIT = minimize_scalar(lambda z: -pressed(z), bounds=(0.0, HIGH), method="bounded")
+
+
+def test_static_methods_are_no_integrators():
+    assert not set(STATIC) & set(INTEGRATORS)
+
+
+def test_a_stretched_chain_shares_the_stretch():
+    outcome, recording = carry_out(*static(*drawn_out()))
+    time, position, velocity, *_ = recording.frame_arrays()
+    expected = np.arange(4) * (0.01 + 0.02 * time[:, None] / 3)
+    assert outcome.kind == "done"
+    assert position[:, :, 0] == pytest.approx(expected, abs=1e-14)
+    assert not velocity[:, 1:3].any()
+    _, rows = recording.energy_arrays()
+    assert rows[:, 3] == pytest.approx(0.5 * 40.0 / 3.0 * (0.02 * time) ** 2, abs=1e-12)
+    assert not rows[:, 4].any()
+
+
+def test_a_dome_that_is_moved_passes_its_limit_points():
+    """With the apex moved, every state has an equilibrium; forces even change their sign."""
+    down = event(0.0, "move apex", FEET, by=(0, 0, -2.2 * HIGH), using=(LINE,), duration=1.0)
+    outcome, recording = carry_out(*dome(down))
+    time, position, *_ = recording.frame_arrays()
+    z = HIGH * (1.0 - 2.2 * time)
+    assert position[:, 4, 2] == pytest.approx(z, abs=1e-15)
+    _, rows = recording.energy_arrays()
+    assert rows[:, 1] == pytest.approx(stored(z), abs=1e-12)
+    assert not rows[:, 4].any()
+    assert outcome.kind == "done"
+    assert not outcome.notes
+
+
+def test_a_dome_that_is_pressed_snaps_at_its_limit_load():
+    push = event(0.0, "push apex", FEET, with_=(0, 0, -4.0), using=(LINE,), duration=1.0)
+    outcome, recording = carry_out(*dome(push))
+    load = -LIMIT.fun
+    after = brentq(lambda z: pressed(z) - load, -2.0 * HIGH, -HIGH)
+    lost = stored(LIMIT.x) - stored(after) + load * (LIMIT.x - after)
+    time, position, *_ = recording.frame_arrays()
+    there = [
+        brentq(lambda z, t=t: pressed(z) - 4.0 * t, *((LIMIT.x, HIGH) if t < load / 4.0
+               else (-2.0 * HIGH, -HIGH)))
+        for t in time
+    ]  # fmt: skip
+    assert position[:, 4, 2] == pytest.approx(there, abs=1e-12)
+    _, rows = recording.energy_arrays()
+    # The time is found within a millionth of the duration, 4e-6 N of the load.
+    assert rows[-1, 4] == pytest.approx(lost, rel=2e-4)
+    (note,) = outcome.notes
+    assert float(note.split()[1]) == pytest.approx(1e3 * load / 4.0, abs=2e-3)
+    assert "snapped to another equilibrium" in note
+
+
+def test_without_another_equilibrium_the_run_ends_with_the_time(tmp_path):
+    """A thread whose force falls beyond a stretch bears no more than its largest force."""
+    scene = """language 1
+    let c = 100 N/m; let long = 10 mm
+    law weak { spring force of e = c * e * exp(-e / long) }
+    tissue gum { spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 1 g }
+    body line { mesh is explicit; tissue is gum }
+    table nodes of line in mm with columns "id x" { 1 0; 2 10 }
+    table springs of line with columns "a b law" { 1 2 weak }
+    set nail = nodes of line where x < 1 mm
+    set hand = nodes of line where x > 9 mm
+    environment { gravity = (0, 0, 0) m/s^2 }
+    script { at 0 s: fix nail
+      from 0 s to 1 s: push hand with 1 N along (1, 0, 0) using ramp }
+    simulate { duration = 1 s; integrator is equilibrium }
+    output { position of hand every 0.1 s }
+    """
+    (tmp_path / "weak.tis").write_text(scene, encoding="utf-8")
+    with pytest.raises(tissuec.SimulationError) as failure:
+        tissuec.run(tmp_path / "weak.tis", strict=True)
+    # The largest force is 100 N/m 10 mm / e = 0.367879 N.
+    assert "stopped at 367.8" in str(failure.value)
+    assert "no equilibrium is near the one before" in str(failure.value)
+
+
+def test_springs_rupture_when_their_tension_reaches_the_strength():
+    outcome, _ = carry_out(*static(*drawn_out(strength=0.2)))
+    torn = [t for t, h in outcome.logged_events if h.kind == "rupture"]
+    assert torn[0] == pytest.approx(0.75, abs=2e-6)
+
+
+def test_conditions_are_closed_in_on():
+    def stretched(snapshot):
+        return snapshot.position[3, 0] > 0.0399
+
+    network, plan = drawn_out(triggers=[when(stretched, event(0.0, "fix hand", DRAWN))])
+    outcome, _ = carry_out(*static(network, plan))
+    (fired,) = [t for t, h in outcome.logged_events if h.kind == "trigger"]
+    assert fired == pytest.approx(0.495, abs=2e-6)
+
+
+def test_what_hangs_is_balanced():
+    outcome, _ = carry_out(*static(*drawn_out(gravity=(0.0, 0.0, -9.81))))
+    assert outcome.kind == "done"
+    assert residual(outcome.state) < 1e-12
+
+
+@pytest.mark.parametrize("count", [1, 12, 18])
+def test_a_run_that_is_resumed_gives_the_same_bytes(count):
+    push = event(0.0, "push apex", FEET, with_=(0, 0, -4.0), using=(LINE,), duration=1.0)
+    network, plan = dome(push)
+    whole, undisturbed = carry_out(network, plan)
+    first, before = carry_out(network, plan, interrupt=AfterAsking(count))
+    assert first.kind == "interrupted"
+    recording = MemoryRecording()
+    second = run(network, plan, Recorder(network, plan, recording), resume=before.state)
+    assert (second.kind, second.notes) == ("done", whole.notes)
+    for get in (lambda r: r.frame_arrays()[1], lambda r: r.energy_arrays()[1]):
+        assert np.array_equal(np.concatenate([get(before), get(recording)]), get(undisturbed))
+
+
+@pytest.mark.parametrize("strength", [np.inf, np.array([0.3, 0.25, 0.3])])
+def test_the_reference_finds_the_same_equilibria(strength):
+    network, plan = static(*drawn_out(strength=strength, gravity=(0.0, 0.0, -9.81)))
+    run_ = observe(network, plan, np.linspace(0.0, 1.0, 11), lambda time: None)
+    found = reference(network, plan, run_.times)
+    assert run_.position == pytest.approx(found.position, abs=1e-9)
+    assert run_.force == pytest.approx(found.force, abs=1e-9)
+    ours, theirs = ([one.time for one in of.breaks] for of in (run_, found))
+    assert len(ours) == len(theirs) == (0 if np.isinf(strength).all() else 1)
+    assert ours == pytest.approx(theirs, abs=2e-6)
