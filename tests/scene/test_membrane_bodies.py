@@ -376,15 +376,6 @@ def test_what_walls_of_elements_do_not_have_is_refused(parts, message):
     assert hint
 
 
-def test_walls_do_not_relax():
-    relaxing = "relaxing share = 20 %; relaxation time = 1 s"
-    found = [message for message, _ in refusals(MADE, tissue=relaxing)]
-    assert found == [
-        f"TIS306: {what} is not available for elements"
-        for what in ("relaxing share", "relaxation time")
-    ]
-
-
 def test_what_says_nothing_is_allowed():
     assert compiled(kind=SHEET, mesh="; diagonals is none").network.spring_count == 108
 

@@ -14,11 +14,37 @@ from tissuec.model.network import Floats, Indices
 from tissuec.scene.quantities import OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
+    from tissuec.forces.membrane_branches import MembraneBranches
     from tissuec.forces.solid_branches import SolidBranches
 
 
 def branches_of(parts: TissueParts, part: Indices, shear: Floats) -> "SolidBranches | None":
-    """Return the branches of elements, without storage; None if nothing relaxes.
+    """Return the branches of solid elements, without storage; None if nothing relaxes.
+
+    Arguments are as for ``_moduli_and_times``.
+    """
+    if (found := _moduli_and_times(parts, part, shear)) is None:
+        return None
+    from tissuec.forces.solid_branches import SolidBranches
+
+    return SolidBranches.new(*found)
+
+
+def wall_branches_of(
+    parts: TissueParts, part: Indices, shear: Floats
+) -> "MembraneBranches | None":
+    """Return the branches of triangles of walls; as ``branches_of``."""
+    if (found := _moduli_and_times(parts, part, shear)) is None:
+        return None
+    from tissuec.forces.membrane_branches import MembraneBranches
+
+    return MembraneBranches.new(*found)
+
+
+def _moduli_and_times(
+    parts: TissueParts, part: Indices, shear: Floats
+) -> tuple[Floats, Floats] | None:
+    """Return moduli [Pa] and times [s], shape (branch, element); None if nothing relaxes.
 
     Args:
         parts: Of the body.
@@ -42,8 +68,4 @@ def branches_of(parts: TissueParts, part: Indices, shear: Floats) -> "SolidBranc
         rows.append((ratio[part] * shear, time[part]))
     moduli, times = map(np.array, zip(*rows, strict=True))
     used = moduli.any(axis=1)
-    if not used.any():
-        return None
-    from tissuec.forces.solid_branches import SolidBranches
-
-    return SolidBranches.new(moduli[used], times[used])
+    return (moduli[used], times[used]) if used.any() else None

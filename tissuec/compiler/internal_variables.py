@@ -80,7 +80,9 @@ def with_element_memory(network: Network) -> Network:
     Strains, times the size of their elements, are multiplied as those of springs are.
     """
     blocks = [
-        block for block in network.blocks if block.kind == "elements" and block.field.remembers
+        block
+        for block in network.blocks
+        if block.kind in ("elements", "membranes") and block.field.remembers
     ]
     if not blocks:
         return network

@@ -9,18 +9,19 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_bodies import BodyElements, ElementReader
+from tissuec.compiler.element_branches import wall_branches_of
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross, norm
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.imported import Imported
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.inelastic import LIMIT, TIMES, VISCOSITY
+from tissuec.model.inelastic import LIMIT, VISCOSITY
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.fibres import AXIAL
 from tissuec.scene.findings import Findings
 from tissuec.scene.prestress import PRESTRESS
-from tissuec.scene.quantities import OF_MATTER, SHARES
+from tissuec.scene.quantities import OF_MATTER
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
@@ -83,9 +84,7 @@ class MembraneReader(ElementReader):
         findings: Takes diagnostics.
     """
 
-    refused = (
-        *ElementReader.refused, *SHARES, *TIMES, *OF_MATTER[LIMIT], *OF_MATTER[VISCOSITY],
-    )  # fmt: skip
+    refused = (*ElementReader.refused, *OF_MATTER[LIMIT], *OF_MATTER[VISCOSITY])
 
     def __init__(self, drawing: Drawing, findings: Findings):
         super().__init__(drawing, findings)
@@ -119,7 +118,7 @@ class MembraneReader(ElementReader):
         material = MembraneMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             np.full(len(self.part), self.thickness), *self._stretched(), self._fibres(),
-            self.limits.limits,
+            self.limits.limits, wall_branches_of(self.parts, self.part, shear),
         )  # fmt: skip
         one = self.triangles
         return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)

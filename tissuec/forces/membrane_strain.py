@@ -3,20 +3,22 @@
 The energy of a triangle is a function of u = (A, D, f1, …, y): A = tr C and D = det C of its
 plane, the squares f of the stretch along families of fibres, and y = log λ, λ being the stretch
 of its thickness. Where W_y = 0, the energy has the derivatives W_u by the others alone, and the
-second derivatives W_uu - W_uy W_yu / W_yy. (For the equations see ``forces.membranes``.)
+second derivatives W_uu - W_uy W_yu / W_yy. (For the equations see ``forces.membranes``.) Where
+branches are remembered that relax (``forces.membrane_branches``), B = tr(C W) is before y.
 """
 
 from typing import Protocol
 
 import numpy as np
 
+from tissuec.forces.membrane_branches import RelaxingPlane
 from tissuec.forces.membranes_kernel import CLOSE, LEAST_SQUARE, LONGEST, ROUNDS
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.laws.derivatives import DERIVATIVES, Derivative, energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
-_A, _D, _Y = 0, 1, -1  # places of A, D and y among the variables
+_A, _D, _B, _Y = 0, 1, -2, -1  # places of A, D, B and y among the variables
 
 
 class PlaneMatter(Protocol):
@@ -52,6 +54,11 @@ class PlaneMatter(Protocol):
         """Families of fibres in the plane."""
         ...
 
+    @property
+    def remembered(self) -> RelaxingPlane | None:
+        """What branches bear that relax; None without any, or where that is not known."""
+        ...
+
 
 class MembraneStrain:
     """Strain of triangles whose thickness has no stress across it.
@@ -67,11 +74,12 @@ class MembraneStrain:
         square: D, at least 1/25, shape (…, triangle).
         ratio: J, shape (…, triangle).
         squares: Of stretches along families of fibres, shape (…, triangle, family).
-        slopes: ∂W/∂u at fixed y [Pa], shape (…, triangle, 2 + family).
+        slopes: ∂W/∂u at fixed y [Pa], shape (…, triangle, u - 1).
     """
 
     def __init__(self, wall: PlaneMatter, deformation: Floats):
-        self._wall, self.f = wall, deformation
+        self._wall, self.f, self._kept = wall, deformation, wall.remembered
+        self._families = slice(2, 2 + wall.fibres.along.shape[1])
         self.c = c = deformation.swapaxes(-1, -2) @ deformation
         self.cofactors = np.stack(
             [
@@ -92,6 +100,8 @@ class MembraneStrain:
         self._q, self._p = (q, by_q, bend), (p, -2.0 / 3.0 * rate * p, twice * p)
         along = wall.fibres.along
         self.squares = np.einsum("...eij,efi,efj->...ef", c, along, along)
+        if self._kept is not None:
+            self._pulled = np.einsum("...ij,...ij->...", c, self._kept.weight)
         self.root = self._balanced()
         self.thickness = self.root**3
         self.square, self.ratio = near, self._q[0] * self.thickness
@@ -137,15 +147,33 @@ class MembraneStrain:
         for k in range(wall.fibres.along.shape[1]):
             e = self._fibre_strain(k, i1[0])
             stored += 0.5 * k1 / k2 * np.expm1(k2 * e * e)
+        if self._kept is not None:
+            r2 = self.root * self.root
+            stored += 0.5 * self._p[0] * (self._pulled / r2 + self._kept.across * r2 * r2)
+            stored -= 1.5 * self._kept.shear
         return stored
+
+    @property
+    def isochoric(self) -> tuple[Floats, Floats]:
+        """Return g C and g λ², dimensionless, shape (…, triangle, 2, 2) and (…, triangle)."""
+        r2 = self.root * self.root
+        g = self._p[0] / r2
+        return g[..., None, None] * self.c, self._p[0] * r2 * r2
 
     def piola(self) -> Floats:
         """Return P [Pa], shape (…, triangle, 3, 2)."""
+        return self.f @ self._second_piola(self.slopes)
+
+    def _second_piola(self, slopes: Floats) -> Floats:
+        """Return S of derivatives by u [Pa], shape (…, triangle, 2, 2)."""
         along = self._wall.fibres.along
-        inner = 2.0 * self.slopes[..., _A, None, None] * np.eye(2)
-        inner = inner + 2.0 * self.slopes[..., _D, None, None] * self.cofactors
-        inner += 2.0 * np.einsum("...ef,efi,efj->...eij", self.slopes[..., 2:], along, along)
-        return self.f @ inner
+        inner = 2.0 * slopes[..., _A, None, None] * np.eye(2)
+        inner = inner + 2.0 * slopes[..., _D, None, None] * self.cofactors
+        of_fibres = slopes[..., self._families]
+        inner += 2.0 * np.einsum("...ef,efi,efj->...eij", of_fibres, along, along)
+        if self._kept is not None:
+            inner += 2.0 * slopes[..., self._families.stop, None, None] * self._kept.weight
+        return inner
 
     def cauchy(self) -> Floats:
         """Return P Fᵀ / J [Pa], shape (…, triangle, 3, 3); the area ratio is at least 1/5."""
@@ -164,10 +192,7 @@ class MembraneStrain:
         )
         first = self._of_variables()
         found = np.einsum("...ux,...uv,...vy->...xy", first, inner, first)
-        turning = 2.0 * slopes[..., _A, None, None] * np.eye(2)
-        turning = turning + 2.0 * slopes[..., _D, None, None] * self.cofactors
-        along = self._wall.fibres.along
-        turning += 2.0 * np.einsum("...ef,efi,efj->...eij", slopes[..., 2:_Y], along, along)
+        turning = self._second_piola(slopes)
         every = np.eye(3)[:, None, :, None] * turning[..., None, :, None, :]
         found += every.reshape(found.shape)
         stretch = self._of_components()
@@ -193,6 +218,8 @@ class MembraneStrain:
         parts = [2.0 * self.f, 2.0 * self.f @ self.cofactors]
         lines = (own[:, :, None] * own[:, None, :] for own in np.moveaxis(along, 1, 0))
         parts += [2.0 * self.f @ line for line in lines]
+        if self._kept is not None:
+            parts.append(2.0 * self.f @ self._kept.weight)
         return np.stack([part.reshape(shape) for part in parts], axis=-2)
 
     # --- variables ----------------------------------------------------------------------------
@@ -223,6 +250,9 @@ class MembraneStrain:
             way[..., 2 + k] += 1.0 - 3.0 * spread
             slopes += _rows(pull, way)
             bends += _blocks(steep, _square_of(way)) + _blocks(pull * spread, i1[2])
+        if self._kept is not None:
+            _, more, twice = self._of_branches(root, self._kept.across)
+            slopes, bends = slopes + more, bends + twice
         return slopes, bends
 
     def _fibre_strain(self, family: int, i1: Floats) -> Floats:
@@ -266,15 +296,31 @@ class MembraneStrain:
         )  # fmt: skip
         return [one, two, volume]
 
+    def _of_branches(self, root: Floats, across: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return g (B + λ² w)/2 with first and second derivatives by u; ``across`` is w."""
+        p, by_p, by_p_twice = (0.5 * each for each in self._p)
+        r2 = root * root
+        plain = self._pulled / r2 + across * r2 * r2
+        lean = (4.0 * across * r2 * r2 - 2.0 * self._pulled / r2) / 3.0
+        steep = (4.0 * self._pulled / r2 + 16.0 * across * r2 * r2) / 9.0
+        none = np.zeros_like(plain)
+        found = self._filled(
+            p * plain, none, by_p * plain, p * lean,
+            {"dd": by_p_twice * plain, "dy": by_p * lean, "yy": p * steep,
+             "db": by_p / r2, "by": -2.0 / 3.0 * p / r2},
+        )  # fmt: skip
+        found[1][..., _B] = p / r2
+        return found
+
     def _filled(
         self, value: Floats, by_a: Floats, by_d: Floats, by_y: Floats, twice: dict[str, Floats]
     ) -> tuple[Floats, Floats, Floats]:
         """Return a value with its derivatives by all variables in their order."""
-        count = 3 + self._wall.fibres.along.shape[1]
+        count = 3 + self._wall.fibres.along.shape[1] + (self._kept is not None)
         first = np.zeros((*value.shape, count))
         first[..., _A], first[..., _D], first[..., _Y] = by_a, by_d, by_y
         second = np.zeros((*value.shape, count, count))
-        places = {"a": _A, "d": _D, "y": _Y}
+        places = {"a": _A, "d": _D, "b": _B, "y": _Y}
         for (one, other), part in twice.items():
             second[..., places[one], places[other]] = part
             second[..., places[other], places[one]] = part

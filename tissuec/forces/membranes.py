@@ -28,6 +28,8 @@ Viscosity is that of a liquid, as in solids, whose rate of strain across the pla
 Green's strain and B = cof C Ė,
 
     S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
+
+Branches that relax are in ``forces.membrane_branches``.
 """
 
 from collections.abc import Callable
@@ -43,9 +45,11 @@ from tissuec.forces import Items, acts_of
 from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.matrices import without_negative
+from tissuec.forces.membrane_branches import MembraneBranches, RelaxingPlane
 from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
 from tissuec.forces.membrane_strain import MembraneStrain
-from tissuec.forces.membranes_kernel import MembraneTable, stretch_membranes
+from tissuec.forces.membranes_kernel import MembraneTable, relax_membranes, stretch_membranes
+from tissuec.forces.solid_branches import branch_columns
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import DERIVATIVES
@@ -55,9 +59,11 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 _SECONDS = 1e-7  # of one evaluation of a triangle
+_BRANCH_SECONDS = 2e-8  # and for each branch
 _COLUMNS = (
     "nodes", "gradients", "weight", "area", "thickness", "shear", "bulk", "viscosity", "law",
 )  # fmt: skip
+_PARTS = ("fibres", "limits", "branches", "remembered")
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
 
 
@@ -74,6 +80,7 @@ class MembraneMaterial(NamedTuple):
         axis: Of the prestretch, a vector in space, shape (3,); None in the whole plane.
         fibres: Directions as drawn in space, shape (triangle, family, 3); None without any.
         limits: At which they break; None where nothing may break.
+        branches: That relax; None without any.
     """
 
     shear: Floats
@@ -86,6 +93,7 @@ class MembraneMaterial(NamedTuple):
     axis: Floats | None = None
     fibres: SolidFibres | None = None
     limits: ElementLimits | None = None
+    branches: MembraneBranches | None = None
 
 
 class Membranes(MaterialField, frozen=True):
@@ -99,6 +107,9 @@ class Membranes(MaterialField, frozen=True):
         viscosity: η [Pa s], shape (triangle,).
         law: Number of the law, shape (triangle,).
         fibres: Families of fibres in the plane, whose directions have two components.
+        branches: That relax; None without any.
+        remembered: What these do while nothing gives way, where it is known; energies,
+            matrices and stresses include it. Otherwise they are those without branches.
         is_prestressed: Whether any triangle has stress as drawn.
         span: The entry that asks for the triangles.
     """
@@ -112,6 +123,8 @@ class Membranes(MaterialField, frozen=True):
     viscosity: Floats
     law: Indices
     fibres: SolidFibres
+    branches: MembraneBranches | None
+    remembered: RelaxingPlane | None
     is_prestressed: bool
     span: Span
 
@@ -160,7 +173,7 @@ class Membranes(MaterialField, frozen=True):
             walls, walled, name, nodes, material.limits, laws,
             gradients @ longer, material.thickness * area, area, material.thickness,
             material.shear, material.bulk, material.viscosity, law, fibres,
-            bool((material.prestretch != 1.0).any()), span,
+            material.branches, None, bool((material.prestretch != 1.0).any()), span,
         )  # fmt: skip
         drawn = MembraneStrain(made, made.deformations(position))
         return replace(made, weight=made.weight / (np.linalg.det(longer) * drawn.thickness))
@@ -173,8 +186,11 @@ class Membranes(MaterialField, frozen=True):
     def only(self, items: Indices) -> Self:
         """Return some triangles, by indices of shape (n,), with the walls of all."""
         some = {name: getattr(self, name)[items] for name in _COLUMNS}
-        limits = self.limits and self.limits.some(items)
-        return replace(self, fibres=self.fibres.some(items), limits=limits, **some)
+        parts = {
+            name: part and part.some(items)
+            for name, part in ((name, getattr(self, name)) for name in _PARTS)
+        }
+        return replace(self, **parts, **some)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the triangles."""
@@ -275,7 +291,8 @@ class Membranes(MaterialField, frozen=True):
     @property
     def rigidity(self) -> Floats:
         """Return moduli times volumes [J], shape (triangle,)."""
-        return (self.shear + self.bulk + self.fibres.modulus) * self.weight
+        sudden = 0.0 if self.branches is None else self.branches.sudden
+        return (self.shear + sudden + self.bulk + self.fibres.modulus) * self.weight
 
     @property
     def steepest(self) -> Floats:
@@ -285,14 +302,92 @@ class Membranes(MaterialField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        return _SECONDS * self.item_count
+        branches = 0 if self.branches is None else len(self.branches.exists)
+        return _SECONDS * self.item_count + _BRANCH_SECONDS * branches
+
+    # --- memory of branches -------------------------------------------------------------------
+
+    @property
+    def remembers(self) -> bool:
+        """Return whether any triangle relaxes."""
+        return self.branches is not None
+
+    @property
+    def loss(self) -> str:
+        """Return why energy is not conserved; see ``Effect``."""
+        return "" if self.branches is None else "there are elements that relax"
+
+    @property
+    def hidden(self) -> Indices:
+        """Return the hidden nodes of the branches; see ``Field``."""
+        return np.zeros(0, dtype=np.int64) if self.branches is None else self.branches.nodes
+
+    @property
+    def relaxed(self) -> Self:
+        """Return the triangles without branches; see ``Effect``."""
+        return self if self.branches is None else replace(self, branches=None, remembered=None)
+
+    def stored(self, first: int, fastest: float) -> Self:
+        """Return the triangles with hidden nodes for their branches.
+
+        Args:
+            first: Number of the first of these nodes.
+            fastest: A bound of the angular frequencies of the net [1/s].
+        """
+        assert self.branches is not None
+        branches = self.branches.stored(3 * first, fastest, np.sqrt(self.area))
+        return replace(self, branches=branches)
+
+    def fastest(self, mass: Floats) -> float:
+        """Return about the largest angular frequency of the triangles [1/s].
+
+        Args:
+            mass: Of all nodes [kg], shape (node,).
+        """
+        each = self.rigidity[:, None] * (self.gradients**2).sum(axis=2)
+        joined = np.bincount(self.nodes.ravel(), each.ravel(), len(mass))
+        return float(np.sqrt(2.0 * (joined / mass).max()))
+
+    def recalling(self, velocity: Floats) -> Self:
+        """Return the triangles with what their branches do at once; see ``Effect``."""
+        if self.branches is None:
+            return self
+        return replace(self, remembered=self.branches.remembered(velocity))
+
+    def giving(self, position: Floats, velocity: Floats) -> float:
+        """Return a bound of the rates at which branches give way [1/s]; see ``Field``."""
+        fastest = 0.0
+        for _, own in self.in_blocks() if self.branches is not None else ():
+            assert own.branches is not None
+            strain = MembraneStrain(own.recalling(velocity), own.deformations(position))
+            fastest = max(fastest, own.branches.fastest(*strain.isochoric, velocity))
+        return fastest
+
+    def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
+        """Make branches give way for good; see ``Field``."""
+        if self.branches is None:
+            return
+        for part, _ in self.in_blocks():
+            items = part[moved[self.nodes[part]].any(axis=1)]
+            own = self.only(items).relaxed
+            right, _ = MembraneStrain(own, own.deformations(position)).isochoric
+            self.branches.keep(velocity, right, items)
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
+        hidden = self.hidden
+        before = to[..., hidden, :]
+        super().add_forces(time, position, velocity, to)
+        to[..., hidden, :] = before
 
     # --- for the engine -----------------------------------------------------------------------
 
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
-        return stretch_membranes
+        return stretch_membranes if self.branches is None else relax_membranes
 
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
@@ -315,9 +410,10 @@ class Membranes(MaterialField, frozen=True):
             fibres=np.ascontiguousarray(self.fibres.along),
             fibre_stiffness=self.fibres.stiffness,
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
+            **branch_columns(self.branches, self.item_count, place),
             is_curved=is_curved, is_viscous=self.is_damped,
             by_first=first, by_second=second, by_first_twice=first_twice, by_both=both,
-            by_second_twice=second_twice, state=np.zeros(7),
+            by_second_twice=second_twice, state=np.zeros(12),
         )  # fmt: skip
 
     @property
@@ -332,7 +428,7 @@ class Membranes(MaterialField, frozen=True):
 
     def limit_table(self, place: Indices, limits: LimitColumns) -> MembraneLimitTable:
         """Return the record of these loops; see ``MaterialField``."""
-        wall = self.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
+        wall = self.relaxed.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
         return MembraneLimitTable(*limits, wall)
 
 

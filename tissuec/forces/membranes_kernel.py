@@ -11,6 +11,7 @@ from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 LEAST_SQUARE = 0.04
 ROUNDS = 60  # of the iteration for the thickness, more than bisection needs
 LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm of the root of J
+FLAT = 1e-6  # determinants of what branches gave way by, below which they count as this
 CLOSE = 1e-8  # step after which an iteration of second order is at rounding
 
 
@@ -29,6 +30,11 @@ class MembraneTable(NamedTuple):
     fibre_stiffness: Floats  # k1 [Pa], shape (triangle,)
     fibre_stiffening: Floats  # k2, shape (triangle,)
     dispersion: Floats  # κ, shape (triangle,)
+    first: Integers  # branches of triangle e are first[e]:first[e + 1], shape (triangle + 1,)
+    branch_shear: Floats  # μk [Pa], shape (branch,)
+    branch_pace: Floats  # 1 / τ [1/s], shape (branch,)
+    branch_slot: Integers  # where the first number of a branch is among velocities, (branch,)
+    branch_rate: Floats  # of P - 1 in these [m/s], shape (branch,)
     is_curved: bool  # whether any law is not neo-Hookean
     is_viscous: bool
     by_first: int  # addresses of derivatives of laws by the invariants
@@ -36,7 +42,7 @@ class MembraneTable(NamedTuple):
     by_first_twice: int
     by_both: int
     by_second_twice: int
-    state: Floats  # scratch, see ``measure``, shape (7,)
+    state: Floats  # scratch, see ``measure`` and ``remember``, shape (12,)
 
 
 def stretch_membranes(
@@ -45,7 +51,34 @@ def stretch_membranes(
     """Add the forces of triangles to those on nodes, and the power that they dissipate.
 
     Args:
+        wall: The triangles; they have no branches.
+    """
+    pull_triangles(x, v, f, power, wall, relaxes=False)
+
+
+def relax_membranes(
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable
+) -> None:
+    """Do what ``stretch_membranes`` does for triangles with branches.
+
+    The rates of hidden nodes are added as forces on them.
+
+    Args:
         wall: The triangles.
+    """
+    pull_triangles(x, v, f, power, wall, relaxes=True)
+
+
+def pull_triangles(
+    x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable, relaxes: bool
+) -> None:
+    """Do what kernels do, of which ``relaxes`` makes two: those without branches are as fast.
+
+    Args:
+        x, v, f: Positions [m], velocities [m/s] and forces [N] of all nodes, flat.
+        power: [W], shape (2,).
+        wall: The triangles.
+        relaxes: Whether any has a branch.
     """
     state = wall.state
     for e in range(wall.nodes.shape[0]):
@@ -63,8 +96,13 @@ def stretch_membranes(
             a0 * a0 + a1 * a1 + a2 * a2, a0 * b0 + a1 * b1 + a2 * b2,
             b0 * b0 + b1 * b1 + b2 * b2, state,
         )  # fmt: skip
-        root = volume_root(e, wall)
-        s, t, u = stress(e, root, wall)
+        if relaxes:
+            remember(e, v, wall)
+        root = volume_root(e, wall, relaxes)
+        s, t, u = stress(e, root, wall, relaxes)
+        if relaxes:
+            for branch in range(wall.first[e], wall.first[e + 1]):
+                power[1] += wall.weight[e] * relax(branch, root, v, f, wall)
         if wall.is_viscous and wall.viscosity[e] > 0.0:
             c0 = v[i] * n0 + v[j] * n1 + v[k] * n2
             c1 = v[i + 1] * n0 + v[j + 1] * n1 + v[k + 1] * n2
@@ -98,7 +136,8 @@ def measure(first: float, mixed: float, second: float, state: Floats) -> None:
 
     Args:
         first, mixed, second: C11, C12 and C22.
-        state: Set: C11, C12, C22, tr C, D = det C, q and dq/dD / q, dimensionless, shape (7,).
+        state: Set: C11, C12, C22, tr C, D = det C, q and dq/dD / q, dimensionless; the first
+            seven numbers, shape (12,).
     """
     square = max(first * second - mixed * mixed, 0.0)
     near = max(square, LEAST_SQUARE)
@@ -110,7 +149,28 @@ def measure(first: float, mixed: float, second: float, state: Floats) -> None:
     state[6] = (slope + bend * below) / q
 
 
-def volume_root(e: int, wall: MembraneTable) -> float:
+def remember(e: int, v: Floats, wall: MembraneTable) -> None:
+    """Set what branches of a triangle bear, W11, W12, W22, tr(C W) and w, in its state [Pa].
+
+    Args:
+        e: Number of the triangle.
+        v: Velocities of all nodes [m/s], flat; those of hidden ones keep P - 1.
+        wall: The triangles; see ``forces.membrane_branches``.
+    """
+    state = wall.state
+    one = mixed = other = across = 0.0
+    for branch in range(wall.first[e], wall.first[e + 1]):
+        i, scale = wall.branch_slot[branch], 1.0 / wall.branch_rate[branch]
+        a, b, c = 1.0 + scale * v[i], 1.0 + scale * v[i + 1], scale * v[i + 2]
+        square, shear = max(a * b - c * c, FLAT), wall.branch_shear[branch]
+        one, other = one + shear * b / square, other + shear * a / square
+        mixed, across = mixed - shear * c / square, across + shear * square
+    state[7], state[8], state[9] = one, mixed, other
+    state[10] = state[0] * one + 2.0 * state[1] * mixed + state[2] * other
+    state[11] = across
+
+
+def volume_root(e: int, wall: MembraneTable, relaxes: bool) -> float:
     """Return the cube root of J where the energy is least: there is no stress across.
 
     This is Newton's iteration in the logarithm, within limits between which the root lies.
@@ -118,6 +178,7 @@ def volume_root(e: int, wall: MembraneTable) -> float:
     Args:
         e: Number of the triangle.
         wall: The triangles.
+        relaxes: Whether its state includes what branches bear.
     """
     state, shear, bulk = wall.state, wall.shear[e], wall.bulk[e]
     trace, q = state[3], state[5]
@@ -132,6 +193,11 @@ def volume_root(e: int, wall: MembraneTable) -> float:
             slope, bend = plainly_across(root, shear, bulk, trace, q)
         else:
             slope, bend = across(e, root, wall)
+        if relaxes:
+            square, over = root * root, root * root / q
+            in_plane, outside = state[10] / square, state[11] * over * over
+            slope += (2.0 * outside - in_plane) / 3.0
+            bend += (2.0 * in_plane + 8.0 * outside) / 9.0
         if slope > 0.0:
             high = root
         else:
@@ -226,13 +292,16 @@ def fibre_strain(e: int, family: int, i1: float, wall: MembraneTable) -> float:
     return float(spread * (i1 - 3.0) + (1.0 - 3.0 * spread) * (square - 1.0))
 
 
-def stress(e: int, root: float, wall: MembraneTable) -> tuple[float, float, float]:
+def stress(
+    e: int, root: float, wall: MembraneTable, relaxes: bool
+) -> tuple[float, float, float]:
     """Return S11, S12 and S22 of a triangle [Pa]; what K bears is found from W_λ = 0.
 
     Args:
         e: Number of the triangle.
         root: The cube root of J.
         wall: The triangles.
+        relaxes: As for ``volume_root``.
     """
     state, shear = wall.state, wall.shear[e]
     trace, square, over = state[3], state[4], root * root / state[5]
@@ -259,8 +328,40 @@ def stress(e: int, root: float, wall: MembraneTable) -> tuple[float, float, floa
     by_trace = 2.0 * g * (along + second * outside)
     by_square = 2.0 * second * g * g
     by_square -= 4.0 * state[6] * outside * (along + second * g * trace)
+    if relaxes:
+        by_square -= 2.0 * state[6] * outside * state[11]
+        s, t, u = s + g * state[7], t + g * state[8], u + g * state[9]
     s += by_trace + by_square * state[2]
     return s, t - by_square * state[1], u + by_trace + by_square * state[0]
+
+
+def relax(branch: int, root: float, v: Floats, f: Floats, wall: MembraneTable) -> float:
+    """Add the rate at which a branch gives way; return the power that it dissipates [W/m³].
+
+    Args:
+        branch: Its number.
+        root: The cube root of J.
+        v: Velocities of all nodes [m/s], flat; those of hidden ones keep P - 1.
+        f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
+        wall: The triangles; the state is that of the triangle of the branch.
+    """
+    state, i = wall.state, wall.branch_slot[branch]
+    rate, pace = wall.branch_rate[branch], wall.branch_pace[branch]
+    scale, g, over = 1.0 / rate, 1.0 / (root * root), root * root / state[5]
+    a, b, c = 1.0 + scale * v[i], 1.0 + scale * v[i + 1], scale * v[i + 2]
+    square = max(a * b - c * c, FLAT)
+    first, mixed, second = g * state[0], g * state[1], g * state[2]
+    # X = g C P⁻¹ in the plane, and across it.
+    x00, x01 = (first * b - mixed * c) / square, (mixed * a - first * c) / square
+    x10, x11 = (mixed * b - second * c) / square, (second * a - mixed * c) / square
+    x22 = over * over * square
+    third, give = (x00 + x11 + x22) / 3.0, rate * pace
+    f[i] += give * (first - third * a)
+    f[i + 1] += give * (second - third * b)
+    f[i + 2] += give * (mixed - third * c)
+    x00, x11, x22 = x00 - third, x11 - third, x22 - third
+    found = x00 * x00 + x11 * x11 + x22 * x22 + 2.0 * x01 * x10
+    return float(0.5 * wall.branch_shear[branch] * pace * found)
 
 
 def resist(

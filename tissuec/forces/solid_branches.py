@@ -23,7 +23,7 @@ Comput. Meth. Appl. Mech. Eng. 265:213, 2013.)
 Ci is kept in the velocities of hidden nodes; see ``forces.stored_tensors``.
 """
 
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,9 @@ from tissuec.forces.elements_kernel import LEAST
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain, outer
 from tissuec.forces.stored_tensors import StoredTensors, unimodular_inverse
 from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from tissuec.forces.membrane_branches import MembraneBranches
 
 
 class SolidBranches(StoredTensors, frozen=True):
@@ -102,9 +105,9 @@ class SolidBranches(StoredTensors, frozen=True):
 
 
 def branch_columns(
-    branches: SolidBranches | None, elements: int, place: Indices
+    branches: "SolidBranches | MembraneBranches | None", elements: int, place: Indices
 ) -> dict[str, NDArray[Any]]:
-    """Return the columns of ``ElementTable`` that describe branches, by name, in its units.
+    """Return the columns of records of kernels that describe branches, by name.
 
     Args:
         branches: Of the elements; None without any.

@@ -173,8 +173,7 @@ class Equations:
         self._backwards: Any = backwards.toarray() if is_small else backwards.tocsr()
         self._reach = self.along(network.position)
         self.yielding = Yielding(state.springs.inelastic, self.springs)
-        solids = (each for each in self.fields if isinstance(each, ElementSolid))
-        self.relaxing = RelaxingFields(tuple(solids))
+        self.relaxing = RelaxingFields(self.elements)
         #: Number of unknowns that bristles, springs and elements remember.
         self.inner = 3 * len(self.memory) + self.yielding.count + self.relaxing.count
 

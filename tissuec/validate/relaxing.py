@@ -1,5 +1,6 @@
 """The unknowns of all elements that relax or yield, one field after the other."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from tissuec.validate.forces.elements import ElementSolid
+    from tissuec.validate.forces.membranes import MembraneWall
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -26,7 +28,7 @@ class RelaxingFields:
         given: The unknowns, dimensionless, shape (count,).
     """
 
-    def __init__(self, fields: "tuple[ElementSolid, ...]"):
+    def __init__(self, fields: "Sequence[ElementSolid | MembraneWall]"):
         self._fields = [field for field in fields if field.kept]
         self._kept = [kept for field in self._fields for kept in field.kept]
         self.count = sum(kept.count for kept in self._kept)
@@ -58,9 +60,7 @@ class RelaxingFields:
             free: The free nodes, shape (free,).
         """
         for field in self._fields:
-            if field.branches is not None:
-                right = field.unimodular(position)
-                field.branches.given_way(right, field.touches(free), velocity)
+            field.give_way(position, velocity, free)
 
     def allowed(self, place: float) -> Floats:
         """Return errors of unknowns that count as one of positions [m], shape (count,)."""

@@ -68,7 +68,7 @@ def rest(state: State, chosen: NDArray[np.bool_]) -> None:
 
 def relaxed(block: FieldBlock) -> FieldBlock:
     """Return a block without branches of elements, which have given way for good."""
-    if block.kind != "elements":
+    if block.kind not in ("elements", "membranes"):
         return block
     return replace(block, field=replace(block.field, branches=None))
 

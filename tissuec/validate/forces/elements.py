@@ -234,9 +234,16 @@ class ElementSolid:
         g, _ = _isochoric(near, j - near)
         return g[..., None, None] * np.einsum("eqxk,eqxl->eqkl", f, f)
 
-    def touches(self, nodes: Indices) -> NDArray[np.bool_]:
-        """Return which elements have any of some nodes, shape (element,)."""
-        return np.isin(self._nodes, nodes).any(axis=1)
+    def give_way(self, position: Floats, velocity: Floats, free: Indices) -> None:
+        """Store that the branches of elements at some nodes gave way for good.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+            free: These nodes, shape (free,).
+        """
+        if self.branches is not None:
+            touched = np.isin(self._nodes, free).any(axis=1)
+            self.branches.given_way(self.unimodular(position), touched, velocity)
 
     def remembered_energy(self, position: Floats, velocity: Floats) -> float:
         """Return the energy of branches, and of laws where elements yield [J].

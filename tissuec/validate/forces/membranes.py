@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.forces import assembled
+from tissuec.validate.forces.relaxing_walls import Kept, RelaxingWall
 from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
@@ -43,22 +44,38 @@ class MembraneWall:
         self._along = of.along
         self._fibres = of.stiffness, of.stiffening, of.dispersion
         self._laws = SolidLaws(wall.laws, wall.law, self._shear)
+        has_branches = wall.branches is not None and len(wall.hidden)
+        self.branches = RelaxingWall(wall) if has_branches else None
+        self._seen: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None
         self._limits, self._side = wall.limits, wall.thickness * np.sqrt(wall.area)
 
     # --- states -------------------------------------------------------------------------------
 
-    def _strained(self, position: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return F, C in the plane, and C33 of each triangle."""
-        f = np.einsum("eax,eak->exk", position[self._nodes], self._slope)
-        c = np.einsum("exk,exl->ekl", f, f)
-        return f, c, self._across(c)
+    def _strained(
+        self, position: Floats, kept: Kept | None = None
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return F, C in the plane, and C33 of each triangle; kept for a second call.
 
-    def _across(self, c: Floats) -> Floats:
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            kept: What branches do; None without them.
+        """
+        f = np.einsum("eax,eak->exk", position[self._nodes], self._slope)
+        key = f if kept is None else np.concatenate([f, kept.inside, kept.outside], axis=None)
+        if self._seen is None or not np.array_equal(self._seen[0], key):
+            c = np.einsum("exk,exl->ekl", f, f)
+            self._seen = key, (f, c, self._across(c, kept))
+        return self._seen[1]
+
+    def _kept(self, velocity: Floats) -> Kept | None:
+        return None if self.branches is None else self.branches.kept(velocity)
+
+    def _across(self, c: Floats, kept: Kept | None) -> Floats:
         """Return C33, at which S33 is zero: by Newton's method, else by halving an interval."""
-        across = np.ones(len(c))
+        across = np.ones(len(c)) if self._seen is None else self._seen[1][2]
         for _ in range(NEWTON):
             with np.errstate(all="ignore"):
-                found = self._stress(c.astype(complex), across * (1.0 + 1j * STEP))[1]
+                found = self._stress(c.astype(complex), across * (1.0 + 1j * STEP), kept)[1]
                 wanted: Floats = -found.real * STEP / found.imag
             if not np.isfinite(wanted).all():
                 break
@@ -71,7 +88,7 @@ class MembraneWall:
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             with np.errstate(all="ignore"):  # laws leave the range of numbers at its ends
-                is_thin = self._stress(c, np.exp(middle))[1] < 0.0
+                is_thin = self._stress(c, np.exp(middle), kept)[1] < 0.0
             low, high = np.where(is_thin, middle, low), np.where(is_thin, high, middle)
         return np.exp(0.5 * (low + high))
 
@@ -87,7 +104,7 @@ class MembraneWall:
         j = q * np.sqrt(across)
         return j ** (-2.0 / 3.0), -2.0 / 3.0 * rate, j, rate, first, second
 
-    def _stress(self, c: Any, across: Any) -> tuple[Any, Any]:
+    def _stress(self, c: Any, across: Any, kept: Kept | None = None) -> tuple[Any, Any]:
         """Return S in the plane, shape (triangle, 2, 2), and S33 [Pa]; C may be complex."""
         g, of_g, j, of_q, first, second = self._invariants(c, across)
         by_first, by_second = self._laws.slopes(g * first, g**2 * second)
@@ -108,20 +125,27 @@ class MembraneWall:
         by_one = by_first * g + by_second * g * g * first
         by_g = by_first * g * first + 2.0 * by_second * g * g * second
         by_j = self._bulk * (j - 1.0) * j
+        of_branches: Any = 0.0
+        if kept is not None:
+            pulled = np.einsum("ekl,ekl->e", c, kept.inside) + across * kept.outside
+            by_g = by_g + 0.5 * g * pulled
+            of_fibres = of_fibres + g[:, None, None] * kept.inside
+            of_branches = g * (kept.outside - pulled / (3.0 * across))
         one = np.eye(2)
         inside = 2.0 * by_one[:, None, None] * one
         inside = inside - 2.0 * (by_second * g * g)[:, None, None] * c
         inside = inside + 2.0 * (by_g * of_g + by_j * of_q)[:, None, None] * turned + of_fibres
         outside = 2.0 * by_first * g * (1.0 - first / (3.0 * across)) + by_j / across
         more = first - across - 2.0 * second / (3.0 * across)
-        return inside, outside + 2.0 * by_second * g * g * more
+        return inside, outside + 2.0 * by_second * g * g * more + of_branches
 
     # --- what the reference asks for ----------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
-        f, c, across = self._strained(position)
-        stress, _ = self._stress(c, across)
+        kept = self._kept(velocity)
+        f, c, across = self._strained(position, kept)
+        stress, _ = self._stress(c, across, kept)
         if self._eta.any():
             stress = stress + self._flow(f, c, across, velocity)[0]
         push = np.einsum("e,exk,ekl,eal->eax", self._weight, f, stress, self._slope)
@@ -131,9 +155,14 @@ class MembraneWall:
         """Return the stored energy [J]."""
         return float(self._energies(position).sum())
 
-    def _energies(self, position: Floats) -> Floats:
-        """Return the energy of each triangle [J]; laws are integrated from the drawn state."""
-        _, c, across = self._strained(position)
+    def _energies(self, position: Floats, kept: Kept | None = None) -> Floats:
+        """Return the energy of each triangle [J]; laws are integrated from the drawn state.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            kept: What branches do; None without them.
+        """
+        _, c, across = self._strained(position, kept)
         g, _, j, _, first, second = self._invariants(c, across)
         one = g * first - 3.0
         total = 0.5 * self._bulk * (j - 1.0) ** 2
@@ -143,7 +172,51 @@ class MembraneWall:
             fourth = np.einsum("ekl,ek,el->e", c, along, along)
             e = spread * one + (1.0 - 3.0 * spread) * (fourth - 1.0)
             total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
+        if self.branches is not None and kept is not None:
+            pulled = np.einsum("ekl,ekl->e", c, kept.inside) + across * kept.outside
+            total += 0.5 * (g * pulled - 3.0 * self.branches.sudden)
         return np.asarray(self._weight * total)
+
+    @property
+    def kept(self) -> tuple[RelaxingWall, ...]:
+        """Return what has unknowns."""
+        return () if self.branches is None else (self.branches,)
+
+    def remembered_energy(self, position: Floats, velocity: Floats) -> float:
+        """Return what branches add to ``energy`` [J], also by the thickness that they change.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        whole = self._energies(position, self._kept(velocity))
+        return float((whole - self._energies(position)).sum())
+
+    def rates(self, position: Floats, velocity: Floats) -> Floats:
+        """Return the rates of the unknowns of branches [1/s], shape (count,).
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        assert self.branches is not None
+        return self.branches.rates(*self._unimodular(position, self._kept(velocity)), velocity)
+
+    def give_way(self, position: Floats, velocity: Floats, free: Indices) -> None:
+        """Store that the branches of triangles at some nodes gave way for good.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+            free: These nodes, shape (free,).
+        """
+        assert self.branches is not None
+        touched = np.isin(self._nodes, free).any(axis=1)
+        inside, _ = self._unimodular(position, None)
+        self.branches.given_way(inside, touched, velocity)
+
+    def _unimodular(self, position: Floats, kept: Kept | None) -> tuple[Floats, Floats]:
+        """Return g C in the plane, shape (triangle, 2, 2), and across it."""
+        _, c, across = self._strained(position, kept)
+        g, *_ = self._invariants(c, across)
+        return g[:, None, None] * c, g * across
 
     @property
     def marks(self) -> Indices:
@@ -178,11 +251,15 @@ class MembraneWall:
         return 0.0
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that flow loses [W]."""
+        """Return the power that flow and relaxation lose [W]."""
+        lost, kept = 0.0, self._kept(velocity)
+        if self.branches is not None:
+            each = self.branches.lost(*self._unimodular(position, kept), velocity)
+            lost = float(self._weight @ each)
         if not self._eta.any():
-            return 0.0
-        stress, rate = self._flow(*self._strained(position), velocity)
-        return float(np.einsum("e,ekl,ekl->", self._weight, stress, rate))
+            return lost
+        stress, rate = self._flow(*self._strained(position, kept), velocity)
+        return lost + float(np.einsum("e,ekl,ekl->", self._weight, stress, rate))
 
     def _flow(
         self, f: Floats, c: Floats, across: Floats, velocity: Floats
