@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 def branches_of(parts: TissueParts, part: Indices, shear: Floats) -> "SolidBranches | None":
     """Return the branches of solid elements, without storage; None if nothing relaxes.
 
-    Arguments are as for ``_moduli_and_times``.
+    Args:
+        parts: Of the body.
+        part: Of each element, shape (element,).
+        shear: Shear modulus of each element in the end [Pa], shape (element,).
     """
     if (found := _moduli_and_times(parts, part, shear)) is None:
         return None
@@ -33,7 +36,13 @@ def branches_of(parts: TissueParts, part: Indices, shear: Floats) -> "SolidBranc
 def wall_branches_of(
     parts: TissueParts, part: Indices, shear: Floats
 ) -> "MembraneBranches | None":
-    """Return the branches of triangles of walls; as ``branches_of``."""
+    """Return the branches of triangles of walls; as ``branches_of``.
+
+    Args:
+        parts: Of the body.
+        part: Of each triangle, shape (triangle,).
+        shear: Shear modulus of each triangle in the end [Pa], shape (triangle,).
+    """
     if (found := _moduli_and_times(parts, part, shear)) is None:
         return None
     from tissuec.forces.membrane_branches import MembraneBranches

@@ -107,7 +107,7 @@ class SolidBranches(StoredTensors, frozen=True):
 def branch_columns(
     branches: "SolidBranches | MembraneBranches | None", elements: int, place: Indices
 ) -> dict[str, NDArray[Any]]:
-    """Return the columns of records of kernels that describe branches, by name.
+    """Return the columns of records of kernels that describe branches, by name [Pa], [1/s].
 
     Args:
         branches: Of the elements; None without any.
