@@ -96,7 +96,13 @@ def _pressure(compiled: Compiled, part: BodyPart) -> CellPressure | str | None:
     first = acting[0]
     always = any(event.action is first and event.time == 0.0 for event in plan.events)
     cells = cells_around(part)
-    if len(acting) > 1 or not always or isinstance(first, Inflate) or cells is None:
+    if (
+        len(acting) > 1
+        or not always
+        or isinstance(first, Inflate)
+        or cells is None
+        or first.is_fluid(network)
+    ):
         return f"the volume that it keeps is set by the script ({acting[-1].span.place})"
     return CellPressure(Enclosure.of(network, part.name, first.modulus, first.span), cells)
 

@@ -31,8 +31,8 @@ AT, CURVE, EVENT = "at", "every", "time"
 #: Kinds of events whose time can be measured.
 EVENTS = (
     "rupture", "slip", "cut", "grasp", "release", "trigger", "leak", "tie", "fix", "free",
-    "hold", "move", "turn", "push", "tighten", "inflate", "irrigate", "preserve", "change",
-    "settle", "seize", "stroke", "stop", "end", "end the run", "note",
+    "hold", "move", "turn", "push", "press", "tighten", "inflate", "irrigate", "preserve",
+    "change", "settle", "seize", "stroke", "stop", "end", "end the run", "note",
 )  # fmt: skip
 
 

@@ -256,7 +256,7 @@ def most_stored(network: Network, displacement: float) -> float:
 def least_pressure(state: State, floor: float) -> float:
     """Return what enclosed volumes store by a displacement too small to measure by [J]."""
     strain = 3.0 * floor / (state.network.extent or 1.0)
-    parts = (part.modulus * float(part.drawn.sum()) for part in state.enclosures.values())
+    parts = (part.modulus * float(part.drawn.sum()) for part in state.kept_volumes)
     return 0.5 * sum(parts) * strain * strain
 
 

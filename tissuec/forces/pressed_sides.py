@@ -32,6 +32,10 @@ class NoSide(ValueError):
         self.hint = hint
 
 
+class NoInside(NoSide):
+    """A wall encloses no space."""
+
+
 class Pressed(NamedTuple):
     """What is pressed.
 
@@ -98,7 +102,7 @@ def _of_body(
     corners, position = network.skin[every].astype(np.int64), network.position
     place = np.searchsorted(every, rows)
     _refuse_branches(network, part, corners)
-    if _is_solid(part):
+    if is_solid(part):
         if pressed.along is not None:
             raise NoSide(
                 f"pressure on the solid {part.name} acts from outside and takes no direction",
@@ -112,12 +116,12 @@ def _of_body(
     kept = np.ones(len(rows), dtype=bool)
     if pressed.along is not None:
         return kept, np.full(len(rows), _against(position, corners[place], pressed, part))
-    turns, component = np.zeros(len(corners), dtype=bool), _components(corners)
+    turns, component = np.zeros(len(corners), dtype=bool), components(corners)
     for label in np.unique(component[place]):
         own = component == label
         volume = _volume(position, corners[own])
         if abs(volume) <= _smallest(position, corners[own]):
-            raise NoSide(
+            raise NoInside(
                 f"{part.name} encloses no space, so that no side of it is its inside",
                 "write the direction in which the pressure pushes: along (0, 0, 1)",
             )
@@ -172,15 +176,22 @@ def _refuse_branches(network: Network, part: BodyPart, corners: Indices) -> None
         )
 
 
-def _is_solid(part: BodyPart) -> bool:
+def is_solid(part: BodyPart) -> bool:
     """Return whether a body is filled."""
     if part.is_made_of_elements:
         return not part.is_wall
     return part.cells is not None or part.tetrahedra is not None
 
 
-def _components(corners: Indices) -> Indices:
-    """Return the component of each triangle, which share edges, shape (triangle,)."""
+def components(corners: Indices) -> Indices:
+    """Return the component of each triangle; those that share an edge are of one.
+
+    Args:
+        corners: Nodes of the triangles, shape (triangle, 3).
+
+    Returns:
+        Numbers from 0, shape (triangle,).
+    """
     pairs = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     return _joined_at(pairs, np.ones(3 * len(corners), dtype=bool))
 
@@ -222,7 +233,7 @@ def _faces_a_space(position: Floats, corners: Indices) -> NDArray[np.bool_]:
         holds[ends[same & bent]] = False
     outwards = 1.0 if _volume(position, corners) > 0.0 else -1.0
     found = np.zeros(len(corners), dtype=bool)
-    closed = _components(corners)
+    closed = components(corners)
     patches = _joined_at(pairs, holds)
     # A cavity is closed, whatever edges it has.
     for labels in (closed, patches):

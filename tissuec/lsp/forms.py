@@ -32,7 +32,7 @@ _OF_NODES = ("mass", "velocity", "spin")
 DIMENSIONS: dict[str, Dimension] = {
     "FORCE": units.FORCE, "FORCES": units.FORCE, "LENGTH": units.LENGTH, "POINT": units.LENGTH,
     "PRESSURE": units.PRESSURE, "FLOW": units.FLOW, "VOLUME": units.VOLUME,
-    "ANGLE": units.NUMBER, "FACTOR": units.NUMBER,
+    "DENSITY": units.DENSITY, "ANGLE": units.NUMBER, "FACTOR": units.NUMBER,
 }  # fmt: skip
 _CHANGES = ("to NUMBER", "by FACTOR")
 #: What ``change … to`` takes.

@@ -27,6 +27,7 @@ from tissuec.model.topology import join_nodes_of
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
+    from tissuec.forces.fluids import FluidCavities
     from tissuec.forces.jets import Jet
     from tissuec.forces.pressure import SurfacePressure
     from tissuec.forces.symmetry import SymmetryPlanes
@@ -380,19 +381,24 @@ class State(Struct, eq=False):
         contact = self.contact
         return None if contact is None else contact.intact(self.alive)
 
-    def enclosure(self, body: str) -> "Enclosure | None":
-        """Return the volume of a body that is kept, None without one."""
-        found = (e for name, e in self.enclosures.items() if name.lower() == body.lower())
+    @property
+    def kept_volumes(self) -> "tuple[Enclosure | FluidCavities, ...]":
+        """Return the volumes that are kept by pressure: cells of bodies, and cavities."""
+        return self.of_kind("volume", "fluid")
+
+    def enclosure(self, name: str) -> "Enclosure | FluidCavities | None":
+        """Return the volume of a body or set that is kept, None without one."""
+        found = (each for each in self.kept_volumes if each.name.lower() == name.lower())
         return next(found, None)
 
-    def let_leak(self) -> "list[tuple[Enclosure, int]]":
-        """Remove torn cells, which keep no pressure; jets pass through tears.
+    def let_leak(self) -> "list[tuple[Enclosure | FluidCavities, int]]":
+        """Remove torn cells and cavities, which keep no pressure; jets pass through tears.
 
         Returns:
-            Enclosures as they were, each with the number of cells that it loses.
+            What they were of, as it was, each with the number of cells that it loses.
         """
-        found: list[tuple[Enclosure, int]] = []
-        for enclosure in self.enclosures.values():
+        found: list[tuple[Enclosure | FluidCavities, int]] = []
+        for enclosure in self.kept_volumes:
             torn = enclosure.lost_items(self.alive)
             if len(torn):
                 found.append((enclosure, len(torn)))

@@ -7,7 +7,17 @@ from msgspec import Struct
 from tissuec.core.source import Span
 
 #: Kinds of blocks that are no ``force`` blocks, in the order in which their forces are added.
-KINDS = ("elements", "membranes", "volume", "pressure", "bending", "plates", "contact", "jet")
+KINDS = (
+    "elements",
+    "membranes",
+    "volume",
+    "fluid",
+    "pressure",
+    "bending",
+    "plates",
+    "contact",
+    "jet",
+)
 #: The kind whose forces follow those of all others, of ``force`` blocks as well.
 SYMMETRY = "symmetry"
 

@@ -149,7 +149,7 @@ RESERVED = {
     "using": "The time profile of a motion or a force, or the column of a table.",
     "over": "Over the whole run: over run.",
     "around": "The axis of a turn, or the expected value of a number.",
-    "weighing": "The weight of a rule (above 0, at most 1) or of a fit.",
+    "weighing": "The weight of a rule (above 0, at most 1) or of a fit; a density.",
     "if": "Begins a rule.",
     "then": "What a rule concludes.",
     "and": "Logical and; also joins limits and conclusions.",

@@ -24,6 +24,7 @@ from scipy import sparse
 from tissuec.validate.contact_search import NearbyContact
 from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.elements import ElementSolid
+from tissuec.validate.forces.fluids import FluidField
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
@@ -187,6 +188,8 @@ class Equations:
                 return MembraneWall(field)
             case "volume":
                 return VolumeField(field)
+            case "fluid":
+                return FluidField(field)
             case "pressure":
                 return PressedSkin(field)
             case "bending":

@@ -69,7 +69,11 @@ class FieldSampler:
 def preserved_bodies(network: Network, plan: Plan) -> tuple[BodyPart, ...]:
     """Return the bodies that frames show whose volume is preserved at some time of a plan."""
     actions = (event.action for event in plan.every_event)
-    names = {action.group.name for action in actions if isinstance(action, Preserve)}
+    names = {
+        action.group.name
+        for action in actions
+        if isinstance(action, Preserve) and not action.is_fluid(network)
+    }
     frames = plan.output.frames
     return tuple(
         body

@@ -1,15 +1,19 @@
 """Sentences about volumes that leak: which cells are torn, and what tore them."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
-from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 from tissuec.script.verbs import LoggedEvent
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.forces.fluids import FluidCavities
+    from tissuec.forces.volume import Enclosure
 
 Log = Sequence[tuple[float, LoggedEvent]]
 
@@ -21,7 +25,7 @@ _TEARING = {
 }
 
 
-def leaking(enclosure: Enclosure, cells: int, state: State, log: Log) -> str:
+def leaking(enclosure: "Enclosure | FluidCavities", cells: int, state: State, log: Log) -> str:
     """Describe the leak of an enclosure, with the event that tore it.
 
     Args:
@@ -33,6 +37,9 @@ def leaking(enclosure: Enclosure, cells: int, state: State, log: Log) -> str:
     torn = torn_by(enclosure.lost_walls(state.alive), state.time, log)
     if enclosure.item_count == 1:
         return f"the surface of {enclosure.name} is torn and no longer holds pressure{torn}"
+    if enclosure.block.kind == "fluid":
+        which = "1 cavity" if cells == 1 else f"{cells} cavities"
+        return f"{which} of {enclosure.name} {'leaks' if cells == 1 else 'leak'}{torn}"
     verb, holds = ("is", "holds") if cells == 1 else ("are", "hold")
     which = counted(cells, "cell")
     return f"{which} of {enclosure.name} {verb} torn and no longer {holds} pressure{torn}"

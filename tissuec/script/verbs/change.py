@@ -131,6 +131,8 @@ class ChangeSurroundings(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if self.gravity is not None:
             state.gravity = self.gravity
+            for fluid in state.of_kind("fluid"):
+                state.put(replace(fluid, gravity=self.gravity).block)
         if self.drag is not None:
             state.drag = self.drag
         return (_changed(self.span),)

@@ -1,8 +1,9 @@
 """``preserve`` and ``inflate``: volumes that are kept, or changed, by pressure."""
 
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core import units
 from tissuec.core.hints import Edit, Hint
@@ -12,6 +13,7 @@ from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
 from tissuec.model.profiles import TimeProfile
+from tissuec.script.measures.enclosed import capped_surface_of
 from tissuec.script.verbs import (
     VERBS,
     ActionFailed,
@@ -24,24 +26,37 @@ from tissuec.script.verbs import (
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
-EXAMPLE = "with 10 kPa"
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.forces.fluids import FluidCavities
+
+FILLED = "a fluid can fill a closed wall, a tube with caps, or a space inside of a solid"
+EXAMPLE, CAPS = "with 10 kPa", "with caps"
 #: Bulk moduli in words [Pa].
 FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
 
 
 @VERBS.member("preserve")
 class Preserve(Struct, frozen=True):
-    """Preserves the volume inside the closed surface of a body by pressure.
+    """Preserves the volume inside a body by pressure.
 
-    In a lattice, each cubic cell preserves its volume by a pressure of its own. In bodies of
-    tetrahedra or with a filling, the cell around each node does, if Poisson's ratio is above
-    1/4.
+    This is the volume inside the closed surface of a body. In a lattice, each cubic cell
+    preserves its volume by a pressure of its own. In bodies of tetrahedra or with a filling,
+    the cell around each node does, if Poisson's ratio is above 1/4.
 
     The pressure is a bulk modulus multiplied by the missing fraction of the drawn volume. The
     modulus is written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard
-    pressure (100 kPa). The enclosed fluid has no mass and no weight. A surface with a torn edge
-    leaks. It then has no pressure; its energy is counted as *switched*. In a lattice, only
-    cells that lose a spring leak. The event log says when a body leaks, and what tore it.
+    pressure (100 kPa). A surface with a torn edge leaks. It then has no pressure; its energy is
+    counted as *switched*. In a lattice, only cells that lose a spring leak. The event log says
+    when a body leaks, and what tore it.
+
+    With ``inside of``, each space within the body is a cavity with a pressure of its own. They
+    may be in a solid of elements, such as the lumen of a thick tube. Caps close the open ends
+    of a tube. A set is a cavity if its triangles enclose one, so that chambers of one body can
+    be filled one by one.
+
+    The enclosed fluid has neither mass nor weight, unless a density follows ``weighing``.
+    Then it weighs this density times the volume that is preserved, and rests on the wall with
+    a pressure that grows downwards. It has no inertia.
 
     Another ``preserve`` of the same body replaces the first: the target is the drawn volume
     again, also after ``inflate``.
@@ -50,30 +65,88 @@ class Preserve(Struct, frozen=True):
     forms: ClassVar[tuple[str, ...]] = (
         "preserve volume of BODY with PRESSURE",
         "preserve volume of BODY with gentle pressure",
+        "preserve volume of BODY with PRESSURE with caps",
+        "preserve volume of BODY with PRESSURE weighing DENSITY",
+        "preserve volume inside of BODY with PRESSURE",
+        "preserve volume of SET with PRESSURE",
     )
     group: Group
     modulus: float  # [Pa]
     span: Span
+    is_inside: bool = False
+    has_caps: bool = False
+    density: float = 0.0  # [kg/m³]
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        _expect_volume(order)
-        return cls(order.nodes_of("of"), _modulus(order), order.span)
+        is_inside = _expect_volume(order)
+        density = 0.0
+        if order.has("weighing"):
+            example = "weighing 1 g/ml"
+            density = order.positive("weighing", units.DENSITY, what="density", example=example)
+        group, modulus = order.nodes_of("of"), _modulus(order)
+        return cls(group, modulus, order.span, is_inside, order.has(CAPS), density)
 
-    def made(self, network: Network) -> Enclosure:
-        """Return the enclosed volumes of the body; raises ValueError without any."""
-        return Enclosure.of(network, self.group.name, self.modulus, self.span)
+    def is_fluid(self, network: Network) -> bool:
+        """Return whether cavities are filled, and not cells or the one inside of a surface."""
+        if self.is_inside or self.has_caps or self.density:
+            return True
+        return all(body.name != self.group.name for body in network.bodies)
+
+    def made(self, network: Network) -> "Enclosure | FluidCavities":
+        """Return the enclosed volumes.
+
+        Raises:
+            NoSide: Cavities are asked for, but there are none.
+            ValueError: There is nothing else, either.
+        """
+        if not self.is_fluid(network):
+            return Enclosure.of(network, self.group.name, self.modulus, self.span)
+        from tissuec.forces.fluids import FluidCavities
+        from tissuec.forces.pressed_sides import (
+            NoInside,
+            NoSide,
+            Pressed,
+            closed_by_caps,
+            is_solid,
+            pressed_faces,
+        )
+
+        name = self.group.name
+        part = next((body for body in network.bodies if body.name == name), None)
+        if part is not None and is_solid(part) and not self.is_inside:
+            raise NoSide(
+                f"{name} is solid, and only a space within it can hold a fluid",
+                f"write: preserve volume inside of {name}",
+            )
+        try:
+            faces = pressed_faces(network, Pressed(name, self.group.indices, self.is_inside))
+        except NoInside as error:
+            raise NoSide(str(error).partition(",")[0], FILLED) from error
+        if self.has_caps:
+            closed_by_caps(network, name, faces)
+        return FluidCavities.of(
+            network, name, faces, self.modulus, self.density, self.span, has_caps=self.has_caps
+        )
 
     def flaw(self, network: Network) -> str:
-        """Return why a body cannot keep its volume, empty if it can."""
-        why = _flaw(network, self.group.name, self.span)
-        return why and Flaw(why, self._instead(network))
+        """Return why a volume cannot be kept, empty if it can."""
+        try:
+            self.made(network)
+        except ValueError as error:
+            hint = getattr(error, "hint", "") or self._instead(network)
+            return Flaw(str(error), hint)
+        return ""
 
     def _instead(self, network: Network) -> str:
         """Return which other bodies can keep their volume, or what could."""
-        own = next(body for body in network.bodies if body.name == self.group.name)
+        own = next((body for body in network.bodies if body.name == self.group.name), None)
+        if own is None:
+            return FILLED
         if own.is_made_of_elements and not own.is_wall:
             return "remove it; a larger Poisson's ratio keeps the volume more nearly"
+        if capped_surface_of(network, own.name) is not None:
+            return "close its open ends: with caps"
         bodies = (body.name for body in network.bodies if body.name != self.group.name)
         others = [name for name in bodies if not _flaw(network, name, self.span)]
         if others:
@@ -85,7 +158,11 @@ class Preserve(Struct, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         made = self.made(state.network)
+        if not isinstance(made, Enclosure):
+            made = replace(made, gravity=state.gravity)
         old = state.enclosure(self.group.name)
+        if old is not None and old.block.name != made.block.name:
+            state.remove(old.block)
         state.put(made.block)
         text = sentence(self.span)
         happened = LoggedEvent("preserve", (), text, self.span)
@@ -141,7 +218,11 @@ class Inflate(Struct, frozen=True):
         """Return that nothing here keeps a volume, and which springs it has lost."""
         name = self.group.name
         message = f"{name} cannot be inflated: nothing preserves its volume yet"
-        whole = Enclosure.of(state.network, name, 1.0, self.span)
+        try:
+            whole = Enclosure.of(state.network, name, 1.0, self.span)
+        except ValueError:
+            message = f"{name} cannot be inflated: no intact cavity of it is filled now"
+            return ActionFailed(message, None, self.span)
         torn = whole.lost_walls(state.alive)
         if len(whole.lost_items(state.alive)) < whole.item_count:
             return ActionFailed(message, None, self.span)
@@ -150,7 +231,9 @@ class Inflate(Struct, frozen=True):
         return ActionFailed(message, None, self.span, torn.tolist())
 
 
-def _replacing(old: Enclosure, new: Enclosure, time: float) -> str:
+def _replacing(
+    old: "Enclosure | FluidCavities", new: "Enclosure | FluidCavities", time: float
+) -> str:
     """Describe how a further ``preserve`` changes the target at a time [s]."""
     text = f"replaced: {sentence(old.span)}"
     swell = old.swell(time)[0]
@@ -171,10 +254,11 @@ def _flaw(network: Network, body: str, span: Span) -> str:
     return ""
 
 
-def _expect_volume(order: Order) -> None:
+def _expect_volume(order: Order) -> bool:
+    """Return whether the volume inside of a body is meant; reject anything else."""
     has_body = order.has("of")
-    if order.words.lower() == "volume" and has_body:
-        return
+    if order.words.lower() in ("volume", "volume inside") and has_body:
+        return order.words.lower() != "volume"
     hint = Hint(f"for example: preserve volume of BODY {EXAMPLE}")
     if order.words and order.words.lower() != "volume":
         # "preserve bag with …", or "preserve pressure of bag with …"
