@@ -29,6 +29,7 @@ class FluidField:
 
     def __init__(self, fluids: "FluidCavities"):
         self._fluids = fluids
+        self._known: sparse.csr_matrix | None = None
         caps = fluids.caps
         fans = np.column_stack([-1 - caps.of_edge, caps.edges[:, 1], caps.edges[:, 0]])
         self._corners = np.concatenate([fluids.triples.corners, fans])
@@ -38,6 +39,8 @@ class FluidField:
 
     def _follow(self, nodes: int) -> sparse.csr_matrix:
         """Return how nodes, and behind them the middles of caps, follow from the nodes."""
+        if self._known is not None and self._known.shape[1] == nodes:
+            return self._known
         caps = self._fluids.caps
         parts: list[sparse.spmatrix] = [sparse.identity(nodes)]
         for cap in range(caps.count):
@@ -45,7 +48,8 @@ class FluidField:
             share = np.full(len(own), 1.0 / len(own))
             where = np.zeros(len(own), dtype=int), own
             parts.append(sparse.csr_matrix((share, where), shape=(1, nodes)))
-        return sparse.csr_matrix(sparse.vstack(parts))
+        self._known = sparse.csr_matrix(sparse.vstack(parts))
+        return self._known
 
     def _due(self, time: float) -> tuple[Floats, Floats]:
         """Return due volumes [m³] and their rates [m³/s], shape (cavity,) each."""

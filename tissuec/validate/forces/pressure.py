@@ -35,6 +35,7 @@ class PressedSkin:
         self._amount, self._profile = pressed.amount, pressed.profile
         self._corners, self._weight = triples.corners, triples.weight
         self._caps, self._openings = pressed.caps, pressed.openings
+        self._known: dict[tuple[int, ...], tuple[sparse.csr_matrix, Indices, Floats]] = {}
 
     def _wider(self, nodes: int, *rims: "Rims") -> tuple[sparse.csr_matrix, Indices, Floats]:
         """Return how nodes and middles follow from the nodes, with triangles and weights.
@@ -43,6 +44,9 @@ class PressedSkin:
             nodes: Number of nodes.
             rims: Those whose fans are included.
         """
+        key = nodes, *map(id, rims)
+        if key in self._known:
+            return self._known[key]
         corners, weight = [self._corners], [self._weight]
         parts: list[sparse.spmatrix] = [sparse.identity(nodes)]
         middle = nodes
@@ -58,7 +62,8 @@ class PressedSkin:
                 weight.append(rim.weight[rim.first[number] : rim.first[number + 1]])
                 middle += 1
         follow = sparse.csr_matrix(sparse.vstack(parts))
-        return follow, np.concatenate(corners), np.concatenate(weight)
+        self._known[key] = follow, np.concatenate(corners), np.concatenate(weight)
+        return self._known[key]
 
     def _pressure(self, time: float) -> float:
         return self._amount * float(self._profile.at(time)[0])
