@@ -59,8 +59,8 @@ class SolidBranches(StoredTensors, frozen=True):
 
     def some(self, items: Indices) -> Self:
         """Return those of some elements, by indices of shape (n,)."""
-        columns = self.slot, self.rate, self.shear, self.time
-        return type(self)(*(column[:, items] for column in columns))
+        slot, rate = self.slot[:, items], self.rate[:, items]
+        return type(self)(slot, rate, self.shear[:, items], self.time[:, items])
 
     @property
     def sudden(self) -> Floats:

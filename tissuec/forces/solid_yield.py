@@ -166,9 +166,7 @@ class PlasticDeformation:
         return full.reshape(stiff.shape)
 
 
-def yield_columns(
-    yielding: SolidYield | None, elements: int, place: Indices
-) -> dict[str, NDArray[Any] | bool]:
+def yield_columns(yielding: SolidYield | None, elements: int, place: Indices) -> dict[str, Any]:
     """Return the columns of ``ElementTable`` that describe yielding, by name, in its units.
 
     Args:

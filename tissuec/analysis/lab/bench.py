@@ -1,6 +1,7 @@
 """The test bench for coupons of one tissue: it writes, runs and reads scenes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
@@ -15,7 +16,7 @@ from tissuec.engine.execution.signals import interruption
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name
-from tissuec.model.inelastic import TIMES
+from tissuec.model.inelastic import LIMIT, TIMES
 from tissuec.model.network import Floats, Network
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
@@ -101,6 +102,12 @@ class TestBench:
     def of_springs(self) -> bool:
         """Return whether specimens are nets of springs: elements of walls do not break."""
         return not self.is_of_matter or self.thickness is not None
+
+    @property
+    def yields(self) -> bool:
+        """Return whether specimens are elements that yield."""
+        stress = self.tissue.given.get(OF_MATTER[LIMIT][0])
+        return not self.of_springs and stress is not None and isfinite(stress.value)
 
     @property
     def can_break(self) -> bool:

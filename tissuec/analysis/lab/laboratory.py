@@ -173,6 +173,10 @@ class _Examiner:
             self.found.notes.append(
                 "no test of rupture: a coupon without a crack does not measure toughness"
             )
+        elif self.bench.yields:
+            self.found.notes.append(
+                "no test of rupture: elements that yield bear little more than that stress"
+            )
         else:
             self._test("rupture", self._rupture)
         self._motion()
