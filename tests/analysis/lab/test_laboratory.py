@@ -295,6 +295,13 @@ def test_quantities_of_springs_are_said_to_depend_on_the_mesh(tmp_path, at_once)
     assert "as strips" in lab(tmp_path, GUM, "--thickness", "1 mm", "--spacing", "5 mm")[1]
 
 
+def test_elements_that_yield_are_not_drawn_to_rupture(at_once):
+    flow = "yield stress = 1 kPa; flow viscosity = 9 Pa*s; strength = 5 kPa"
+    (found,) = tissuec.examine(text(f"{BARE}; {flow}"))
+    assert not any(row.test == "rupture" for row in found.rows)
+    assert any(note.startswith("no test of rupture: elements that y") for note in found.notes)
+
+
 @pytest.mark.parametrize(("fine", "is_good"), [(1.04, True), (1.06, False)])
 def test_coupons_that_differ_contradict_each_other(fine, is_good, at_once, monkeypatch):
     made = iter([1.0, fine])
