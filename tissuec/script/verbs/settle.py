@@ -19,10 +19,11 @@ class Settle(Struct, frozen=True):
     and friction do not act. Held and moved nodes keep their positions, as do all nodes outside
     the named set. No time passes, and nothing breaks before equilibrium is reached; springs
     that are then under too much tension break immediately afterwards. Relaxing branches carry
-    no force afterwards. Plastic deformation is kept; springs above their yield force continue
-    to flow. A free body keeps its centre of mass, and its orientation unless loads turn it. If
-    gravity acts on a free body, there is no equilibrium and the run ends with an error. The
-    event log notes where the net buckled, and where it can move without any force.
+    no force afterwards. Plastic deformation is kept; springs above their yield force and
+    elements above their yield stress continue to flow. A free body keeps its centre of mass,
+    and its orientation unless loads turn it. If gravity acts on a free body, there is no
+    equilibrium and the run ends with an error. The event log notes where the net buckled, and
+    where it can move without any force.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")
