@@ -210,6 +210,49 @@ def test_plates_of_irregular_nets_sag_nearly_as_they_should(cells, net, low, hig
     assert low < z.max() * RIGIDITY / 0.00406235 < high
 
 
+STATES = (
+    np.array([[1.0, 1.0, 0.0]]),
+    np.array([[1.0, -1.0, 0.0], [0.0, 0.0, 2.0]]),
+)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("net", ["displaced", "delaunay", "alternating"])
+def test_bounds_contain_the_energy_of_even_curvature_of_which_nodes_inside_are_free(net, ratio):
+    made, x, found = plate_of(*nets(12)[net], ratio)
+    even = np.ones(made.item_count)
+    bounds = found.bounds(3.0 * even, ratio * even)
+    inner = found.is_hinge.all(axis=1)
+    is_held = np.zeros(len(x), dtype=bool)
+    is_held[made.nodes[~inner]] = True
+    matrix = linear(made.only(np.flatnonzero(inner)), x)
+    area = found.area[inner].sum()
+    plate = RIGIDITY * np.array([[1, ratio, 0], [ratio, 1, 0], [0, 0, 0.5 * (1 - ratio)]])
+    for states, (low, high) in zip(STATES, bounds, strict=True):
+        exact = area * np.einsum("si,ij,sj->", states, plate, states)
+        most = least = 0.0
+        for one, other, twist in states:
+            z = 0.5 * (one * x[:, 0] ** 2 + other * x[:, 1] ** 2 + twist * x[:, 0] * x[:, 1])
+            most += z @ matrix @ z
+            free = np.ix_(~is_held, ~is_held)
+            z[~is_held] = -np.linalg.lstsq(
+                matrix[free], matrix[np.ix_(~is_held, is_held)] @ z[is_held], rcond=None
+            )[0]
+            least += z @ matrix @ z
+        assert most / exact == pytest.approx(high, rel=1e-9)
+        assert low - 1e-9 < least / exact < high + 1e-9
+
+
+def test_bounds_of_grids_are_1():
+    for generator in (sheet(5, 4), Tube(axis=((0, 0, 0), (0.04, 0, 0)), radius=0.01, rings=5,
+                                        sides=12)):  # fmt: skip
+        found = patches(wall_of_triangles(generator.build()))
+        even = np.ones(len(found.area))
+        np.testing.assert_allclose(found.bounds(even, 0.3 * even), 1.0, rtol=2e-4)
+    lonely = patches(wall_of_triangles(sheet(1, 1).build()))
+    assert (lonely.bounds(np.ones(2), np.zeros(2)) == 1.0).all()
+
+
 def test_edges_without_a_neighbour_bear_no_moment():
     made, _ = plates(sheet(1, 1))
     assert made.is_hinge.sum() == 2  # of both triangles, the diagonal

@@ -22,6 +22,7 @@ from tissuec.compiler.net_checks import (
 from tissuec.compiler.start_checks import costly, out_of_balance
 from tissuec.compiler.support_checks import unheld
 from tissuec.compiler.thread_checks import passing_threads, passing_tools
+from tissuec.compiler.uneven_walls import uneven_walls
 from tissuec.compiler.unusual_sizes import unusual_sizes
 from tissuec.compiler.usage_checks import (
     buried_openings,
@@ -71,6 +72,7 @@ CHECKS: tuple[Check, ...] = (
     passing_threads,
     passing_tools,
     unusual_sizes,
+    uneven_walls,
     out_of_balance,
     unheld,
     costly,

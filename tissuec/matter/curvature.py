@@ -79,6 +79,47 @@ class Patches(Struct, frozen=True, eq=False):
         mean = _FITTED * parts[0] + (1.0 - _FITTED) * parts[1]
         return (rigidity * self.area)[:, None, None] * np.where(both, mean, 0.0)
 
+    def bounds(self, rigidity: Floats, poisson: Floats) -> Floats:
+        """Return bounds of how stiff a net is under even curvature, relative to a plate.
+
+        Nodes on a surface of even curvature store the energy of the folds Q κ, the most that
+        they can. The moments M of the mean curvature are in equilibrium, and bound what is left
+        if nodes inside may move: with their work a in the folds and their complementary energy
+        b/2, it is at least a²/2b. Triangles at borders are left out.
+
+        Args:
+            rigidity: D [N m], shape (triangle,).
+            poisson: ν, shape (triangle,).
+
+        Returns:
+            Lower and upper bound, for equal curvatures in all directions and for opposite ones
+            and twist together, shape (2, 2); 1 for nets in which bending is exact.
+        """
+        inner = self.is_hinge.all(axis=1)
+        if not inner.any():
+            return np.ones((2, 2))
+        stiff, folds = self.stiffness(rigidity, poisson)[inner], self.folds[:, inner]
+        weight, ratio = (rigidity * self.area)[inner], poisson[inner]
+        plate = np.zeros_like(stiff)
+        plate[:, 0, 0] = plate[:, 1, 1] = 1.0
+        plate[:, 0, 1] = plate[:, 1, 0] = ratio
+        plate[:, 2, 2] = 0.5 * (1.0 - ratio)
+        plate *= weight[:, None, None]
+        # Hinge moments of even curvatures, by the inverse of the second Q.
+        moments = np.linalg.inv(folds[1]).swapaxes(1, 2) @ plate
+        found: list[tuple[float, float]] = []
+        for states in (
+            np.array([[1.0, 1.0, 0.0]]),
+            np.array([[1.0, -1.0, 0.0], [0.0, 0.0, 2.0]]),
+        ):
+            bent, held = folds[0] @ states.T, moments @ states.T
+            exact = float(np.einsum("si,tij,sj->", states, plate, states))
+            most = float(np.einsum("tis,tij,tjs->", bent, stiff, bent))
+            work = float(np.einsum("tis,tis->", held, bent))
+            stored = float(np.einsum("tis,tis->", held, np.linalg.solve(stiff, held)))
+            found.append((work * work / (stored * exact), most / exact))
+        return np.array(found)
+
     def _inverse(self, matrix: Floats) -> Floats:
         """Return the inverses of matrices without the rows of what is no hinge.
 
