@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from math import pi, sqrt
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.ambient_damping import skin_areas, thread_areas
+from tissuec.compiler.contact_points import SOFT, FacePoints, face_points, stiffness_of
 from tissuec.compiler.threads import bonds
 from tissuec.core.errors import Note, counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
@@ -43,7 +44,8 @@ ONE_GRAM = 1e-3  # mass of what no force moves [kg]
 def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
     """Return a network with the nodes that carry the shapes of tools, and bristles.
 
-    Each node of a body has a bristle that stores the state of friction, where things can touch.
+    Each node of a body and each point of contact has a bristle that stores the state of
+    friction, where things can touch.
     """
     law = environment.contact
     shaped = [tool for tool in tools if tool.shapes]
@@ -70,14 +72,17 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     if not rubbed:
         return known
     origin = Origin(environment.span, "friction")
-    return known.with_memory(FRICTION, network.position, ONE_GRAM, origin)
+    points = face_points(known, [tool for tool in tools if tool.may_touch], law)
+    home = [network.position] if points is None else [network.position, points.position]
+    return known.with_memory(FRICTION, np.concatenate(home), ONE_GRAM, origin)
 
 
 def _can_touch(network: Network, tools: Sequence[Tool], law: ContactLaw) -> bool:
     """Return whether a scene has shapes that touch nodes."""
     if any(tool.may_touch for tool in tools):
         return True
-    return bool(len(_of_threads(network).kind) or len(_of_skins(network, law).kind))
+    skins = _of_skins(network, law, threaded=bool(_sizes(network).any()))
+    return bool(len(_of_threads(network).kind) or len(skins.kind))
 
 
 class Faces(Struct, frozen=True, eq=False):
@@ -113,7 +118,13 @@ def contact_of(
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
         return None
-    parts = [_of_tools(network, tools), _of_threads(network), _of_skins(network, law)]
+    points = face_points(network, tools, law)
+    threaded = _sizes(network).any() or (points is not None and points.size.any())
+    parts = [
+        _of_tools(network, tools),
+        _of_threads(network),
+        _of_skins(network, law, threaded=bool(threaded)),
+    ]
     columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
     faces = Faces(*map(np.concatenate, columns))
     if not len(faces.kind):
@@ -131,10 +142,15 @@ def contact_of(
     marks = None if network.skin_marks is None else network.skin_marks[: len(triangles)]
     from tissuec.forces.contact import Contact  # where something touches
 
+    added, layer = {}, law.layer
+    if points is not None:
+        stiffness = np.append(stiffness, stiffness_of(points, network, environment, findings))
+        layer = layer or SOFT * float(points.face_size.min())
+        added = _between(points, network, parts)
     contact = Contact(
-        nodes=nodes,
-        owner=_owners(network),
-        size=_sizes(network),
+        nodes=nodes if points is None else _numbered(nodes, network, points),
+        owner=_owners(network) if points is None else np.append(_owners(network), points.owner),
+        size=_sizes(network) if points is None else np.append(_sizes(network), points.size),
         kind=np.concatenate([faces.kind, np.full(len(shared.points), CAPSULE)]),
         points=np.concatenate([faces.points, shared.points]),
         surface=np.concatenate([faces.surface, faces.surface[shared.face]]),
@@ -146,16 +162,44 @@ def contact_of(
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
-        layer=law.layer or _layer(network, faces.radius, environment, findings),
+        layer=layer or _layer(network, faces.radius, environment, findings),
         damping=law.damping,
         friction=law.friction,
         memory=network.remembering(FRICTION),
         rate=sqrt(hardness / mass),
         span=environment.span,
+        **added,
     )
     if not settles:
         _warn_of_drawn_touches(contact, network, findings)
     return contact
+
+
+def _numbered(nodes: Indices, network: Network, points: FacePoints) -> Indices:
+    """Return the numbers of nodes, and behind them those of the points of contact."""
+    return np.append(nodes, network.node_count + np.arange(len(points.owner)))
+
+
+def _between(points: FacePoints, network: Network, parts: "list[Faces]") -> dict[str, Any]:
+    """Return what ``Contact`` has beside what contact of nodes has.
+
+    Args:
+        parts: Faces of tools, of threads, and of skins.
+    """
+    of_tools, of_threads, of_skins = parts
+    shapes, bodies = len(of_tools.kind), len(network.bodies)
+    group, of, meets = points.meetings(
+        network,
+        _owners(network),
+        np.concatenate(
+            [
+                np.arange(shapes),
+                shapes + of_threads.spared,
+                shapes + bodies + _owners(network)[of_skins.points[:, 0]],
+            ]
+        ),
+    )
+    return {"between": points.between, "group": group, "of": of, "meets": meets}
 
 
 def _of_tools(network: Network, tools: Sequence[Tool]) -> Faces:
@@ -213,17 +257,20 @@ def _unbound(count: int) -> Indices:
     return np.full((count, 2), -1)
 
 
-def _of_skins(network: Network, law: ContactLaw) -> Faces:
+def _of_skins(network: Network, law: ContactLaw, *, threaded: bool) -> Faces:
     """Return the triangles of the surfaces of all bodies, if anything can touch them.
 
-    Threads touch surfaces always, at their own radius; then these have none.
+    Threads and thin tools touch surfaces always, at their own radius; then these have none.
+
+    Args:
+        threaded: Whether there are any of those.
     """
     skin, thickness = network.skin.astype(np.int64), 0.0
     if law.between_bodies:
         thickness = law.thickness or SKIN * _mean_length(network)
         if not thickness > 0.0:
             thickness = 0.0  # without springs there is no skin either
-    elif not _sizes(network).any():
+    elif not threaded:
         skin = skin[:0]
     owner = _owners(network)[skin[:, 0]]
     return Faces(
@@ -270,7 +317,7 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
         findings.add(
             "W406",
             "bodies or tools overlap at the start at "
-            f"{counted(len(np.unique(pairs.node)), 'node')} "
+            f"{counted(len(np.unique(pairs.node)), 'point' if contact.between else 'node')} "
             f"by up to {deepest} and are pushed apart at once",
             contact.span,
             hint=f"draw {_further_apart(contact, network, pairs)}, or let the net settle "
@@ -281,7 +328,7 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
 def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") -> str:
     """Return what is to be drawn further apart, and which thickness matters for all of it."""
     surface, thread = contact.surface[pairs.shape], contact.size[pairs.node]
-    of_tool = surface < network.node_count
+    of_tool = (surface < network.node_count) | (contact.owner[pairs.node] < 0)
     # A thread touches at its own radius, unless surfaces of bodies are thicker.
     of_skin = (surface >= network.node_count + len(network.bodies)) & (pairs.radius > thread)
     what = "bodies and tools further apart" if of_tool.any() else "bodies further apart"

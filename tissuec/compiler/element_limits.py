@@ -94,12 +94,12 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
     if not able:
         return None
     found = np.full(len(skin), -1)
-    wanted = _keys(skin)
+    wanted = triangle_keys(skin)
     order = np.argsort(wanted)
     for field in able:
         assert field.limits is not None
         faces = field.faces
-        keys = _keys(faces.reshape(-1, 3))
+        keys = triangle_keys(faces.reshape(-1, 3))
         marks = np.repeat(field.limits.marks, faces.shape[1])
         place = np.searchsorted(wanted, keys, sorter=order)
         place = order[np.minimum(place, len(skin) - 1)]
@@ -108,7 +108,7 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
     return found
 
 
-def _keys(triangles: NDArray[np.integer]) -> Indices:
+def triangle_keys(triangles: NDArray[np.integer]) -> Indices:
     """Return a number for each triangle of fewer than two million nodes, whatever its order."""
     low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
     return (low << 42) | (middle << 21) | high

@@ -21,6 +21,7 @@ from tissuec.engine.threads import ThreadTeam
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
 from tissuec.forces.branches import table_of
+from tissuec.forces.contact_points_kernel import ContactPointTable
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.kernels.records import (
@@ -199,7 +200,12 @@ class KernelInputs:
         """Return what only some scenes have, None for what a scene has nothing of."""
         fields, acting = self.fields(), self.acting
         kept = cast(tuple[RecordTable, ...], fields.kept)
-        touches = (table.record for table in kept if type(table.record) is ContactTable)
+        records = (table.record for table in kept)
+        touches = (
+            record.touches if type(record) is ContactPointTable else record
+            for record in records
+            if type(record) in (ContactTable, ContactPointTable)
+        )
         return {
             "reels": self.reels() if needed.reeled else None,
             "touches": next(touches, None),

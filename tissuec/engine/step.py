@@ -43,6 +43,7 @@ from tissuec.engine.step_control import (
 )
 from tissuec.engine.step_inside import balance, deliver, glance, is_due, surpasses
 from tissuec.forces.accelerations import force, place
+from tissuec.forces.bristle_kernel import cut_bristles
 from tissuec.forces.springs_kernel import slack
 from tissuec.kernels.records import (
     FULL,
@@ -110,6 +111,7 @@ def begin(now: Progress, work: Work, net: Net) -> None:
     if net.ledger:
         work.trend[0] = work.trend[1] = nan
     if net.touched:
+        cut_bristles(v, a, net.touches)
         now.bends = net.touches.bends[0]
     now.fresh = 0
 
@@ -135,6 +137,8 @@ def make_step(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         trial = attempt(now, task, work, net)
         if trial.verdict == ACCEPTED:
             accept(now, trial, is_first, task, net)
+            if net.touched:
+                cut_bristles(work.v[1 - now.current], work.a[1 - now.current], net.touches)
         if trial.verdict != REJECTED:
             return trial
         now.rejected += 1

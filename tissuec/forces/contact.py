@@ -27,6 +27,10 @@ P. R. Dahl, The Aerospace Corporation TOR-0158, 1968.) What a surface is rubbed 
 at the nearest point, a distance away from the node; the couple of both is taken up by the
 touched faces, and the rotation of these counts in the sliding velocity.
 
+What is said of nodes holds for points between nodes as well (``forces.contact_points``): those
+on faces of bodies, and on axes of tools that are thin beside them. Where there are any, φ is δ
+but for a very thin layer, and bristles are cut instead (``forces.bristle_kernel``).
+
 Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so that they are
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
@@ -42,7 +46,10 @@ from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
+from tissuec.forces.bristle_kernel import SLIDES
 from tissuec.forces.contact_kernel import touch
+from tissuec.forces.contact_points import ContactPoints
+from tissuec.forces.contact_points_kernel import PLACING, ContactPointTable, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.geometry.balls import are_between, in_balls
@@ -101,9 +108,9 @@ class Contact(Field, frozen=True, dict=True):
     share, as capsules.
 
     Attributes:
-        nodes: Nodes that can be touched, ascending, shape (m,).
-        owner: Body of each, shape (m,).
-        size: Radius of the thread that each belongs to [m], else 0, shape (m,).
+        nodes: Nodes that can be touched, ascending, and behind them points, shape (m,).
+        owner: Body of each, or -1 of a point on the axis of a tool, shape (m,).
+        size: Radius of the thread or axis that each belongs to [m], else 0, shape (m,).
         kind: ``CAPSULE``, ``PLANE`` or ``TRIANGLE``, shape (shape,).
         points: Nodes that carry each shape, shape (shape, 3): both ends of a capsule, a point
             of a plane and one straight in front of it, with the second one again; corners.
@@ -126,7 +133,11 @@ class Contact(Field, frozen=True, dict=True):
         memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
+        between: The points between nodes; None without any.
+        group, of: Of each node and face, a row and a column of ``meets``, shapes (m,), (face,).
+        meets: Which nodes may touch which faces at all; None if every node may touch all.
         whole: Which faces are neither cut nor torn, shape (face,); None if all are.
+        there: Which nodes are not on torn faces, shape (m,); None if all are there.
         pairs: Those that are looked at; None for all that are near.
         exhaustive: Whether every node is compared with every face, if there are not too many.
     """
@@ -151,7 +162,12 @@ class Contact(Field, frozen=True, dict=True):
     memory: Indices
     rate: float
     span: Span
+    between: ContactPoints | None = None
+    group: Indices | None = None
+    of: Indices | None = None
+    meets: NDArray[np.bool_] | None = None
     whole: NDArray[np.bool_] | None = None
+    there: NDArray[np.bool_] | None = None
     pairs: ContactPairs | None = None
     exhaustive: bool = False
 
@@ -176,17 +192,19 @@ class Contact(Field, frozen=True, dict=True):
         Args:
             position: Of all nodes [m], shape (node, 3).
         """
+        nodes, position = len(position), self._with_points(position)
         node, face = self._candidates(position, margin)
         flat, radius = self.kind[face] == TRIANGLE, self.radius[face]
-        radius = np.where(flat, np.maximum(radius, self.size[node]), radius)
+        thick = np.where(self.owner[node] < 0, 0.0, radius)
+        radius = np.where(flat, np.maximum(thick, self.size[node]), radius)
         pairs = ContactPairs(node, face, np.ones(len(node)), radius)
         reach = margin * (1.0 + self._lever(position, node, face))
         pairs = pairs.some(
-            (self.places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
+            (self._places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
         )
-        pairs = pairs.some(~self._are_joined(pairs, len(position)))
+        pairs = pairs.some(~self._are_joined(pairs, nodes))
         shared = self._shared(pairs)
-        close = self.places(position, shared).depth > -margin
+        close = self._places(position, shared).depth > -margin
         every = pairs.and_others(shared.some(close))
         return every.some(np.lexsort((every.shape, self.surface[every.shape], every.node)))
 
@@ -204,6 +222,9 @@ class Contact(Field, frozen=True, dict=True):
         """Return pairs of nodes and whole faces that may touch.
 
         None of a body that is spared, or of a node that carries the face.
+
+        Args:
+            position: Of nodes and points [m], shape (node + point, 3).
         """
         faces = (
             np.arange(len(self.radius)) if self.whole is None else np.flatnonzero(self.whole)
@@ -211,6 +232,10 @@ class Contact(Field, frozen=True, dict=True):
         node, face = self._found(position, margin, faces)
         apart = (self.points[face] != self.nodes[node][:, None]).all(axis=1)
         apart &= self.owner[node] != self.spared[face]
+        if self.meets is not None and self.group is not None and self.of is not None:
+            apart &= self.meets[self.group[node], self.of[face]]
+        if self.there is not None:
+            apart &= self.there[node]
         return node[apart], face[apart]
 
     def _found(
@@ -271,7 +296,18 @@ class Contact(Field, frozen=True, dict=True):
         """
         if not len(self.joined):
             return np.zeros(len(pairs.node), dtype=bool)
-        here, corners = self.nodes[pairs.node][:, None], self.points[pairs.shape]
+        here, corners = self.nodes[pairs.node], self.points[pairs.shape]
+        joined = self._have_key(here[:, None], corners, nodes)
+        if self.between is not None:
+            own = np.flatnonzero(here >= nodes)
+            for a in range(3):
+                carrier = self.between.corners[here[own] - nodes, a][:, None]
+                joined[own] |= self._have_key(carrier, corners[own], nodes)
+                joined[own] |= (carrier == corners[own]).any(axis=1)
+        return joined
+
+    def _have_key(self, here: Indices, corners: Indices, nodes: int) -> NDArray[np.bool_]:
+        """Return which nodes, of shape (pair, 1), springs join to corners, shape (pair,)."""
         keys = np.minimum(here, corners) * nodes + np.maximum(here, corners)
         place = np.searchsorted(self.joined, keys).clip(max=len(self.joined) - 1)
         return np.asarray((self.joined[place] == keys).any(axis=1))
@@ -283,6 +319,13 @@ class Contact(Field, frozen=True, dict=True):
             position: Of all nodes [m], shape (node, 3).
             pairs: Nodes and shapes.
         """
+        return self._places(self._with_points(position), pairs)
+
+    def _with_points(self, position: Floats) -> Floats:
+        """Return positions of nodes, and behind them of points [m], shape (…, n, 3)."""
+        return position if self.between is None else self.between.behind(position)
+
+    def _places(self, position: Floats, pairs: ContactPairs) -> NearestPlace:
         x, corners = position[self.nodes[pairs.node]], position[self.points[pairs.shape]]
         return places(x, self.kind[pairs.shape], corners, pairs.radius)
 
@@ -296,9 +339,84 @@ class Contact(Field, frozen=True, dict=True):
         """
         pairs, _ = self._pressed(position)
         pairs, found = pairs.some(pairs.weight != 0.0), np.zeros(len(position), dtype=bool)
-        found[self.nodes[pairs.node]] = True
+        here, count = self.nodes[pairs.node], len(position)
+        if self.between is not None:
+            found[self.between.corners[here[here >= count] - count]] = True
+        found[here[here < count]] = True
         found[self.points[pairs.shape]] = True
         return found
+
+    def are_at(self, nodes: Indices) -> NDArray[np.bool_]:
+        """Return which of its nodes are among some, and which points are between such.
+
+        Args:
+            nodes: Indices, shape (n,).
+
+        Returns:
+            Shape (m,).
+        """
+        found = np.isin(self.nodes, nodes)
+        if self.between is not None:
+            corners = self.between.corners
+            found[len(found) - len(corners) :] = np.isin(corners, nodes).any(axis=1)
+        return found
+
+    def has_points_on(self, nodes: slice) -> bool:
+        """Return whether contact acts on faces between some nodes."""
+        return self.between is not None and bool(len(self.between.on(nodes)))
+
+    def points_on(self, nodes: slice, position: Floats) -> tuple[Floats, Indices, Indices]:
+        """Return where the points on faces between some nodes are, and which they are.
+
+        Args:
+            nodes: Those of a body.
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Positions [m], shape (n, 3); numbers among the nodes of the contact, shape (n,);
+            numbers of their faces, shape (n,).
+        """
+        assert self.between is not None, "otherwise there are no points"
+        own = self.between.on(nodes)
+        first = len(self.nodes) - len(self.between.corners)
+        where = self._with_points(position)[len(position) + own]
+        return where, first + own, self.between.face[own]
+
+    def is_thin(self, radius: float) -> bool:
+        """Return whether tools of a radius [m] have points along their axes."""
+        return bool((self.size[self.owner < 0] == radius).any())
+
+    def extent_at(self, nodes: Indices, position: Floats) -> tuple[Floats, Floats]:
+        """Return over which area and how deep things touch that some nodes carry.
+
+        Counted are shapes of tools and threads, and nodes and points on faces, all of whose
+        carriers are among the nodes.
+
+        Args:
+            nodes: Indices, shape (n,).
+            position: Of all nodes [m], shape (…, node, 3).
+
+        Returns:
+            The drawn area of the points that are touched [m²], and the largest depth [m], each
+            of shape (…).
+        """
+        carries = np.zeros(position.shape[-2], dtype=bool)
+        carries[nodes] = True
+        by = carries[self.points].all(axis=1) & (self.kind != TRIANGLE)
+        on = np.zeros(len(self.nodes), dtype=bool)
+        area, count = np.zeros(len(self.nodes)), len(self.nodes)
+        if self.between is not None:
+            count -= len(self.between.corners)
+            on[count:] = carries[self.between.corners].all(axis=1)
+            area[count:] = self.between.areas
+        on[:count] = carries[self.nodes[:count]]
+        found: list[tuple[float, float]] = []
+        for pairs, place in self._pressed_in(in_line(position)):
+            own = np.flatnonzero((on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0))
+            touched = np.unique(pairs.node[own])
+            found.append((float(area[touched].sum()), float(place.depth[own].max(initial=0.0))))
+        both = np.reshape(found, (*position.shape[:-2], 2))
+        return both[..., 0], both[..., 1]
 
     def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, and where they are."""
@@ -319,7 +437,10 @@ class Contact(Field, frozen=True, dict=True):
             for some in np.split(states, range(count, len(states), count)):
                 # States one after the other, as if each pair had been met in each of them.
                 node, shape = np.tile(pairs.node, len(some)), np.tile(pairs.shape, len(some))
-                row = np.arange(len(some)).repeat(len(pairs.node))
+                row, some = (
+                    np.arange(len(some)).repeat(len(pairs.node)),
+                    self._with_points(some),
+                )
                 x, corners = some[row, self.nodes[node]], some[row[:, None], self.points[shape]]
                 radius = np.tile(pairs.radius, len(some))
                 place = places(x, self.kind[shape], corners, radius)
@@ -379,6 +500,9 @@ class Contact(Field, frozen=True, dict=True):
         block *= pairs.weight[:, None, None]
         shares = np.concatenate([np.ones((len(block), 1)), -place.weights], axis=1)
         here = np.concatenate([self.nodes[pairs.node][:, None], self.points[pairs.shape]], 1)
+        if self.between is not None:
+            to = self.between.map(number, size)
+            number, size = np.arange(to.shape[0] // 3), to.shape[0] // 3
         values = np.einsum("na,nb,nij->naibj", shares, shares, block)
         rows = 3 * number[here][:, :, None] + np.arange(3)
         every = rows.reshape(len(rows), 12)
@@ -386,7 +510,8 @@ class Contact(Field, frozen=True, dict=True):
         column = np.broadcast_to(every[:, None, :], row.shape)
         moves = (row >= 0) & (column >= 0)
         entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
-        return coo_matrix(entries, shape=(3 * size, 3 * size))
+        found = coo_matrix(entries, shape=(3 * size, 3 * size))
+        return found if self.between is None else coo_matrix(to.T @ found.tocsr() @ to)
 
     def _nearest(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, one for each nearest point; weights add up there.
@@ -419,25 +544,41 @@ class Contact(Field, frozen=True, dict=True):
             np.maximum(pairs.weight, 0.0) * self.pressure(pairs, place.depth) * place.curvature
         )
         hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(pairs, place.depth)
-        total, each = np.zeros(len(position)), 2.0 * (round_ + hollow)
+        count = 0 if self.between is None else len(self.between.corners)
+        total, each = np.zeros(len(position) + count), 2.0 * (round_ + hollow)
         np.add.at(total, self.nodes[pairs.node], each)
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
+        if self.between is not None:
+            total = self.between.sums(total, len(position))
         return float(total.max(initial=0.0))
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return what may be touched at all, lest every touch changes a bound [N/m]."""
 
-        def resist(moved: Floats, to: Floats) -> None:
-            to[self.nodes] += self.stiffness[:, None] * moved[self.nodes]
+        if self.between is None:
 
-        return resist
+            def resist(moved: Floats, to: Floats) -> None:
+                to[self.nodes] += self.stiffness[:, None] * moved[self.nodes]
+
+            return resist
+        count = len(position)
+        map_ = self.between.map(np.arange(count), count)[3 * count :]
+        first = int(np.searchsorted(self.nodes, count))
+        own, soft = self.nodes[:first], self.stiffness[:first, None]
+        hard = np.repeat(self.stiffness[first:], 3)
+
+        def resist_between(moved: Floats, to: Floats) -> None:
+            to[own] += soft * moved[own]
+            to += (map_.T @ (hard * (map_ @ moved.ravel()))).reshape(-1, 3)
+
+        return resist_between
 
     # --- for the engine ---------------------------------------------------------------------
 
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
-        return touch
+        return touch if self.between is None else touch_points
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
@@ -446,6 +587,8 @@ class Contact(Field, frozen=True, dict=True):
 
         if self.friction:
             return "has friction"
+        if self.between is not None:
+            return "is of faces, not of nodes, and has no exact derivatives"
         return ForceDerivatives(("stiffness",), pull_contact, push_contact)
 
     @property
@@ -462,12 +605,41 @@ class Contact(Field, frozen=True, dict=True):
         """Return the same with a table that holds until a node has moved by a distance [m]."""
         return replace(self, stride=distance)
 
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ContactTable:
+    def table(
+        self, place: Indices, acts: BoundaryConditions, position: Floats
+    ) -> ContactTable | ContactPointTable:
         """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""
         pairs = self.near(position, 2.0 * self.stride)
+        if self.between is None:
+            return self._table(place, position, pairs)
+        count, points = len(position), len(self.between.corners)
+        places = np.concatenate([place, len(place) + np.arange(points)])
+        near = np.unique(self.nodes[pairs.node])
+        near = near[near >= count]
+        own = near - count
+        room = np.zeros((3, 3 * (len(place) + points)))
+        return ContactPointTable(
+            touches=self._table(places, position, pairs),
+            part=UNDIVIDED,
+            at=3 * places[near],
+            corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
+            shares=np.ascontiguousarray(self.between.shares[own]),
+            x=room[0],
+            v=room[1],
+            f=room[2],
+        )
+
+    def _table(self, place: Indices, position: Floats, pairs: ContactPairs) -> ContactTable:
+        """Return the record of pairs.
+
+        Args:
+            place: Index of each node and point in the arrays of the kernel.
+            position: Of all nodes [m], shape (node, 3).
+            pairs: Those near one another.
+        """
         counts, home = np.bincount(pairs.node, minlength=len(self.nodes)), position[self.memory]
         most, listed = int(counts.max(initial=0)), np.empty_like(position)
-        listed[place] = position
+        listed[place[: len(position)]] = position
         return ContactTable(
             nodes=place[self.nodes],
             first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
@@ -484,7 +656,7 @@ class Contact(Field, frozen=True, dict=True):
             at=np.zeros((most, PLACES), dtype=np.int64),
             memory=place[self.memory],
             home=home,
-            bent=np.zeros_like(home),
+            bent=np.zeros((len(home), 3 if self.between is None else SLIDES + 1)),
             lag=np.zeros(1),
             bends=np.zeros(3, dtype=np.int64),
             listed=listed.ravel(),
@@ -497,8 +669,26 @@ class Contact(Field, frozen=True, dict=True):
             rate=self.rate,
         )
 
-    def in_parts(self, table: ContactTable, parts: int) -> list[list[ContactTable]]:
-        """Return tables of nodes that have about as many pairs, and one that adds all up."""
+    def in_parts(
+        self, table: ContactTable | ContactPointTable, parts: int
+    ) -> list[list[ContactTable]] | list[list[ContactPointTable]]:
+        """Return tables of nodes that have about as many pairs, and one that adds all up.
+
+        Before all, one places the points, if there are any.
+        """
+        if isinstance(table, ContactPointTable):
+            groups = self._in_parts(table.touches, parts)
+            if len(groups) == 1:
+                return [[table]]
+            own = [
+                [table._replace(touches=each, part=each.part) for each in group]
+                for group in groups
+            ]
+            return [[table._replace(part=PLACING)], *own]
+        return self._in_parts(table, parts)
+
+    @staticmethod
+    def _in_parts(table: ContactTable, parts: int) -> list[list[ContactTable]]:
         pairs = len(table.shape)
         if parts == 1 or pairs < WORTHWHILE:
             return [[table]]
@@ -524,6 +714,10 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
     whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
     triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
     whole[triangles] = contact.edges.holding(there).all(axis=1)
+    points = contact.between
+    if points is not None and not (stays := points.whole(there)).all():
+        nodes = np.ones(len(contact.nodes) - len(stays), dtype=bool)
+        contact = replace(contact, there=np.concatenate([nodes, stays]))
     return contact if whole.all() else replace(contact, whole=whole)
 
 

@@ -85,7 +85,9 @@ class ContactTable(NamedTuple):
     at: IntegerRows  # places of their nodes and three points among coordinates, and the pair
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
-    bent: Rows  # scratch, their rates [m/s²], shape as ``home``
+    # Scratch, their rates [m/s²], shape as ``home``; if bristles are cut, two more columns, see
+    # ``forces.bristle_kernel``.
+    bent: Rows
     # Time for which an implicit stage solves for them [s], 0 where they are given, shape (1,)
     lag: Floats
     bends: Integers  # of the law that are passed: at the last look, least and most in a step

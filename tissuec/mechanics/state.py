@@ -473,7 +473,7 @@ class State(Struct, eq=False):
         """
         contact = self.contact
         if contact is not None and len(contact.memory):
-            settled = np.isin(contact.nodes, nodes)
+            settled = contact.are_at(nodes)
             self.velocity[contact.memory[settled]] = 0.0
 
     def place_held(self) -> None:

@@ -367,6 +367,8 @@ class ContactLaw(Struct, frozen=True):
         within_bodies: Whether they touch their own body, too.
         stiffness: Of each node [N/m]; None where it follows from the springs.
         surface_stiffness: By area of the surface [Pa/m]; None if not written.
+        places: "faces" or "nodes", where it acts; empty for faces of bodies made of elements,
+            unless a stiffness of each node is written, and nodes of others.
         thickness: Of surfaces of bodies [m]; None where it follows from lengths of springs.
         layer: [m]; None where it follows from the lengths of springs.
         damping: [s/m].
@@ -381,6 +383,7 @@ class ContactLaw(Struct, frozen=True):
     layer: float | None
     damping: float
     friction: float
+    places: str = ""
 
 
 class Environment(Struct, frozen=True, eq=False):

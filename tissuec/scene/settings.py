@@ -34,6 +34,7 @@ from tissuec.script.plan import (
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
+CONTACT_PLACES = ("faces", "nodes")
 
 #: How the sentence with a plane of symmetry begins, and an example of it.
 SYMMETRIC = "symmetric about plane"
@@ -47,11 +48,13 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
         contact: what takes part in contact: nothing, threads and tools with a shape, also
             bodies with one another, or also bodies with themselves
+        contact_places: where bodies are touched; by default on their faces if they are made of
+            elements and no contact stiffness of each node is written, else at their nodes
         friction: coefficient of friction in contact
-        contact_stiffness: contact force per depth of penetration; by default the stiffness of
-            the springs of a node
-        contact_surface_stiffness: contact pressure per depth of penetration, the same on every
-            mesh, instead of a contact stiffness of each node
+        contact_stiffness: contact force of a node per depth of penetration; by default the
+            stiffness of its springs
+        contact_surface_stiffness: contact pressure per depth of penetration; by default of
+            faces, it follows from the tissue
         contact_thickness: distance from the surface of a body at which contact begins; by
             default a quarter of a spring's length
         contact_layer: depth over which the contact stiffness increases to its full value; by
@@ -66,6 +69,7 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
 
     gravity: Annotated[Floats, Point(units.ACCELERATION)]
     contact: Annotated[str, OneOf(CONTACTS)] = "off"
+    contact_places: Annotated[str | None, OneOf(CONTACT_PLACES)] = None
     friction: Annotated[float | None, Real(units.NUMBER, at_least=0.0)] = None
     contact_stiffness: Annotated[float | None, Real(units.STIFFNESS, above=0.0)] = None
     contact_surface_stiffness: Annotated[
@@ -156,6 +160,14 @@ def _contact_law(
                 ),
                 notes=(Note("the other entry", places["contact stiffness"]),),
             )
+        if entries.contact_places == "faces" and "contact stiffness" in places:
+            scope.findings.reject(
+                "TIS306",
+                "a contact stiffness is that of each node, but contact places is faces",
+                places["contact stiffness"],
+                hint="write a contact surface stiffness, or: contact places is nodes",
+                notes=(Note("the other entry", places["contact places"]),),
+            )
         if entries.contact == "tools only" and "contact thickness" in places:
             scope.findings.add(
                 "W407",
@@ -174,8 +186,9 @@ def _contact_law(
             layer=entries.contact_layer,
             damping=entries.contact_damping or 0.0,
             friction=entries.friction or 0.0,
+            places=entries.contact_places or "",
         )
-    named = ("stiffness", "surface stiffness", "thickness", "layer", "damping")
+    named = ("places", "stiffness", "surface stiffness", "thickness", "layer", "damping")
     written = (f"contact {name}" for name in named)
     for name in ("friction", *written):
         if name in places:

@@ -42,6 +42,15 @@ class NearbyContact:
         """Return the rates of the velocities that are bristles [m/s²], shape (m, 3)."""
         return self._look(position, velocity).bristle_rates
 
+    @property
+    def is_cut(self) -> bool:
+        """Return whether bristles are cut at the ends of steps."""
+        return self._contact.between is not None
+
+    def slip(self, position: Floats, velocity: Floats) -> None:
+        """Cut bristles, in the velocities of all nodes [m/s], shape (node, 3)."""
+        self._force.slip(position, velocity, self._near(position))
+
     def energy(self, time: float, position: Floats) -> float:
         """Return the energy of pressed contacts [J]."""
         return self._force.energy(position, self._near(position))

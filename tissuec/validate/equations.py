@@ -262,6 +262,19 @@ class Equations:
             self.relaxing.write(y[tensors:-2], velocity)
         return moved, velocity
 
+    def slipped(self, time: float, y: Floats) -> Floats | None:
+        """Return unknowns at the end of a step [s] with bristles that slip, shape as ``y``.
+
+        None where bristles slip as they bend, or there are none.
+        """
+        if self.contact is None or not len(self.memory) or not self.contact.is_cut:
+            return None
+        moved, velocity = self.spread(time, y)
+        self.contact.slip(self.drawn + moved, velocity)
+        start, found = 6 * len(self.free), y.copy()
+        found[start : start + 3 * len(self.memory)] = velocity[self.memory].ravel()
+        return found
+
     # --- forces -------------------------------------------------------------------------------
 
     def behaviour_at(self, time: float) -> ReferenceLaws:

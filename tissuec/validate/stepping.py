@@ -115,6 +115,7 @@ class ReferenceStepper:
         while solver.status == "running":
             start, before = solver.t, solver.y.copy()
             self._step(solver)
+            self._slip(solver)
             self._effort.steps += 1
             land = self._landing(start, before, scales) if self._method in ONE_STEP else None
             yield Step(start, solver.t, before, solver.y.copy(), solver.dense_output, land)
@@ -139,6 +140,19 @@ class ReferenceStepper:
         if solver.status == "failed" or not np.isfinite(solver.y).all():
             reason = f" ({message})" if message else ""
             raise ReferenceFailure(f"SciPy's {self._method} failed at {solver.t:g} s{reason}")
+
+    def _slip(self, solver: Any) -> None:
+        """Let bristles of faces slip at the end of a step."""
+        slipped = self._equations.slipped(solver.t, solver.y)
+        if slipped is None:
+            return
+        if self._method not in ONE_STEP:
+            raise ReferenceFailure(
+                f"{self._method} uses steps before the last one and cannot follow the friction "
+                "of faces; choose another method, such as Radau or DOP853"
+            )
+        solver.y = slipped
+        solver.f = solver.fun(solver.t, slipped)  # which the next step begins with
 
     def _solver(
         self, time: float, y: Floats, stop: float, scales: ErrorScales, first: float | None

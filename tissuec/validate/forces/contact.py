@@ -2,7 +2,8 @@
 
 The formulas are those of docs/numerics.md, "Contact", with its symbols. Which pairs of nodes
 and shapes are near, and how often each counts, is given; where nodes are in shapes is found
-here.
+here. Points between nodes are x_q = Σ N_a x_a, by a matrix N; a force on them acts as Nᵀ times
+it on nodes.
 """
 
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, identity, vstack
 
 from tissuec.core.vectors import cross
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
@@ -44,6 +46,17 @@ class ContactForce:
 
     def __init__(self, contact: "Contact"):
         self._of = contact
+        self._map: csr_matrix | None = None
+        self._slides = np.zeros(len(contact.memory), dtype=bool)
+
+    def _to_points(self, nodes: int) -> "csr_matrix | None":
+        """Return the matrix of nodes and points by nodes; None without points."""
+        if (points := self._of.between) is not None and self._map is None:
+            count = len(points.corners)
+            rows = np.repeat(np.arange(count), 3), points.corners.ravel()
+            own = csr_matrix((points.shares.ravel(), rows), shape=(count, nodes))
+            self._map = csr_matrix(vstack([identity(nodes), own]))
+        return self._map
 
     def energy(self, position: Floats, pairs: "ContactPairs") -> float:
         """Return Σ W k ∫ φ dδ [J].
@@ -53,6 +66,8 @@ class ContactForce:
             pairs: Nodes and shapes that are near.
         """
         k, w = self._of.stiffness, self._of.layer
+        if (points := self._to_points(len(position))) is not None:
+            position = points @ position
         touched = _Touched(self._of, position, pairs)
         shallow, over = np.minimum(touched.depth, w), np.maximum(touched.depth - w, 0.0)
         deep = shallow**3 / (6.0 * w) + 0.5 * over * (over + w)
@@ -65,7 +80,10 @@ class ContactForce:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
             pairs: All that may touch.
         """
-        of, force = self._of, np.zeros_like(position)
+        of, points, bent = self._of, self._to_points(len(position)), velocity[self._of.memory]
+        if points is not None:
+            position, velocity = points @ position, points @ velocity
+        force = np.zeros_like(position)
         touched = _Touched(of, position, pairs)
         deepening = touched.deepening(velocity)
         closing = touched.by_surface(touched.pressure * deepening) / _divisor(touched.surface)
@@ -74,14 +92,17 @@ class ContactForce:
         spent = (factor - 1.0) * touched.by_surface(touched.pressure * deepening)
         lost, rates = float(spent.sum()), np.zeros((len(of.memory), 3))
         if len(rates):
-            lost += self._rub(touched, deepening, factor, velocity, force, rates)
-        return Touching(force, lost, rates)
+            lost += self._rub(touched, deepening, factor, velocity, bent, force, rates)
+        return Touching(force if points is None else points.T @ force, lost, rates)
 
     def _rub(
         self, touched: "_Touched", deepening: Floats, factor: Floats, velocity: Floats,
-        force: Floats, rates: Floats,
+        bent: Floats, force: Floats, rates: Floats,
     ) -> float:  # fmt: skip
-        """Add the forces of friction, set the rates of bristles; return the power lost [W]."""
+        """Add the forces of friction, set the rates of bristles; return the power lost [W].
+
+        ``bent`` are the velocities that are bristles [m/s], shape (m, 3).
+        """
         of = self._of
         k, w, count = of.stiffness, of.layer, len(of.nodes)
         pressed = _sums(touched.node_of_surface, factor * touched.surface, count)  # N
@@ -94,7 +115,17 @@ class ContactForce:
         slope = touched.weight * k[touched.node] * np.minimum(touched.depth / w, 1.0)
         growth = _sums(touched.node, slope * deepening, count) / (rest + k * w / 2000.0)
         growth *= 0.5 * w / (rest / k + 0.5 * w)  # g
-        z = velocity[of.memory] / of.rate
+        z = bent / of.rate
+        if of.between is not None:
+            way = np.where(presses, np.minimum(1.0, 2.0 * pressed / (k * w)), 0.0)[:, None] * u
+            size = np.sqrt((z * z).sum(axis=1))
+            unit = z / _divisor(size)[:, None]
+            slips = np.where(self._slides, np.maximum(0.0, (way * unit).sum(axis=1)), 0.0)
+            rates[:] = of.rate * (way - slips[:, None] * unit)
+            bears = of.friction * pressed / _divisor(size)
+            pull = -np.where(slips > 0.0, bears, np.minimum(k, bears))[:, None] * z
+            turning.drag(part[:, None] * touched.along(pull[touched.node]), force)
+            return -float((pull * u).sum())
         depth = pressed / k + 0.5 * w
         size = np.sqrt((z * z).sum(axis=1))
         ratio = size / (of.friction * depth)  # r
@@ -106,6 +137,31 @@ class ContactForce:
         pull = -(pressed / depth / np.maximum(ratio, 1.0))[:, None] * z
         turning.drag(part[:, None] * touched.along(pull[touched.node]), force)
         return -float((pull * u).sum())
+
+    def slip(self, position: Floats, velocity: Floats, pairs: "ContactPairs") -> None:
+        """Cut bristles of faces to the length μ N/k at which they slip, and note which do.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            velocity: Of all nodes, changed in place [m/s], shape (node, 3).
+            pairs: All that may touch.
+        """
+        of, points = self._of, self._to_points(len(position))
+        if points is None or not of.friction:
+            return
+        touched = _Touched(of, points @ position, pairs)
+        deepening = touched.deepening(points @ velocity)
+        closing = touched.by_surface(touched.pressure * deepening) / _divisor(touched.surface)
+        each = np.maximum(0.0, 1.0 + of.damping * closing) * touched.surface
+        pressed = _sums(touched.node_of_surface, each, len(of.nodes))
+        most = of.rate * of.friction * pressed / of.stiffness
+        bent, rates = velocity[of.memory], self.at(position, velocity, pairs).bristle_rates
+        size = np.sqrt((bent * bent).sum(axis=1))
+        onwards = (rates * bent).sum(axis=1) >= -1e-9 * size * np.linalg.norm(rates, axis=1)
+        slips = (most > 0.0) & (size > 0.0) & ((size >= most) | (self._slides & onwards))
+        part = np.where(slips, most, np.minimum(size, most)) / _divisor(size)
+        self._slides = slips
+        velocity[of.memory] = bent * part[:, None]
 
 
 class _Touched:

@@ -4,6 +4,8 @@ A tool presses on nodes. Its force converges as the contact radius becomes large
 distance of nodes: a ball on one node alone presses with half the force of theory at the same
 depth (H. Hertz, J. reine angew. Math. 92:156, 1881), on four or more nodes within some 15 %.
 The side of a capsule is curved across its line only, and needs more than one row of nodes.
+Where contact acts on faces, these take the place of nodes: a ball touches six triangles or more
+if its contact radius is about the size of a face. Tools that are thin beside it are left out.
 Looked at is the state of the largest force.
 """
 
@@ -24,12 +26,13 @@ if TYPE_CHECKING:
     from tissuec.forces.contact import Contact
 
 KIND = "few nodes in contact"
+ENOUGH_FACES = 6  # triangles under a ball, the same
 ENOUGH = 4  # nodes under a ball: its contact radius is then about the distance of nodes
 ROW = 0.25  # of the distance of nodes: closer than that, nodes are in one row
 
 
 class _Grip(NamedTuple):
-    """Nodes that a capsule touches.
+    """Nodes or faces that a capsule touches.
 
     Attributes:
         nodes: Their numbers, shape (n,).
@@ -75,20 +78,22 @@ class FewNodes:
                 if not found:
                     continue
                 count = len(np.unique(np.concatenate([one.nodes for one in found])))
+                is_faced = contact.has_points_on(body.nodes)
                 if any(one.has_side for one in found):
                     is_few = max(one.across for one in found) < ROW * distance
                 else:
-                    is_few = count < ENOUGH
+                    is_few = count < (ENOUGH_FACES if is_faced else ENOUGH)
+                what = "face" if is_faced else "node"
                 thinnest = min(s.radius for s in tool.shapes if s.kind == "capsule")
                 yield Finding(
                     f"{tool.name} on {body.name}",
                     count if is_few else 0,
-                    f"{tool.name} presses on too few nodes of {body.name} for its curvature "
+                    f"{tool.name} presses on too few {what}s of {body.name} for its curvature "
                     "when its force is largest",
                     "",
-                    "node",
-                    "the force depends on where nodes are; use cells well below the radius of "
-                    f"{show(thinnest, LENGTH)}",
+                    what,
+                    f"the force depends on where {what}s are; use cells well below the radius "
+                    f"of {show(thinnest, LENGTH)}",
                     tool.span,
                     sum(one.force for one in found),
                 )
@@ -107,20 +112,23 @@ def _touched(
     """
     from tissuec.forces.contact import ContactPairs  # where something touches
 
-    x = position[body.nodes]
+    first, where, numbers, faces = body.nodes.start, position[body.nodes], None, None
+    if contact.has_points_on(body.nodes):
+        where, numbers, faces = contact.points_on(body.nodes, position)
     for shape, ends in zip(tool.shapes, position[tool.nodes].reshape(-1, 2, 3), strict=True):
-        if shape.kind != "capsule":
+        if shape.kind != "capsule" or (faces is not None and contact.is_thin(shape.radius)):
             continue
         low, high = ends.min(axis=0) - shape.radius, ends.max(axis=0) + shape.radius
-        nodes = np.flatnonzero(((low < x) & (x < high)).all(axis=1))
-        alike = np.full(len(nodes), shape.radius)
-        corners = np.broadcast_to(ends[[0, 1, 1]], (len(nodes), 3, 3))
-        place = places(x[nodes], np.full(len(nodes), CAPSULE), corners, alike)
+        near = np.flatnonzero(((low < where) & (where < high)).all(axis=1))
+        alike = np.full(len(near), shape.radius)
+        corners = np.broadcast_to(ends[[0, 1, 1]], (len(near), 3, 3))
+        place = places(where[near], np.full(len(near), CAPSULE), corners, alike)
         inside = np.flatnonzero(place.depth > 0.0)
         if not len(inside):
             continue
-        place, nodes = place.some(inside), nodes[inside] + body.nodes.start
-        pairs = ContactPairs(nodes, nodes, alike[inside], alike[inside])
+        place, near = place.some(inside), near[inside]
+        own = first + near if numbers is None else numbers[near]
+        pairs = ContactPairs(own, own, alike[inside], alike[inside])
         side = np.flatnonzero(place.line.any(axis=1))
         across = 0.0
         if len(side):
@@ -129,7 +137,7 @@ def _touched(
             length = float(np.linalg.norm(way)) or 1.0
             across = shape.radius * float(np.ptp(normal @ way)) / length
         force = float(contact.pressure(pairs, place.depth).sum())
-        yield _Grip(nodes, force, across, bool(len(side)))
+        yield _Grip(own if faces is None else faces[near], force, across, bool(len(side)))
 
 
 def _is_solid(network: Network, body: BodyPart) -> bool:

@@ -1,0 +1,279 @@
+"""Points of contact on faces of bodies, and on axes of tools that are thin beside them.
+
+A face has points x_q with the areas A_q of a rule of quadrature, so that contact is a pressure
+k δ [Pa], whatever the mesh. Without a word about it, k is c E*/h, with E* = E/(1 - ν²) of the
+element behind the face, h its size and c = 12: a layer that is a twelfth as thick as an element
+and that lets faces, which do not bend, follow a tool. Of walls of the thickness t, whose faces
+bear by their tension, k is c E* t/h².
+
+Between the points of a face, a tool with a radius R below h/2 would slip through. Such a tool
+has points along its axis instead, which the whole surface presses on.
+"""
+
+from collections.abc import Sequence
+from itertools import chain
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.element_limits import triangle_keys
+from tissuec.core.units import AREAL_STIFFNESS, show
+from tissuec.core.vectors import cross, norm
+from tissuec.forces.contact_points import NO_FACE, ContactPoints
+from tissuec.geometry.triangle_rules import even, fourth_degree
+from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.schema import missing
+
+HARDNESS = 12.0  # c
+THIN = 0.5  # of the size of a face: a radius below has points along the axis
+SMALL = 1.2  # the same: a radius below needs more points on faces
+FEW, MANY = fourth_degree(), even(4)
+ALONG = 0.25  # of the size of a face: distance of points along an axis
+SOFT = 0.005  # of the size of a face: depth over which contact of faces begins
+
+
+class FacePoints(Struct, frozen=True, eq=False):
+    """Points of contact of a network.
+
+    Attributes:
+        between: The points.
+        position: As drawn [m], shape (point, 3).
+        owner: Body of each, -1 on an axis, shape (point,).
+        size: Radius of the axis that each is on [m], else 0, shape (point,).
+        extent: Area [m²] of each point of a face, or length [m] on an axis, shape (point,).
+        shape: Of a tool, whose axis each is on, -1 on faces, shape (point,).
+        bodies: Numbers of the bodies whose faces have points, ascending.
+        face_size: h of each of these bodies, the median of its faces [m], shape (body,).
+        thin: Which shapes of tools are thin beside which bodies of the network, shape
+            (shape, all bodies).
+    """
+
+    between: ContactPoints
+    position: Floats
+    owner: Indices
+    size: Floats
+    extent: Floats
+    shape: Indices
+    bodies: Indices
+    face_size: Floats
+    thin: NDArray[np.bool_]
+
+    def meetings(
+        self, network: Network, nodes: Indices, surface: Indices
+    ) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+        """Return groups of nodes and of faces, and which may touch; see ``Contact.meets``.
+
+        Nodes of bodies with points touch threads only.
+
+        Args:
+            network: The network.
+            nodes: Body of each node of the bodies, shape (node,).
+            surface: Of each face: a shape of a tool; behind these a thread; behind these the
+                skin of a body, shape (face,).
+        """
+        bodies, shapes = len(network.bodies), len(self.thin)
+        meets = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
+        of_tools, of_threads = slice(shapes), slice(shapes, shapes + bodies)
+        meets[:bodies] = True
+        meets[self.bodies] = False
+        meets[self.bodies, of_threads] = True
+        faced = bodies + self.bodies
+        meets[faced, of_tools] = ~self.thin.T[self.bodies]
+        meets[bodies : 2 * bodies, shapes + bodies :] = True
+        meets[2 * bodies :, shapes + bodies :] = self.thin
+        own = np.where(self.owner < 0, 2 * bodies + self.shape, bodies + self.owner)
+        return np.concatenate([nodes, own]), surface, meets
+
+
+def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> FacePoints | None:
+    """Return the points of contact of a network; None where contact is of nodes alone.
+
+    Args:
+        network: With the nodes of tools.
+        tools: Those that may touch.
+        law: As written.
+    """
+    bodies = [n for n, body in enumerate(network.bodies) if _has_points(network, body, law)]
+    if not bodies:
+        return None
+    shapes = [shape for tool in tools for shape in tool.shapes]
+    radii = np.array([s.radius if s.kind == "capsule" else np.inf for s in shapes])
+    rows = [_faces(network, network.bodies[n]) for n in bodies]
+    areas = [_areas(network, row) for row in rows]
+    size = np.array([np.median(np.sqrt(2.0 * area)) for area in areas])
+    thin = np.zeros((len(shapes), len(network.bodies)), dtype=bool)
+    thin[:, bodies] = radii[:, None] < THIN * size
+    thick = np.where(thin[:, bodies], np.inf, radii[:, None]).min(axis=0, initial=np.inf)
+    rules = [MANY if radius < SMALL * h else FEW for radius, h in zip(thick, size, strict=True)]
+    counts = [len(rule.weights) for rule in rules]
+    every = np.concatenate(rows)
+    of_face = [np.repeat(np.arange(len(row)), n) for row, n in zip(rows, counts, strict=True)]
+    first = np.cumsum([0, *map(len, rows)])
+    face = np.concatenate([f + start for f, start in zip(of_face, first, strict=False)])
+    shares = [
+        np.tile(rule.points, (len(row), 1)) for rule, row in zip(rules, rows, strict=True)
+    ]
+    extent = [np.outer(a, rule.weights).ravel() for rule, a in zip(rules, areas, strict=True)]
+    axes = [
+        _axis(network, 2 * s, tool, radii[s], ALONG * float(size[thin[s, bodies]].min()))
+        for s, tool in enumerate(chain.from_iterable([t] * len(t.shapes) for t in tools))
+        if thin[s].any()
+    ]
+    of_axis = np.repeat(np.flatnonzero(thin.any(axis=1)), [len(a.lengths) for a in axes])
+    none = np.full(len(of_axis), NO_FACE)
+    triangles = network.skin[every].astype(np.int64)
+    marks = network.skin_marks
+    between = ContactPoints(
+        corners=np.concatenate([triangles[face], *(a.ends for a in axes)]),
+        shares=np.concatenate([*shares, *(a.shares for a in axes)]),
+        areas=np.concatenate([*extent, np.zeros(len(of_axis))]),
+        face=np.concatenate([face, none]),
+        triangles=triangles,
+        marks=np.full(len(every), -1) if marks is None else marks[every],
+        ends=network.springs.ends,
+    )
+    sizes = [len(row) * count for row, count in zip(rows, counts, strict=True)]
+    return FacePoints(
+        between=between,
+        position=between.behind(network.position)[network.node_count :],
+        owner=np.concatenate([np.repeat(bodies, sizes), none]),
+        size=np.concatenate([np.zeros(len(face)), radii[of_axis]]),
+        extent=np.concatenate([*extent, *(a.lengths for a in axes)]),
+        shape=np.concatenate([np.full(len(face), -1), of_axis]),
+        bodies=np.array(bodies),
+        face_size=size,
+        thin=thin,
+    )
+
+
+def _has_points(network: Network, body: BodyPart, law: ContactLaw) -> bool:
+    """Return whether contact acts on the faces of a body."""
+    if body.thread is not None or law.places == "nodes":
+        return False
+    by_word = law.places == "faces"
+    by_default = body.is_made_of_elements and law.stiffness is None
+    return (by_word or by_default) and len(_faces(network, body)) > 0
+
+
+def _faces(network: Network, body: BodyPart) -> Indices:
+    """Return the triangles of a body that are not between it and its mirror image."""
+    inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
+    mirrored = np.zeros(len(inside), dtype=bool)
+    for nodes in network.mirrored:
+        mirrored |= np.isin(network.skin, nodes).all(axis=1)
+    return np.flatnonzero(inside.all(axis=1) & ~mirrored)
+
+
+def _areas(network: Network, rows: Indices) -> Floats:
+    a, b, c = network.position[network.skin[rows].T]
+    return 0.5 * norm(cross(b - a, c - a))
+
+
+class _Axis(Struct, frozen=True, eq=False):
+    """Points on the axis of a capsule.
+
+    Attributes:
+        ends: Its nodes, the second one twice, shape (point, 3).
+        shares: N_a, shape (point, 3).
+        lengths: That each stands for [m], shape (point,).
+    """
+
+    ends: Indices
+    shares: Floats
+    lengths: Floats
+
+
+def _axis(network: Network, place: int, tool: Tool, radius: float, apart: float) -> _Axis:
+    """Return points along a capsule of a tool, and at those of its ends that are free.
+
+    A rounded end, which is as wide as the tool, counts as half a radius.
+
+    Args:
+        place: Of its first node among those of tools.
+        apart: Largest distance of points [m].
+    """
+    first = network.tools[0].nodes.start + place
+    a, b = network.position[first], network.position[first + 1]
+    others = np.concatenate([shape.points for shape in tool.shapes])
+    length = float(np.linalg.norm(b - a))
+    count = int(np.ceil(length / apart)) if length > 0.0 else 0
+    way = (np.arange(count) + 0.5) / max(count, 1)
+    lengths = np.full(count, length / max(count, 1))
+    ends = [0.0] if length == 0.0 else [0.0, 1.0]
+    free = [s for s in ends if (others == (a, b)[round(s)]).all(axis=1).sum() == 3 - len(ends)]
+    way, lengths = np.append(way, free), np.append(lengths, np.full(len(free), 0.5 * radius))
+    return _Axis(
+        np.tile([first, first + 1, first + 1], (len(way), 1)),
+        np.stack([1.0 - way, way, np.zeros_like(way)], axis=1),
+        lengths,
+    )
+
+
+def stiffness_of(
+    points: FacePoints, network: Network, environment: Environment, findings: Findings
+) -> Floats:
+    """Return the stiffness of each point of contact [N/m], shape (point,).
+
+    Args:
+        points: Of the network.
+        network: With its elements.
+        environment: Which may say what the pressure by depth is.
+        findings: Takes diagnostics.
+    """
+    assert environment.contact is not None, "otherwise there are no points"
+    axis = points.owner < 0
+    if (written := environment.contact.surface_stiffness) is not None:
+        return written * points.extent * np.where(axis, points.size, 1.0)
+    nets = [network.bodies[n] for n in points.bodies if not network.bodies[n].elements]
+    if nets:
+        example = f"contact surface stiffness = {show(1e6, AREAL_STIFFNESS)}"
+        findings.reject(
+            "TIS304",
+            f'environment needs "contact surface stiffness": {nets[0].name} is made of '
+            "springs, which do not say how hard its faces are",
+            environment.span,
+            hint=missing(example, environment.span),
+        )
+    firm, hard = _of_elements(points.between.triangles, network)
+    found = np.zeros(len(points.extent))
+    found[~axis] = hard[points.between.face[~axis]] * points.extent[~axis]
+    owner = np.searchsorted(points.bodies, points.owner[~axis])
+    area = np.bincount(owner, points.extent[~axis])
+    mean = np.zeros(len(network.bodies))
+    firm_of = firm[points.between.face[~axis]] * points.extent[~axis]
+    mean[points.bodies] = np.bincount(owner, firm_of) / area
+    beside = points.thin[points.shape[axis]]
+    # A strip as wide as R, of the pressure c E*/R by depth.
+    found[axis] = HARDNESS * points.extent[axis] * (beside @ mean) / beside.sum(axis=1)
+    return found
+
+
+def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
+    """Return E* [Pa] of the element behind each triangle, and the pressure by depth [Pa/m].
+
+    Args:
+        triangles: Corners, shape (triangle, 3).
+    """
+    firm, hard = np.zeros((2, len(triangles)))
+    a, b, c = network.position[triangles.T]
+    area = 0.5 * norm(cross(b - a, c - a))
+    wanted = triangle_keys(triangles)
+    order = np.argsort(wanted)
+    for one in network.elements:
+        is_wall = one.nodes.shape[1] == 3
+        faces = one.nodes[:, None] if is_wall else one.nodes[:, one.shape.triangles]
+        keys, element = triangle_keys(faces.reshape(-1, 3)), np.arange(len(one.nodes))
+        place = np.searchsorted(wanted, keys, sorter=order)
+        place = order[np.minimum(place, len(triangles) - 1)]
+        same = wanted[place] == keys
+        place, element = place[same], np.repeat(element, faces.shape[1])[same]
+        # E* = 4 G (3 K + G) / (3 K + 4 G), for any K.
+        g, k = one.shear[element], one.bulk_modulus[element]
+        firm[place] = 4.0 * g * (3.0 * k + g) / (3.0 * k + 4.0 * g)
+        size = np.sqrt(2.0 * area[place])
+        thick = one.weight[element] / area[place] if is_wall else size
+        hard[place] = HARDNESS * firm[place] * thick / size**2
+    return firm, hard

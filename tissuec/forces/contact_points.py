@@ -1,0 +1,107 @@
+"""Points of contact that lie between nodes: on faces of bodies, and on axes of thin tools.
+
+Each is x_q = Σ N_a x_a with fixed shares N_a ≥ 0 whose sum is 1. So a force f on it is N_a f on
+its corners, and contact of points has the energy, power and second derivative of contact of
+nodes, through a linear map.
+"""
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+NO_FACE = -1  # of a point on an axis
+
+
+class ContactPoints(Struct, frozen=True, eq=False, dict=True):
+    """Points between nodes; where they are numbered, they stand behind all nodes.
+
+    Attributes:
+        corners: Nodes that carry each point, shape (point, 3); on an axis its ends, the second
+            one twice.
+        shares: N_a, shape (point, 3).
+        areas: Drawn area that each stands for, 0 on an axis [m²], shape (point,).
+        face: Triangle of ``triangles`` that each is on, or ``NO_FACE``, shape (point,).
+        triangles: Nodes of the triangles that have points, shape (triangle, 3).
+        marks: Springs that mark the elements of these, -1 without one, shape (triangle,).
+        ends: Nodes of all springs, shape (spring, 2).
+    """
+
+    corners: Indices
+    shares: Floats
+    areas: Floats
+    face: Indices
+    triangles: Indices
+    marks: Indices
+    ends: NDArray[np.int32]
+
+    def behind(self, values: Floats) -> Floats:
+        """Return the vectors of nodes, and behind them those of the points.
+
+        Args:
+            values: Of all nodes, in any unit, shape (…, node, 3).
+
+        Returns:
+            Shape (…, node + point, 3).
+        """
+        own = np.einsum("pa,...pak->...pk", self.shares, values[..., self.corners, :])
+        return np.concatenate([values, own], axis=-2)
+
+    def sums(self, values: Floats, nodes: int) -> Floats:
+        """Return the sums over nodes, and over the points that each carries, by its share.
+
+        Args:
+            values: Of nodes and points, in any unit, shape (node + point,).
+            nodes: Number of all nodes.
+        """
+        own = self.shares * values[nodes:, None]
+        return values[:nodes] + np.bincount(self.corners.ravel(), own.ravel(), nodes)
+
+    def map(self, number: Indices, size: int) -> "csr_matrix":
+        """Return the matrix from coordinates of nodes that may move to those of all and points.
+
+        Args:
+            number: Of each node among those that may move, -1 for others, shape (node,).
+            size: How many may move.
+
+        Returns:
+            Shape (3 (node + point), 3 size).
+        """
+        from scipy.sparse import csr_matrix, kron
+
+        nodes, points = len(number), len(self.corners)
+        row = np.concatenate([np.arange(nodes), nodes + np.repeat(np.arange(points), 3)])
+        column = np.concatenate([number, number[self.corners].ravel()])
+        share = np.concatenate([np.ones(nodes), self.shares.ravel()])
+        moves = column >= 0
+        entries = share[moves], (row[moves], column[moves])
+        each = csr_matrix(entries, shape=(nodes + points, size))
+        return csr_matrix(kron(each, np.eye(3)))
+
+    def on(self, nodes: slice) -> Indices:
+        """Return the points on faces between some nodes, shape (n,)."""
+        corner = self.corners[:, 0]
+        within = (corner >= nodes.start) & (corner < nodes.stop)
+        return np.flatnonzero(within & (self.face != NO_FACE))
+
+    def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which points are on triangles that are neither cut nor torn, shape (point,).
+
+        Args:
+            alive: Springs that are there, shape (spring,).
+        """
+        there = self._supported.whole(alive)
+        there &= (self.marks < 0) | alive[self.marks]
+        return (self.face == NO_FACE) | there[self.face]
+
+    @cached_property
+    def _supported(self) -> SupportedTriangles:
+        return SupportedTriangles(self.ends, self.triangles)

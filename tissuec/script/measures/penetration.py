@@ -1,0 +1,28 @@
+"""How deep contact lets something sink in."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
+from tissuec.script.measures.snapshot import Snapshot
+
+
+@MEASURES.member("penetration")
+class Penetration(ScalarMeasure):
+    """The largest depth to which the tool A has sunk into what it touches, or anything into the
+    body A, because contact gives way.
+    """
+
+    form = "penetration(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        contact, nodes = snapshot.state.touching, snapshot.nodes(subjects[0])
+        if contact is None:
+            return one_column(0.0, snapshot)
+        return one_column(contact.extent_at(nodes, snapshot.position)[1], snapshot)
