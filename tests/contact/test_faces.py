@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.contact.scenes import play
 from tests.validate.scenes import compiled_scene
 from tissuec.forces.contact_points import NO_FACE
 from tissuec.geometry.triangle_rules import even, fourth_degree
@@ -166,6 +167,28 @@ def test_a_needle_is_held_between_nodes_and_does_not_touch_nodes_of_faces():
     assert (
         points.face[network.contact.nodes[pairs.node] - network.node_count] == NO_FACE
     ).all()
+
+
+def test_a_thin_hook_lifts_a_strip_and_does_not_pass():
+    played = play(f"""{GEL.replace("kg/m^3", "kg/m^3; retardation time = 10 ms")}
+body strip {{ mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to (40, 10, 5) mm }}
+  tissue is gel }}
+set ends = nodes of strip where x == 0 mm or x == 40 mm
+tool hook {{ kind is hook; radius = 1 mm; shaft from (21.3, -20, -1.2) mm to (21.3, -2, -1.2) mm
+  bend = (21.3, 12, -1.2) mm }}
+environment {{ gravity = (0, 0, 0) m/s^2; mass damping = 50 Hz; contact is tools only }}
+script {{
+  at 0 s: fix ends
+  from 0 s to 0.1 s: move hook by (0, 0, 8) mm using smooth profile
+}}
+simulate {{ duration = 0.15 s; tolerance = 1e-3 }}
+output {{ force of hook every 10 ms; penetration of hook every 10 ms; trajectory every 50 ms }}
+""")
+    network, position = played.compiled.network, played.position[-1]
+    middle = np.isclose(network.position[:, :2], [20e-3, 5e-3]).all(axis=1)
+    assert position[middle, 2].min() > 5e-3
+    assert played.log("penetration of hook")[1].max() < 0.5e-3
+    assert played.log("force of hook")[1][-1, 2] > 20e-3
 
 
 def test_nets_and_a_stiffness_of_each_node_keep_contact_of_nodes():

@@ -58,7 +58,10 @@ def passing_tools(compiled: "Compiled") -> Iterator[Diagnostic]:
         bodies = [body for body in network.bodies if body.thread is None] if radii else []
         for body in bodies:
             corners = network.skin_of(body)
-            if not len(corners) or not _reaches(compiled, tool, body, max(radii)):
+            # The faces of others have no gaps.
+            if not len(corners) or contact.has_points_on(body.nodes):
+                continue
+            if not _reaches(compiled, tool, body, max(radii)):
                 continue
             gap = _middle(_circles(network.position[corners]))
             if gap > min(radii):
