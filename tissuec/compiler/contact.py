@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 from msgspec import Struct
@@ -115,16 +115,13 @@ def contact_of(
         findings: Takes diagnostics.
         settles: Whether the scene settles at 0 s, so that what overlaps comes to rest.
     """
-    law, nodes = environment.contact, np.arange(network.body_nodes)
+    law = environment.contact
     if law is None:
         return None
     points = face_points(network, tools, law)
-    threaded = _sizes(network).any() or (points is not None and points.size.any())
-    parts = [
-        _of_tools(network, tools),
-        _of_threads(network),
-        _of_skins(network, law, threaded=bool(threaded)),
-    ]
+    threaded = bool(_touchable(network, points).size.any())
+    skins = _of_skins(network, law, threaded=threaded)
+    parts = [_of_tools(network, tools), _of_threads(network), skins]
     columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
     faces = Faces(*map(np.concatenate, columns))
     if not len(faces.kind):
@@ -132,25 +129,14 @@ def contact_of(
         return None
     thin = faces.radius[faces.radius > 0.0]
     stiffness = _stiffness(network, law, environment, findings)
-    hardness, mass = (
-        float(values.mean()) if len(values) else 1.0
-        for values in (stiffness, network.mass[nodes])
-    )
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
-    triangles = faces.points[faces.kind == TRIANGLE]
-    rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
-    marks = None if network.skin_marks is None else network.skin_marks[: len(triangles)]
     from tissuec.forces.contact import Contact  # where something touches
 
-    added, layer = {}, law.layer
-    if points is not None:
-        stiffness = np.append(stiffness, stiffness_of(points, network, environment, findings))
-        layer = layer or SOFT * float(points.face_size.min())
-        added = _between(points, network, parts)
+    touchable = _touchable(network, points)
     contact = Contact(
-        nodes=nodes if points is None else _numbered(nodes, network, points),
-        owner=_owners(network) if points is None else np.append(_owners(network), points.owner),
-        size=_sizes(network) if points is None else np.append(_sizes(network), points.size),
+        nodes=touchable.nodes,
+        owner=touchable.owner,
+        size=touchable.size,
         kind=np.concatenate([faces.kind, np.full(len(shared.points), CAPSULE)]),
         points=np.concatenate([faces.points, shared.points]),
         surface=np.concatenate([faces.surface, faces.surface[shared.face]]),
@@ -158,34 +144,69 @@ def contact_of(
         radius=faces.radius,
         spared=faces.spared,
         bonds=faces.bonds,
-        edges=SupportedEdges.of(network.springs.ends, rings, marks),
+        edges=_edges(faces, network),
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
-        layer=layer or _layer(network, faces.radius, environment, findings),
+        layer=law.layer or _layer(network, faces.radius, environment, findings),
         damping=law.damping,
         friction=law.friction,
         memory=network.remembering(FRICTION),
-        rate=sqrt(hardness / mass),
+        rate=_pace(stiffness, network),
         span=environment.span,
-        **added,
     )
+    if points is not None:
+        contact = _with_points(contact, points, network, parts, environment, findings)
     if not settles:
         _warn_of_drawn_touches(contact, network, findings)
     return contact
 
 
-def _numbered(nodes: Indices, network: Network, points: FacePoints) -> Indices:
-    """Return the numbers of nodes, and behind them those of the points of contact."""
-    return np.append(nodes, network.node_count + np.arange(len(points.owner)))
+def _edges(faces: Faces, network: Network) -> SupportedEdges:
+    """Return what holds the edges of the triangles among faces."""
+    triangles = faces.points[faces.kind == TRIANGLE]
+    rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
+    marks = None if network.skin_marks is None else network.skin_marks[: len(triangles)]
+    return SupportedEdges.of(network.springs.ends, rings, marks)
 
 
-def _between(points: FacePoints, network: Network, parts: "list[Faces]") -> dict[str, Any]:
-    """Return what ``Contact`` has beside what contact of nodes has.
+def _pace(stiffness: Floats, network: Network) -> float:
+    """Return the rate of a node of mean mass on the mean stiffness of contact [1/s]."""
+    hardness, mass = (
+        float(values.mean()) if len(values) else 1.0
+        for values in (stiffness, network.mass[: network.body_nodes])
+    )
+    return sqrt(hardness / mass)
+
+
+class _Touchable(NamedTuple):
+    """Nodes of bodies, and behind them points of contact; see ``Contact``."""
+
+    nodes: Indices
+    owner: Indices
+    size: Floats
+
+
+def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
+    nodes, owner, size = np.arange(network.body_nodes), _owners(network), _sizes(network)
+    if points is None:
+        return _Touchable(nodes, owner, size)
+    behind = network.node_count + np.arange(len(points.owner))
+    return _Touchable(
+        np.append(nodes, behind), np.append(owner, points.owner), np.append(size, points.size)
+    )
+
+
+def _with_points(
+    contact: "Contact", points: FacePoints, network: Network, parts: "list[Faces]",
+    environment: Environment, findings: Findings,
+) -> "Contact":  # fmt: skip
+    """Return contact with the stiffness of points, and with what touches what.
 
     Args:
         parts: Faces of tools, of threads, and of skins.
     """
+    written = environment.contact is not None and environment.contact.layer
     of_tools, of_threads, of_skins = parts
     shapes, bodies = len(of_tools.kind), len(network.bodies)
     group, of, meets = points.meetings(
@@ -199,7 +220,16 @@ def _between(points: FacePoints, network: Network, parts: "list[Faces]") -> dict
             ]
         ),
     )
-    return {"between": points.between, "group": group, "of": of, "meets": meets}
+    own = stiffness_of(points, network, environment, findings)
+    return replace(
+        contact,
+        stiffness=np.append(contact.stiffness, own),
+        layer=written or SOFT * float(points.face_size.min()),
+        between=points.between,
+        group=group,
+        of=of,
+        meets=meets,
+    )
 
 
 def _of_tools(network: Network, tools: Sequence[Tool]) -> Faces:

@@ -11,7 +11,7 @@ has points along its axis instead, which the whole surface presses on.
 """
 
 from collections.abc import Sequence
-from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -21,7 +21,7 @@ from tissuec.compiler.element_limits import triangle_keys
 from tissuec.core.units import AREAL_STIFFNESS, show
 from tissuec.core.vectors import cross, norm
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
-from tissuec.geometry.triangle_rules import even, fourth_degree
+from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
@@ -99,53 +99,76 @@ def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> Fac
     bodies = [n for n, body in enumerate(network.bodies) if _has_points(network, body, law)]
     if not bodies:
         return None
-    shapes = [shape for tool in tools for shape in tool.shapes]
-    radii = np.array([s.radius if s.kind == "capsule" else np.inf for s in shapes])
+    radii = np.array(
+        [s.radius if s.kind == "capsule" else np.inf for tool in tools for s in tool.shapes]
+    )
     rows = [_faces(network, network.bodies[n]) for n in bodies]
     areas = [_areas(network, row) for row in rows]
     size = np.array([np.median(np.sqrt(2.0 * area)) for area in areas])
-    thin = np.zeros((len(shapes), len(network.bodies)), dtype=bool)
+    thin = np.zeros((len(radii), len(network.bodies)), dtype=bool)
     thin[:, bodies] = radii[:, None] < THIN * size
     thick = np.where(thin[:, bodies], np.inf, radii[:, None]).min(axis=0, initial=np.inf)
     rules = [MANY if radius < SMALL * h else FEW for radius, h in zip(thick, size, strict=True)]
-    counts = [len(rule.weights) for rule in rules]
+    own = _on_faces(rows, areas, rules)
     every = np.concatenate(rows)
-    of_face = [np.repeat(np.arange(len(row)), n) for row, n in zip(rows, counts, strict=True)]
-    first = np.cumsum([0, *map(len, rows)])
-    face = np.concatenate([f + start for f, start in zip(of_face, first, strict=False)])
-    shares = [
-        np.tile(rule.points, (len(row), 1)) for rule, row in zip(rules, rows, strict=True)
-    ]
-    extent = [np.outer(a, rule.weights).ravel() for rule, a in zip(rules, areas, strict=True)]
-    axes = [
-        _axis(network, 2 * s, tool, radii[s], ALONG * float(size[thin[s, bodies]].min()))
-        for s, tool in enumerate(chain.from_iterable([t] * len(t.shapes) for t in tools))
-        if thin[s].any()
-    ]
+    axes = _axes(network, tools, thin[:, bodies], size)
     of_axis = np.repeat(np.flatnonzero(thin.any(axis=1)), [len(a.lengths) for a in axes])
     none = np.full(len(of_axis), NO_FACE)
     triangles = network.skin[every].astype(np.int64)
-    marks = network.skin_marks
     between = ContactPoints(
-        corners=np.concatenate([triangles[face], *(a.ends for a in axes)]),
-        shares=np.concatenate([*shares, *(a.shares for a in axes)]),
-        areas=np.concatenate([*extent, np.zeros(len(of_axis))]),
-        face=np.concatenate([face, none]),
+        corners=np.concatenate([triangles[own.face], *(a.ends for a in axes)]),
+        shares=np.concatenate([own.shares, *(a.shares for a in axes)]),
+        areas=np.concatenate([own.areas, np.zeros(len(of_axis))]),
+        face=np.concatenate([own.face, none]),
         triangles=triangles,
-        marks=np.full(len(every), -1) if marks is None else marks[every],
+        marks=None if network.skin_marks is None else network.skin_marks[every],
         ends=network.springs.ends,
     )
-    sizes = [len(row) * count for row, count in zip(rows, counts, strict=True)]
     return FacePoints(
         between=between,
         position=between.behind(network.position)[network.node_count :],
-        owner=np.concatenate([np.repeat(bodies, sizes), none]),
-        size=np.concatenate([np.zeros(len(face)), radii[of_axis]]),
-        extent=np.concatenate([*extent, *(a.lengths for a in axes)]),
-        shape=np.concatenate([np.full(len(face), -1), of_axis]),
+        owner=np.concatenate([np.repeat(bodies, own.counts), none]),
+        size=np.concatenate([np.zeros(len(own.face)), radii[of_axis]]),
+        extent=np.concatenate([own.areas, *(a.lengths for a in axes)]),
+        shape=np.concatenate([np.full(len(own.face), -1), of_axis]),
         bodies=np.array(bodies),
         face_size=size,
         thin=thin,
+    )
+
+
+class _OnFaces(NamedTuple):
+    """Points of faces, body by body.
+
+    Attributes:
+        face: Number of the triangle of each, shape (point,).
+        shares: N_a, shape (point, 3).
+        areas: [m²], shape (point,).
+        counts: Points of each body.
+    """
+
+    face: Indices
+    shares: Floats
+    areas: Floats
+    counts: list[int]
+
+
+def _on_faces(
+    rows: Sequence[Indices], areas: Sequence[Floats], rules: Sequence[TriangleRule]
+) -> _OnFaces:
+    """Return the points of the faces of bodies, by their triangles, areas and rules."""
+    first = np.cumsum([0, *map(len, rows)])
+    faces = [
+        np.repeat(start + np.arange(len(row)), len(rule.weights))
+        for row, rule, start in zip(rows, rules, first, strict=False)
+    ]
+    shares = [np.tile(one.points, (len(row), 1)) for one, row in zip(rules, rows, strict=True)]
+    every = [np.outer(a, one.weights).ravel() for one, a in zip(rules, areas, strict=True)]
+    return _OnFaces(
+        np.concatenate(faces),
+        np.concatenate(shares),
+        np.concatenate(every),
+        [len(face) for face in faces],
     )
 
 
@@ -184,6 +207,23 @@ class _Axis(Struct, frozen=True, eq=False):
     ends: Indices
     shares: Floats
     lengths: Floats
+
+
+def _axes(
+    network: Network, tools: Sequence[Tool], thin: NDArray[np.bool_], size: Floats
+) -> list[_Axis]:
+    """Return the points of the shapes of tools that are thin beside a body.
+
+    Args:
+        thin: Beside which, shape (shape, body).
+        size: Of the faces of each body [m], shape (body,).
+    """
+    shapes = [(tool, shape.radius) for tool in tools for shape in tool.shapes]
+    return [
+        _axis(network, 2 * number, tool, radius, ALONG * float(size[beside].min()))
+        for number, ((tool, radius), beside) in enumerate(zip(shapes, thin, strict=True))
+        if beside.any()
+    ]
 
 
 def _axis(network: Network, place: int, tool: Tool, radius: float, apart: float) -> _Axis:
@@ -263,8 +303,7 @@ def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
     wanted = triangle_keys(triangles)
     order = np.argsort(wanted)
     for one in network.elements:
-        is_wall = one.nodes.shape[1] == 3
-        faces = one.nodes[:, None] if is_wall else one.nodes[:, one.shape.triangles]
+        is_wall, faces = one.nodes.shape[1] == 3, one.faces
         keys, element = triangle_keys(faces.reshape(-1, 3)), np.arange(len(one.nodes))
         place = np.searchsorted(wanted, keys, sorter=order)
         place = order[np.minimum(place, len(triangles) - 1)]

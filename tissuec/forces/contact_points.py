@@ -31,7 +31,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         areas: Drawn area that each stands for, 0 on an axis [m²], shape (point,).
         face: Triangle of ``triangles`` that each is on, or ``NO_FACE``, shape (point,).
         triangles: Nodes of the triangles that have points, shape (triangle, 3).
-        marks: Springs that mark the elements of these, -1 without one, shape (triangle,).
+        marks: Springs that mark the elements of these, see ``SupportedTriangles``.
         ends: Nodes of all springs, shape (spring, 2).
     """
 
@@ -40,7 +40,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     areas: Floats
     face: Indices
     triangles: Indices
-    marks: Indices
+    marks: Indices | None
     ends: NDArray[np.int32]
 
     def behind(self, values: Floats) -> Floats:
@@ -99,9 +99,8 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
             alive: Springs that are there, shape (spring,).
         """
         there = self._supported.whole(alive)
-        there &= (self.marks < 0) | alive[self.marks]
         return (self.face == NO_FACE) | there[self.face]
 
     @cached_property
     def _supported(self) -> SupportedTriangles:
-        return SupportedTriangles(self.ends, self.triangles)
+        return SupportedTriangles(self.ends, self.triangles, self.marks)

@@ -143,31 +143,38 @@ def _is_plane(item: s.Item) -> TypeGuard[s.Sentence]:
     return isinstance(item, s.Sentence) and item.name.key == SYMMETRIC
 
 
+def _refuse_contradictions(
+    entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
+) -> None:
+    """Reject entries of contact that exclude each other."""
+    if "contact stiffness" in places and "contact surface stiffness" in places:
+        scope.findings.reject(
+            "TIS306",
+            "contact stiffness and contact surface stiffness exclude each other",
+            places["contact surface stiffness"],
+            hint=leaving_out(
+                "remove one of them",
+                places["contact surface stiffness"],
+                places["contact stiffness"],
+            ),
+            notes=(Note("the other entry", places["contact stiffness"]),),
+        )
+    if entries.contact_places == "faces" and "contact stiffness" in places:
+        scope.findings.reject(
+            "TIS306",
+            "a contact stiffness is that of each node, but contact places is faces",
+            places["contact stiffness"],
+            hint="write a contact surface stiffness, or: contact places is nodes",
+            notes=(Note("the other entry", places["contact places"]),),
+        )
+
+
 def _contact_law(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
 ) -> ContactLaw | None:
     """Return what is written of contact, None if it is off; then nothing may be written."""
     if entries.contact != "off":
-        if "contact stiffness" in places and "contact surface stiffness" in places:
-            scope.findings.reject(
-                "TIS306",
-                "contact stiffness and contact surface stiffness exclude each other",
-                places["contact surface stiffness"],
-                hint=leaving_out(
-                    "remove one of them",
-                    places["contact surface stiffness"],
-                    places["contact stiffness"],
-                ),
-                notes=(Note("the other entry", places["contact stiffness"]),),
-            )
-        if entries.contact_places == "faces" and "contact stiffness" in places:
-            scope.findings.reject(
-                "TIS306",
-                "a contact stiffness is that of each node, but contact places is faces",
-                places["contact stiffness"],
-                hint="write a contact surface stiffness, or: contact places is nodes",
-                notes=(Note("the other entry", places["contact places"]),),
-            )
+        _refuse_contradictions(entries, places, scope)
         if entries.contact == "tools only" and "contact thickness" in places:
             scope.findings.add(
                 "W407",
