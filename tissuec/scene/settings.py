@@ -143,7 +143,7 @@ def _is_plane(item: s.Item) -> TypeGuard[s.Sentence]:
     return isinstance(item, s.Sentence) and item.name.key == SYMMETRIC
 
 
-def _refuse_contradictions(
+def _refuse_contact_twice(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
 ) -> None:
     """Reject entries of contact that exclude each other."""
@@ -174,7 +174,7 @@ def _contact_law(
 ) -> ContactLaw | None:
     """Return what is written of contact, None if it is off; then nothing may be written."""
     if entries.contact != "off":
-        _refuse_contradictions(entries, places, scope)
+        _refuse_contact_twice(entries, places, scope)
         if entries.contact == "tools only" and "contact thickness" in places:
             scope.findings.add(
                 "W407",
