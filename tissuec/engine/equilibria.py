@@ -62,6 +62,12 @@ class Equilibria(QuasiStatic):
         super().restart(state)
         self._past, self._ahead = None, np.inf
 
+    def finish(self, state: State) -> None:
+        """Record the sample at the final time, in equilibrium after every event there."""
+        if self._stale and self._go(state, state.time, None) is not None:
+            self.remarks.append("there is no equilibrium after what happens at the end")
+        super().finish(state)
+
     def checkpoint(self) -> dict[str, Any]:
         """Return the numbers that ``restore`` continues from."""
         past = self._past

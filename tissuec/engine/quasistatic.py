@@ -23,6 +23,7 @@ from tissuec.engine import failures
 from tissuec.engine.integrators.procedures import RelaxationChoices
 from tissuec.engine.method import Interruption, Method, MethodChange, Samples, Statistics
 from tissuec.engine.step_events import Survey, Watch
+from tissuec.forces import Field
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.relaxation import relax
@@ -230,7 +231,9 @@ class QuasiStatic:
         reeled = [reeling.springs for reeling in state.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
         pull = observables.tension(state, position, still, drawn)
-        return Look(position.copy(), force, state.springs.rest[drawn], -pull, energy)
+        changing = tuple(field for field in state.fields if field.changes)
+        rest = state.springs.rest[drawn]
+        return Look(state.time, position.copy(), force, rest, -pull, energy, changing)
 
     @property
     def _moves(self) -> bool:
@@ -246,23 +249,30 @@ class Look(NamedTuple):
     """What work and energy are made of.
 
     Attributes:
+        time: [s].
         position: Of all nodes [m], shape (node, 3).
         force: From outside, that does work on them [N], shape (node, 3).
         rest: Rest lengths of threads that are drawn in or paid out [m], shape (piece,).
         pull: What does work on these: minus their tensions [N], shape (piece,).
         energy: [J].
+        changing: Fields with parameters that change in time, such as a volume that is inflated.
     """
 
+    time: float
     position: Floats
     force: Floats
     rest: Floats
     pull: Floats
     energy: float
+    changing: tuple[Field, ...]
 
     def until(self, after: "Look") -> tuple[float, float]:
         """Return the work [J] by the trapezoidal rule, and how much of it energies lack."""
         done = np.vdot(0.5 * (self.force + after.force), after.position - self.position)
         done += np.vdot(0.5 * (self.pull + after.pull), after.rest - self.rest)
+        for field in self.changing:
+            for x in (self.position, after.position):
+                done += 0.5 * float(field.energy(after.time, x) - field.energy(self.time, x))
         return float(done), float(done) - (after.energy - self.energy)
 
 
