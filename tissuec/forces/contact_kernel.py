@@ -12,7 +12,6 @@ Shared arguments:
     touches: Record of the contact; its fields give the shapes and units.
 """
 
-from tissuec.forces.bristle_kernel import SLIDES, bend
 from tissuec.forces.contact_place_kernel import corners, meet
 from tissuec.forces.contact_rows_kernel import (
     BENDS,
@@ -114,9 +113,7 @@ def press_node(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) 
             s0, s1, s2 = rub_past(start, stop, factor, x, v, touches)
             u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
         start = stop
-    if touches.memory.size and touches.bent.shape[1] > SLIDES:
-        bend(k, begin, end, total, u0, u1, u2, x, v, touches)
-    elif touches.memory.size:
+    if touches.memory.size:
         rub(k, begin, end, total, rest, growth, u0, u1, u2, x, v, touches)
     return end
 

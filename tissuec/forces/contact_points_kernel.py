@@ -10,7 +10,10 @@ Shared arguments:
 
 from typing import NamedTuple
 
-from tissuec.forces.contact_kernel import touch
+from tissuec.forces.bristle_kernel import bend
+from tissuec.forces.contact_kernel import add_up, count, look, press_surface, push_back
+from tissuec.forces.contact_rows_kernel import BENDS, STEADY, end_of_surface
+from tissuec.forces.friction_kernel import rub_past
 from tissuec.kernels.records import ContactTable, Floats, IntegerRows, Integers, Rows
 from tissuec.kernels.thread_loops import UNDIVIDED
 
@@ -43,9 +46,66 @@ def touch_points(
         place(v, table.v, table)
     if part == PLACING:
         return
-    touch(time, table.x, table.v, table.f, power, touches)
-    if part == UNDIVIDED or part == touches.starts.size - 1:
+    press_part(power, table)
+    if part in (UNDIVIDED, touches.starts.size - 1):
         hand_over(f, table)
+
+
+def press_part(power: Floats, table: ContactPointTable) -> None:
+    """Add the forces on nodes and points of a part, as ``contact_kernel.touch`` does."""
+    touches, part = table.touches, table.part
+    parts, bends, row = touches.starts.size - 1, 0.0, 0
+    start, stop = 0, touches.nodes.size
+    if part == parts:
+        for each in range(parts):
+            begin = int(touches.first[touches.starts[each]])
+            bends += add_up(begin, int(touches.stops[each]), table.f, power, touches)
+        stop = 0
+    elif part != UNDIVIDED:
+        start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
+        row = int(touches.first[start])
+    for k in range(start, stop):
+        end = press_point(k, row, table.x, table.v, touches)
+        if part == UNDIVIDED:
+            bends += add_up(0, end, table.f, power, touches)
+        else:
+            row = end
+    if 0 <= part < parts:
+        touches.stops[part] = row
+    else:
+        count(round(bends), touches)
+
+
+def press_point(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
+    """Fill the rows of a node or point, and set its bristle; return the end of the rows.
+
+    Args:
+        k: Its index among those of the contact.
+        begin: First of its rows.
+        touches: Record of the contact.
+    """
+    end = look(k, begin, x, v, touches)
+    # Pressure with damping, and pressure times sliding velocity.
+    total = u0 = u1 = u2 = 0.0
+    start = begin
+    while start < end:
+        stop = end_of_surface(start, end, touches)
+        factor, (steady, closing, _) = 0.0, press_surface(k, start, stop, touches)
+        if steady > 0.0:
+            factor = max(1.0 + touches.damping * closing / steady, 0.0)
+            touches.met[start, BENDS] += 1.0 if factor > 0.0 else 0.0
+            total += factor * steady
+        else:
+            for row in range(start, stop):
+                touches.met[row, STEADY] = 0.0
+        push_back(start, stop, factor, touches)
+        if touches.memory.size:
+            s0, s1, s2 = rub_past(start, stop, factor, x, v, touches)
+            u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
+        start = stop
+    if touches.memory.size:
+        bend(k, begin, end, total, u0, u1, u2, x, v, touches)
+    return end
 
 
 def place(vector: Floats, to: Floats, table: ContactPointTable) -> None:
