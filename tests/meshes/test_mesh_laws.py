@@ -32,6 +32,9 @@ def samples():
             for rings in (2, 5):
                 entries = {"rings": rings, "sides": sides}
                 yield "tube", TUBE | entries | {"diagonals": diagonals, "interior": interior}
+    for part, layers in product(("whole", "half", "quarter"), (1, 2)):
+        entries = {"inner_radius": 0.003, "outer_radius": 0.004, "layers": layers, "part": part}
+        yield "thick tube", {"axis": TUBE["axis"], "rings": 4, "sides": 8} | entries
     for (columns, rows), diagonals, second in product(
         ((2, 2), (2, 5), (7, 4)), ("none", "one", "both"), ("no", "yes")
     ):

@@ -1,0 +1,132 @@
+"""A tube with a thick wall, such as an artery: layers of hexahedra around a straight axis."""
+
+from typing import Annotated
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.fields import Count, Length, OneOf, Points, Whole
+from tissuec.meshes.generators import MESHES, Mesh
+from tissuec.meshes.generators.joining import Pairs, springs
+from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.tube import perpendicular_frame
+
+PARTS = {"whole": 1, "half": 2, "quarter": 4}
+
+
+@MESHES.member("thick tube")
+class ThickTube(Struct, frozen=True, eq=False):
+    """A tube whose wall is a solid of hexahedra, numbered ring by ring from the inside.
+
+    There are ``rings`` times ``sides`` times one more than ``layers`` nodes. Each ring begins
+    where that of a thin tube would; half of the tube, or a quarter, begins there as well and
+    ends at a plane of symmetry. All layers are equally thick.
+
+    A net of springs has springs along the edges of the cells, and across all of their faces.
+
+    Attributes:
+        axis: Centres of the first and the last ring.
+        inner_radius: Distance of the innermost nodes from the axis.
+        outer_radius: Distance of the outermost nodes from the axis.
+        rings: Number of rings of nodes, both ends included.
+        sides: Number of cells around the axis of the whole tube.
+        layers: Number of cells across the wall.
+        part: What of the tube is drawn: whole, half or quarter.
+    """
+
+    axis: Points
+    inner_radius: Length
+    outer_radius: Length
+    rings: Annotated[int, Whole(at_least=2)]
+    sides: Annotated[int, Whole(at_least=3)]
+    layers: Count = 2
+    part: Annotated[str, OneOf(tuple(PARTS))] = "whole"
+
+    def __post_init__(self) -> None:
+        require_limits(self)
+        if np.array_equal(*self.axis):
+            raise ValueError('"axis" must join two different points')
+        if not self.inner_radius < self.outer_radius:
+            raise ValueError('"outer radius" must be larger than "inner radius"')
+        if self.sides % PARTS[self.part]:
+            raise ValueError(
+                f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'
+            )
+
+    def size(self) -> tuple[int, int]:
+        """Return the numbers of nodes and springs."""
+        nodes, edges = self.element_size()
+        along, around, layers = self.rings - 1, self.sides // PARTS[self.part], self.layers
+        faces = (along + 1) * around * layers + along * self._columns * layers
+        faces += along * around * (layers + 1)
+        return nodes, edges + 2 * faces
+
+    @property
+    def _columns(self) -> int:
+        """Return how many nodes are beside one another around the axis."""
+        return self.sides // PARTS[self.part] + (self.part != "whole")
+
+    @property
+    def is_solid(self) -> bool:
+        """Return whether it encloses volume: always."""
+        return True
+
+    def element_size(self) -> tuple[int, int]:
+        """Return the numbers of nodes and edges."""
+        columns, layers, around = self._columns, self.layers, self.sides // PARTS[self.part]
+        edges = (self.rings - 1) * columns * (layers + 1)
+        edges += self.rings * (around * (layers + 1) + columns * layers)
+        return self.rings * columns * (layers + 1), edges
+
+    def build_elements(self) -> Mesh:
+        """Return the cells as hexahedra."""
+        from tissuec.meshes.elements import mesh_of_cells
+
+        none = np.zeros((0, 4), dtype=np.int64)
+        return mesh_of_cells(self._position(), {"hexahedron": self._cells()}, none, {})
+
+    def build(self) -> Mesh:
+        """Return a net of springs with the volume of the cells."""
+        from tissuec.geometry.elements import SHAPES
+
+        mesh, cells = self.build_elements(), self._cells()
+        quads = SHAPES["hexahedron"].triangles.reshape(6, 2, 3)
+        across = np.concatenate(
+            [quads[:, 0, [0, 2]], np.stack([quads[:, 0, 1], quads[:, 1, 2]], 1)]
+        )
+        pairs = cells[:, across].reshape(-1, 2)
+        ends = springs(len(mesh.position), mesh.ends, pairs)
+        return replace(mesh, ends=ends, elements=())
+
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Refuse bending springs, because a solid bends against the springs inside.
+
+        Raises:
+            ValueError: Always; the shape is never returned.
+        """
+        raise ValueError(
+            "bending springs are for surfaces; in a solid, the springs inside resist bending"
+        )
+
+    def _cells(self) -> NDArray[np.int64]:
+        """Return the corners of the hexahedra, shape (cell, 8)."""
+        shape = self.rings, self._columns, self.layers + 1
+        number = np.arange(np.prod(shape)).reshape(shape)
+        ahead = np.roll(number, -1, axis=1)
+        lower = [number[:, :, :-1], number[:, :, 1:], ahead[:, :, 1:], ahead[:, :, :-1]]
+        if self.part != "whole":
+            lower = [part[:, :-1] for part in lower]
+        corners = [part[:-1] for part in lower] + [part[1:] for part in lower]
+        return np.stack([part.ravel() for part in corners], axis=1)
+
+    def _position(self) -> NDArray[np.float64]:
+        start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)
+        across, upward = perpendicular_frame(end - start)
+        angle = np.arange(self._columns)[:, None] * (2.0 * np.pi / self.sides)
+        ring = np.cos(angle) * across + np.sin(angle) * upward
+        radius = np.linspace(self.inner_radius, self.outer_radius, self.layers + 1)
+        centre = np.linspace(start, end, self.rings)
+        wall = ring[:, None] * radius[:, None]
+        return (centre[:, None, None, :] + wall).reshape(-1, 3)
