@@ -36,24 +36,28 @@ class Solid:
 
     Args:
         case: Its material.
-        axes: Places of the corners of elements [mm], three of shape (corner,).
+        axes: Places of the corners of elements [mm], three of shape (corner,); or a mesh of the
+            library.
+        law: Of the library; by default, the neo-Hookean one of the case.
     """
 
-    def __init__(self, case: Case, axes: Sequence[Floats]):
+    def __init__(self, case: Case, axes: Sequence[Floats] | Any, law: Any = None):
         self.felupe: Any = import_module("felupe")
-        mesh = self.felupe.Grid(*axes)
-        for add in ("edges", "faces", "volumes"):
-            mesh = getattr(mesh, f"add_midpoints_{add}")()
-        region = self.felupe.RegionTriQuadraticHexahedron(mesh)
+        mesh = self.felupe.Grid(*axes) if isinstance(axes, Sequence) else axes
+        if mesh.cell_type == "tetra10":
+            region = self.felupe.RegionQuadraticTetra(mesh)
+        else:
+            for add in ("edges", "faces", "volumes"):
+                mesh = getattr(mesh, f"add_midpoints_{add}")()
+            region = self.felupe.RegionTriQuadraticHexahedron(mesh)
         self.field: Any = self.felupe.FieldContainer([self.felupe.Field(region, dim=3)])
         self.x: Floats = mesh.points
-        high = self.x[mesh.cells][:, :8, 2].mean(axis=1) > 10.0
-        young = np.where(high & bool(case.region), 100.0, case.young)
-        shear = young / 2.0 / (1.0 + case.poisson)
-        bulk = young / 3.0 / (1.0 - 2.0 * case.poisson)
-        self.body: Any = self.felupe.SolidBody(
-            self.felupe.NeoHooke(mu=shear, bulk=bulk), self.field
-        )
+        if law is None:
+            high = self.x[mesh.cells][:, :8, 2].mean(axis=1) > 10.0
+            young = np.where(high & bool(case.region), 100.0, case.young)
+            shear = young / 2.0 / (1.0 + case.poisson)
+            law = self.felupe.NeoHooke(mu=shear, bulk=young / 3.0 / (1.0 - 2.0 * case.poisson))
+        self.body: Any = self.felupe.SolidBody(law, self.field)
         self.end: NDArray[np.bool_] = np.isclose(
             self.x[:, "xyz".index(case.axis)], case.sides["xyz".index(case.axis)]
         )
@@ -81,13 +85,14 @@ class Solid:
             )
         free = self.felupe.dof.partition(self.field, bounds)
         values = self.felupe.dof.apply(self.field, bounds, free[0])
-        self.felupe.newtonrhapson(
+        self.felupe.newtonraphson(
             items=[self.body, *more], dof0=free[0], dof1=free[1], ext0=values,
-            solver=_solved, verbose=0, tol=1e-9, maxiter=30,
+            solver=solved_by, verbose=0, tol=1e-9, maxiter=30,
         )  # fmt: skip
 
 
-def _solved(matrix: Any, force: Any) -> Floats:
+def solved_by(matrix: Any, force: Any) -> Floats:
+    """Return the solution of linear equations."""
     factor = splu(
         csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},

@@ -260,7 +260,10 @@ class MaterialField(ElementField, frozen=True):
 
     def noise(self, time: float, position: Floats) -> float:
         """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
-        return float((self.rigidity * self.steepest).max(initial=0.0))
+        # Places are rounded to a part of their size, and not to one of the size of elements.
+        size = float(np.abs(position[self.nodes]).max(initial=0.0))
+        each = self.rigidity * self.steepest * (1.0 + size * self.steepest)
+        return float(each.max(initial=0.0))
 
     @property
     def stiffest(self) -> float:
