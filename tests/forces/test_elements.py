@@ -313,6 +313,16 @@ def test_triangles_enclose_the_volume(name):
 
 
 @pytest.mark.parametrize("name", SHAPES)
+def test_triangles_of_a_face_lie_side_by_side(name):
+    position, nodes = mesh(name, cells=1, displaced=0.0)
+    a, b, c = np.moveaxis(position[nodes[0, SHAPES[name].triangles]], 1, 0)
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    same = SHAPES[name].faces[:, None] == SHAPES[name].faces
+    np.testing.assert_array_equal(normal @ normal.T > 1.0 - 1e-9, same)
+
+
+@pytest.mark.parametrize("name", SHAPES)
 def test_elements_that_are_inside_out_are_refused(name):
     position, nodes = mesh(name, cells=1)
     turned = nodes.copy()
