@@ -257,12 +257,15 @@ def test_stress_at_nodes_is_that_of_the_forces(name, law):
     assert volume.sum() == pytest.approx(0.02**3, rel=1e-13)
 
 
+@pytest.mark.parametrize("dispersion", [0.0, 0.2])
 @pytest.mark.parametrize("name", SHAPES)
-def test_fibres_add_four_times_k1_along_them(name):
+def test_fibres_add_four_times_k1_along_them(name, dispersion):
     position, nodes = mesh(name)
     count, along, part = len(nodes), np.array([0.6, 0.0, 0.8]), 1e-6
     fibres = SolidFibres(np.tile(along, (count, 1, 1)), np.full(count, 7e3),
-                         np.full(count, 3.0), np.zeros(count))  # fmt: skip
+                         np.full(count, 3.0), np.full(count, dispersion))  # fmt: skip
+    modulus = 4.0 * 7e3 * (1.0 - 3.0 * dispersion) ** 2
+    np.testing.assert_allclose(fibres.modulus, modulus, rtol=1e-14)
     none, law = np.zeros((0, 2), dtype=np.int32), np.zeros(count, dtype=np.int64)
     bare, fibred = (
         SolidElements.of(
@@ -275,7 +278,7 @@ def test_fibres_add_four_times_k1_along_them(name):
     longer = np.eye(3) + part * np.outer(along, along)
     more = uniform(fibred, position, longer)[1] - uniform(bare, position, longer)[1]
     np.testing.assert_allclose(
-        more, 4.0 * 7e3 * part * np.outer(along, along), atol=1e-4 * 7e3 * part
+        more, modulus * part * np.outer(along, along), atol=1e-4 * 7e3 * part
     )
     # Fibres that are pressed do nothing.
     shorter = np.eye(3) - part * np.outer(along, along)
