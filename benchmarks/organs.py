@@ -1,8 +1,8 @@
-"""Elements of wounds, livers, balloons and vibrating bars against felupe.
+"""Elements of wounds, balloons and vibrating bars against felupe.
 
 felupe is an independent library of finite elements. It solves the same laws with hexahedra of
-27 nodes on meshes that are finer where stress is large, the liver with the same tetrahedra,
-and the balloon as a ring of quadrilaterals about its axis. Takes some minutes.
+27 nodes on meshes that are finer where stress is large, and the balloon as a ring of
+quadrilaterals about its axis. Takes some minutes.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,6 @@ from typing import Any
 
 import click
 import numpy as np
-from msgspec import Struct
 from scipy.sparse.linalg import eigsh
 
 import tissuec
@@ -21,7 +20,6 @@ from benchmarks.publishing import publish, tell, write_option
 from benchmarks.solids import Answers, Solid, between, clamp, solved_by, towards, walls
 from tests.forces.solid_cases import CASES, lattice, tetrahedra, text_of
 from tests.imports.organs import write_vtk
-from tests.validate.scenes import compiled_scene
 from tissuec.core.markdown import table
 from tissuec.model.network import Floats, Indices
 
@@ -172,71 +170,6 @@ def wound_by_library(factor: int) -> Answers:
     return found
 
 
-# --- a liver --------------------------------------------------------------------------------
-
-LIVER = """language 1
-tissue liver {{
-  Young's modulus = 5.5 kPa; Poisson's ratio = 0.45; density = 1060 kg/m^3
-}}
-body liver {{
-  mesh is imported {{
-    file "meshes/liver.obj" in mm; filling is tetrahedra; cell = {cell} mm
-  }}
-  tissue is liver
-}}
-set bare area = nodes of liver where group is "bare_area"
-set tip = nodes of liver where group is "left_tip"
-environment {{ gravity = (0, 0, -9.81) m/s^2 }}
-script {{ at 0 s: {{ fix bare area; settle }} }}
-simulate {{ duration = 1 us; integrator is dop853 }}
-output {{ trajectory every 1 us }}
-"""
-
-
-class Filling(Struct, frozen=True, eq=False):
-    """The liver on tetrahedra, in mm.
-
-    Attributes:
-        x: Drawn nodes, shape (node, 3).
-        cells: Tetrahedra with ten nodes, shape (element, 10).
-        held: Nodes of the bare area.
-        tip: Nodes at the end of the left lobe.
-        sunk: By how much these have sunk on average.
-    """
-
-    x: Floats
-    cells: Indices
-    held: Indices
-    tip: Indices
-    sunk: float
-
-
-def liver(cell: float) -> Filling:
-    """Return the liver under its own weight."""
-    text = LIVER.format(cell=cell)
-    blocks = compiled_scene(text).network.blocks
-    solid = next(each.field for each in blocks if each.kind == "elements")
-    with tissuec.run(text, companion="off") as run:
-        assert run.finished
-        tip, x = run.nodes_of("tip"), 1e3 * run.network.position
-        sunk = float((x[tip] - 1e3 * run.position[-1, tip])[:, 2].mean())
-        return Filling(x, solid.nodes, run.nodes_of("bare area"), tip, sunk)
-
-
-def liver_by_library(found: Filling) -> float:
-    """Return by how much the tip sinks [mm] with the same tetrahedra, each point on its own."""
-    mesh = felupe.Mesh(found.x, found.cells, "tetra10")
-    law = felupe.NeoHooke(mu=5.5 / 2.9, bulk=5.5 / 0.3)
-    solid = Solid(CASES["cube, ν = 0.45"], mesh, law)
-    mask = np.zeros(len(found.x), dtype=bool)
-    mask[found.held] = True
-    for part in (0.25, 0.5, 0.75, 1.0):
-        pull = np.array([0.0, 0.0, -1.06e-3 * 9.81 * part])  # [mN/mm³]
-        load = felupe.SolidBodyForce(solid.field, values=pull)
-        solid.balance(clamp(mask, np.zeros(3), "held"), load)
-    return -float(solid.moved()[found.tip, 2].mean())
-
-
 # --- a balloon ------------------------------------------------------------------------------
 
 BALLOON = """language 1
@@ -365,21 +298,6 @@ def rows() -> Iterator[tuple[str, ...]]:
             tell(" | ".join((name, shown, f"{due:.4g} {unit}", *errors)))
 
 
-def liver_rows() -> Iterator[tuple[str, ...]]:
-    """Yield the rows of the table of the liver."""
-    for cell in (40.0, 20.0):
-        found = liver(cell)
-        alike = liver_by_library(found)
-        line = (
-            f"{cell:g} mm",
-            str(len(found.cells)),
-            f"{found.sunk:.3f} mm",
-            f"{alike:.3f} mm",
-        )
-        yield line
-        tell(" | ".join(line))
-
-
 def balloon_rows() -> Iterator[tuple[str, ...]]:
     """Yield the rows of the table of the balloon: pressures, and their errors."""
     coarse, known = balloon_by_library(8), balloon_by_library(16)
@@ -396,7 +314,6 @@ def main(*, write: bool) -> None:
     """Compare everything."""
     tables = {
         "blocks": (("case", "", "felupe", *(f"{n} {shape}" for shape, n in MESHES)), rows),
-        "liver": (("cell", "tetrahedra", "tissuec", "felupe, the same tetrahedra"), liver_rows),
         "balloon": (("balloon", "felupe", "42 nodes", "162 nodes", "642 nodes"), balloon_rows),
     }  # fmt: skip
     made = {name: table(heads, list(lines())) for name, (heads, lines) in tables.items()}

@@ -1,7 +1,7 @@
 """Forces and matrices of solid elements are those of felupe, to rounding.
 
-Its hexahedra have one pressure each, too. Its tetrahedra with ten nodes have no mean volume; nor
-have those of tissuec where the bulk modulus is less than twice the shear modulus.
+Its hexahedra have one pressure each, too. Its tetrahedra with ten nodes have no mean volume;
+nor have those of tissuec where the bulk modulus is less than twice the shear modulus.
 """
 
 import felupe
