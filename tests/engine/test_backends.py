@@ -6,6 +6,8 @@ from msgspec.structs import replace
 
 from tests.engine.running import Bench, block, chain
 from tissuec.engine.backends import BACKENDS
+from tissuec.engine.operations import OPERATIONS
+from tissuec.kernels.records import Net
 
 
 def springs_by_numpy(x, v, f, power, net):
@@ -92,8 +94,6 @@ def test_an_error_in_it_ends_the_run_as_it_is(monkeypatch):
         swinging("broken").run()
 
 
-def test_operations_with_several_records_stay_compiled(monkeypatch):
-    further = replace(BACKENDS["compiled"], operations={"solve": print})
-    monkeypatch.setitem(BACKENDS, "solving", further)
-    with pytest.raises(TypeError, match="more than one record"):
-        swinging("solving").run()
+def test_operations_take_only_the_records_that_they_are_given_with():
+    with pytest.raises(TypeError, match="more records"):
+        OPERATIONS["solve"].by(print, Net(*[None] * len(Net._fields[:-1])))

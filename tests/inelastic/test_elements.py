@@ -202,7 +202,8 @@ def test_what_is_cut_takes_its_branches_along():
 # --- methods ---
 
 ORDERS = {"dop853": (8, (40, 52, 68)), "velocity verlet": (2, (256, 512, 1024)),
-          "rkc2": (2, (256, 512, 1024)), "rkn4": (3, (96, 192, 384))}  # fmt: skip
+          "rkc2": (2, (256, 512, 1024)), "rkn4": (3, (96, 192, 384)),
+          "esdirk43": (4, (48, 96, 192)), "trbdf2": (2, (256, 512, 1024))}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -238,19 +239,24 @@ def test_what_gave_way_keeps_its_volume():
     assert np.abs(np.linalg.det(tensors) - 1.0).max() < 1e-6
 
 
-def test_implicit_methods_refuse(swinging):
-    end = Bench(swinging, 0.1, method="esdirk43", tolerance=1e-4).advance(0.1)
-    assert end.kind == "stuck"
-    assert end.message == "esdirk43 does not support elements that relax or yield"
+def test_a_long_hold_takes_few_implicit_steps():
+    script = """at 0 s: fix low
+      from 0 s to 100 ms: move high by (0, 0, 0.5) mm using smooth profile"""
+    text = scene("relaxing share = 40 %; relaxation time = 2 s", script=script,
+                 method="integrator is esdirk43; tolerance = 1e-3",
+                 duration="300 s")  # fmt: skip
+    outcome, recording = carried_out(compiled_scene(text.replace("every 5 ms", "every 1 s")))
+    assert outcome.statistics.accepted < 300
+    force = recording.log_arrays("force of high")[1][:, 2]
+    assert force[-1] == pytest.approx(0.6 * force.min(), rel=0.05)
 
 
-def test_methods_without_relaxation_are_refused_in_scenes():
-    for method in ("esdirk43", "relaxation { threshold = 1 uN }"):
-        with pytest.raises(CompileError) as caught:
-            compiled_scene(scene(method=f"integrator is {method}"))
-        error = caught.value.diagnostics[0]
-        assert error.code == "TIS306"
-        assert "does not support elements that relax or yield" in error.message
+def test_a_method_without_time_is_refused_in_scenes():
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(scene(method="integrator is relaxation { threshold = 1 uN }"))
+    error = caught.value.diagnostics[0]
+    assert error.code == "TIS306"
+    assert "does not support elements that relax or yield" in error.message
 
 
 def test_the_symplectic_method_gives_way_to_one_that_can(swinging):

@@ -193,12 +193,10 @@ def test_a_change_of_what_springs_do_not_have_is_refused():
     )
 
 
-@pytest.mark.parametrize("method", ["esdirk43", "trbdf2", "relaxation"])
-def test_methods_that_would_leave_it_out_are_refused(method):
-    step = "; step = 1 ms" if method == "relaxation" else ""
-    finding = refused(rod(method=f"integrator is {method}{step}"))
+def test_a_method_that_would_leave_it_out_is_refused():
+    finding = refused(rod(method="integrator is relaxation; step = 1 ms"))
     assert finding.code == "TIS306"
-    assert finding.message.startswith(f"{method} does not support springs that relax or yield")
+    assert finding.message.startswith("relaxation does not support springs that relax or yield")
 
 
 def test_knots_neither_relax_nor_yield():

@@ -109,14 +109,14 @@ class Operation(Shipped):
             self._found[place] = self._kind(place)
         return self._found[place]
 
-    def by(self, function: Callable[..., Any], net: Net) -> "InPython":
+    def by(self, function: Callable[..., Any], *records: Any) -> "InPython":
         """Return a function of Python with the same arguments, for compiled code to call it.
 
         Args:
             function: The function.
-            net: What it is given.
+            records: The net and others that it is given.
         """
-        return InPython(function, tuple(self._fields.values()), net, self._result)
+        return InPython(function, tuple(self._fields.values()), records, self._result)
 
 
 def _is_record(field: RecordField) -> bool:
@@ -162,8 +162,8 @@ class InPython:
 
     Args:
         made_from: The function; see ``tissuec.forces.Field.kernel``.
-        fields: Its arguments: numbers, arrays of them, and the record.
-        record: What it is given as such.
+        fields: Its arguments: numbers, arrays of them, and records.
+        records: What it is given as such, one of each type.
         result: Type of what it returns.
 
     Attributes:
@@ -177,13 +177,14 @@ class InPython:
         self,
         made_from: Callable[..., Any],
         fields: Sequence[RecordField],
-        record: Any,
+        records: Sequence[Any],
         result: type | None = None,
     ):
-        if any(_is_record(one) and one.kind is not type(record) for one in fields):
-            raise TypeError(f"{made_from.__name__} takes more than one record")
-        self._made_from, self._fields, self._record = made_from, fields, record
-        self.failure: Exception | None = None
+        self._records = {type(record): record for record in records}
+        if any(_is_record(one) and one.kind not in self._records for one in fields):
+            raise TypeError(f"{made_from.__name__} takes more records")
+        self._made_from, self._fields = made_from, fields
+        self.failure: BaseException | None = None
         kinds = [kind for field in fields for kind in _kinds(field)]
         self._called = ctypes.CFUNCTYPE(_RESULTS[result], *kinds)(self._call)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value or 0
@@ -192,7 +193,7 @@ class InPython:
         values = list(self._values(words))
         try:
             return self._made_from(*values)
-        except Exception as error:
+        except BaseException as error:  # an interrupt is not to be lost either
             self.failure = self.failure or error
             arrays = [v for v, one in zip(values, self._fields, strict=True) if one.dtype]
             for array in arrays[2:]:
@@ -210,7 +211,7 @@ class InPython:
                 memory = (ctypes.c_char * (count * field.dtype.itemsize)).from_address(start)
                 yield np.frombuffer(memory, field.dtype).reshape(shape)
             else:
-                yield self._record if _is_record(field) else own[0]
+                yield self._records[field.kind] if _is_record(field) else own[0]
 
 
 def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
@@ -224,7 +225,7 @@ def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
         return address(bundle, kernel.__name__)
     vectors = len(parameters(kernel).parameters) - 2
     fields = (_NUMBER, *(vectors * (_VECTOR,)), RecordField(0, type(table.record)))
-    called = InPython(kernel, fields, table.record)
+    called = InPython(kernel, fields, (table.record,))
     table.called = (*table.called, called)
     return called.address
 

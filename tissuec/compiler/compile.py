@@ -181,26 +181,19 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
-    """Reject a method that would not step what springs remember, or keep to planes."""
+    """Reject a method that would not step what springs and elements remember."""
     name = scene.simulation.integrator
-    if scene.environment.planes and _is_implicit(name):
-        findings.add(
-            "TIS306",
-            f"{name} does not keep nodes on planes of symmetry",
-            scene.simulation.span,
-            hint="write integrator is automatic, or an explicit one such as dop853",
-        )
-    timeless = scene.simulation.is_static
-    if not (network.relaxes and (timeless or _is_implicit(name))):
-        return
+    implicit = name in INTEGRATORS and INTEGRATORS[name].implicit
     what = "springs" if network.springs.inelastic is not None else "elements"
-    reason = "ignores time" if timeless else "does not compute their relaxation"
-    findings.add(
-        "TIS306",
-        f"{name} does not support {what} that relax or yield: it {reason}",
-        scene.simulation.span,
-        hint="write integrator is automatic, or an explicit one such as dop853",
-    )
+    if scene.simulation.is_static and network.relaxes:
+        said = f"{name} does not support {what} that relax or yield: it ignores time"
+        hint = "write integrator is automatic, or the name of another method such as esdirk43"
+    elif implicit and any(len(e.hidden) and not e.is_in_matrix for e in network.elements):
+        said = f"{name} does not support elements that yield: its matrix does not contain this"
+        hint = "write integrator is automatic, or an explicit one such as dop853 or rkc2"
+    else:
+        return
+    findings.add("TIS306", said, scene.simulation.span, hint=hint)
 
 
 def _refuse_forces(network: Network, findings: Findings) -> None:
@@ -221,10 +214,6 @@ def _refuse_forces(network: Network, findings: Findings) -> None:
             hint="use a law that grows less steeply, or draw the spring closer to its rest "
             "length",
         )
-
-
-def _is_implicit(name: str) -> bool:
-    return name in INTEGRATORS and INTEGRATORS[name].implicit
 
 
 def build_bodies(scene: Scene, findings: Findings) -> Bodies:

@@ -70,7 +70,13 @@ def predict(compiled: Compiled) -> Prediction:
     )  # fmt: skip
     layout = KernelInputs(network, watched=plan.breakable, ledger=plan.needs_ledger)
     layout.update(state)
-    choice = choose(state, method, layout.is_banded)
+    springs = len(layout.springs.ids)
+    one = evaluation_time(state, springs)
+
+    def implicit_step() -> float:
+        return step_time("esdirk43", one, layout.solving_cost) / one
+
+    choice = choose(state, method, layout.is_direct, implicit_step)
     integrator = None if simulation.is_static else INTEGRATORS[choice.name]
     facts = dict(choice.facts) or measured_facts(state)
     limit = np.inf
@@ -81,13 +87,11 @@ def predict(compiled: Compiled) -> Prediction:
     # Of an unlimited method only the tolerance decides; without motion one step does.
     unknown = np.nan if facts["omega"] else 1.0
     steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
-    springs = len(layout.springs.ids)
-    one = evaluation_time(state, springs)
     if integrator is None:
         each, step_seconds = SWEEPS, SWEEPS * one
     else:
         each = integrator.evaluations
-        step_seconds = step_time(choice.name, one, springs, layout.solver)
+        step_seconds = step_time(choice.name, one, layout.solving_cost)
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,

@@ -92,15 +92,21 @@ BACKENDS = {
 }
 
 
-def with_python(net: Net, replaced: Mapping[str, Callable[..., Any]]) -> RecordTable:
+def with_python(
+    net: Net, replaced: Mapping[str, Callable[..., Any]], *others: Any
+) -> RecordTable:
     """Return the table of a net, some of whose operations are functions of Python.
 
     Args:
         net: With the addresses of all operations.
         replaced: Functions by the names of the operations that they replace. They take the same
-            arguments, arrays and numbers as they are, and the record of the net.
+            arguments, arrays and numbers as they are, and records.
+        others: The records that they take beside the net.
     """
-    called = {name: OPERATIONS[name].by(function, net) for name, function in replaced.items()}
+    records = net, *others
+    called = {
+        name: OPERATIONS[name].by(function, *records) for name, function in replaced.items()
+    }
     addresses = {name: each.address for name, each in called.items()}
     table = RecordTable(net._replace(operations=net.operations._replace(**addresses)))
     table.called = tuple(called.values())

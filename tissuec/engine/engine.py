@@ -269,14 +269,13 @@ class Engine:
     def _refusal(self) -> Interruption | None:
         """Return why the tolerance cannot be kept at all, or the net not be stepped, if so."""
         stepper, tolerance = self.stepper, self.method.tolerance
-        network = stepper.network
-        if stepper.integrator.implicit and network.relaxes:
-            what = "springs" if network.springs.inelastic is not None else "elements"
-            reason = f"{self.choice.name} does not support {what} that relax or yield"
-            return Interruption("stuck", stepper.progress.time, message=reason)
-        if stepper.integrator.implicit and stepper.inputs.state.symmetry is not None:
-            reason = f"{self.choice.name} does not keep nodes on planes of symmetry"
-            return Interruption("stuck", stepper.progress.time, message=reason)
+        if stepper.integrator.implicit:
+            for block in stepper.inputs.state.present_blocks:
+                if len(block.field.hidden) and not block.field.is_in_matrix:
+                    reason = (
+                        f"{self.choice.name} does not solve for what {block.name} remembers"
+                    )
+                    return Interruption("stuck", stepper.progress.time, message=reason)
         if self.method.step is None and tolerance is not None and tolerance < FINEST_TOLERANCE:
             return Interruption(
                 "stuck",

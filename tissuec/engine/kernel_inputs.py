@@ -5,7 +5,7 @@ springs; here, both are filled into the record that kernels read.
 """
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -18,7 +18,12 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.layout import layout_of
 from tissuec.engine.operations import Features
 from tissuec.engine.threads import ThreadTeam
-from tissuec.engine.unknowns import new_solver
+from tissuec.engine.unknowns import (
+    SolvingCost,
+    cost_of_springs,
+    new_solver,
+    unknown_solver,
+)
 from tissuec.forces import Field, acts_of
 from tissuec.forces.branches import table_of
 from tissuec.forces.contact_points_kernel import ContactPointTable
@@ -34,11 +39,15 @@ from tissuec.kernels.records import (
     Solver,
 )
 from tissuec.mechanics.state import State
-from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network
+from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.springs import Springs
 
+if TYPE_CHECKING:  # which needs SciPy
+    from tissuec.engine.stage_matrix import StageMatrix
+
 Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table that it reads
+SPORADIC = {"contact", "jet"}
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
     "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered",
@@ -70,6 +79,8 @@ class KernelInputs:
         self.spring_count = network.spring_count
         self.team = ThreadTeam(self.layout.threads, network.node_count)
         self._solver: Solver | None = None
+        self._solver_ids: Indices | None = None  # of the springs that these arrays are for
+        self.stage: StageMatrix | None = None
 
     @property
     def springs(self) -> Springs:
@@ -108,6 +119,7 @@ class KernelInputs:
         self.drag = self.inwards(drag)
         self.push, self.steady = self.inwards(push), self.inwards(steady)
         self.driven = self.layout.place[np.flatnonzero(self.moved)]
+        self.stage = None
 
     @property
     def features(self) -> Features:
@@ -137,18 +149,61 @@ class KernelInputs:
 
     def solver(self) -> Solver:
         """Return arrays for the matrix of implicit steps, without a matrix in them."""
-        low, high = self.springs.ends.T
-        kept = self._solver
-        same = kept is not None and np.array_equal(kept.slot < 0, self.inverse_mass == 0.0)
-        if kept is None or not same or self._solver_ids is not self.springs.ids:
-            kept = new_solver(low, high, self.inverse_mass > 0.0)
-            self._solver, self._solver_ids = kept, self.springs.ids
+        kept = self._solver_arrays()
         kept.made[:] = 0.0
+        kept.made[4] = self.stage is not None
         return kept
 
-    def is_banded(self) -> bool:
-        """Return whether the matrix of implicit steps has a narrow band."""
-        return not self.solver().scratch.size
+    def _solver_arrays(self) -> Solver:
+        """Return the arrays for the matrix of implicit steps, as they are."""
+        low, high = self.springs.ends.T
+        kept, free = self._solver, self.inverse_mass > 0.0
+        if self._has_more_than_springs:
+            if self.stage is None or kept is None:
+                from tissuec.engine.stage_matrix import StageMatrix  # where SciPy is needed
+
+                self.stage = StageMatrix(self.state, self.held, self.layout)
+                kept = self._solver = unknown_solver(free)
+                self._solver_ids = None
+            return kept
+        same = kept is not None and np.array_equal(kept.slot < 0, ~free)
+        if kept is None or not same or self._solver_ids is not self.springs.ids:
+            kept = self._solver = new_solver(low, high, free)
+            self._solver_ids = self.springs.ids
+        return kept
+
+    @property
+    def _has_more_than_springs(self) -> bool:
+        """Return whether the matrix of implicit steps needs more than springs without memory.
+
+        Contact and jets alone do not: short steps follow where they begin and end anyway.
+        """
+        kinds = {block.kind for block in self.state.present_blocks}
+        return bool(kinds - SPORADIC) or self.springs.inelastic is not None
+
+    def is_direct(self) -> bool:
+        """Return whether the matrix of implicit steps has a factor of acceptable size."""
+        if any(len(each.hidden) and not each.is_in_matrix for each in self.state.fields):
+            return False
+        solver = self._solver_arrays()
+        return not solver.scratch.size if self.stage is None else self.stage.fill.is_small
+
+    def solving_cost(self) -> SolvingCost:
+        """Return what the matrix of implicit steps costs."""
+        solver = self._solver_arrays()
+        if self.stage is None:
+            return cost_of_springs(solver, len(self.springs.ids))
+        return self.stage.cost
+
+    def in_python(self, integrator: type[Integrator]) -> dict[str, Callable[..., Any]]:
+        """Return the operations on the net that are functions of Python, by name.
+
+        Args:
+            integrator: What steps the net.
+        """
+        if not integrator.implicit or self.stage is None:
+            return {}
+        return {"assemble": self.stage.assemble, "solve": self.stage.solve}
 
     def net(self, integrator: type[Integrator], *, plain: bool = False) -> Net:
         """Return the record that kernels read, without operations.

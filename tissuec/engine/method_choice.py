@@ -8,7 +8,7 @@ the first and the last cross near the tolerance ``COARSE``, RKN4 and DOP853 near
 """
 
 from collections.abc import Callable, Mapping
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 from msgspec import Struct
@@ -39,6 +39,7 @@ LONG = 1e4
 BRIEF = 1e3
 CREEPING = 4.0  # damping ratio from which implicit steps are worth beginning with
 MANY = 1000  # explicit steps at their limit from which they are
+COMMON = {"esdirk43": 200.0, "rkc2": 1000.0}  # steps that overdamped motions commonly take
 
 
 class MethodChoice(Struct, frozen=True):
@@ -66,13 +67,21 @@ def measured_facts(state: State) -> dict[str, float]:
     }
 
 
-def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> MethodChoice:
+def choose(
+    state: State,
+    method: Method,
+    is_direct: Callable[[], bool],
+    implicit_step: Callable[[], float] = lambda: inf,
+) -> MethodChoice:
     """Return the integrator for a scene; the one requested by name, if any.
 
     Args:
         state: State at the start.
         method: What the scene requests.
-        is_banded: Returns whether the matrix of implicit steps has a narrow band.
+        is_direct: Returns whether the matrix of implicit steps has a factor of acceptable
+            size.
+        implicit_step: Returns the predicted time of a step of ``esdirk43``, over that of a
+            force evaluation.
     """
     measured: dict[str, float] = {}
 
@@ -81,19 +90,23 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
             measured.update(measured_facts(state))
         return measured
 
-    choice = _chosen(state, method, is_banded, facts)
+    def creeping(sums: SumsAtNodes) -> MethodChoice | None:
+        return _creeping(state, sums, method, is_direct, implicit_step, facts)
+
+    choice = _chosen(state, method, creeping, facts)
     return choice if choice.facts else replace(choice, facts=measured)
 
 
 def _chosen(
     state: State,
     method: Method,
-    is_banded: Callable[[], bool],
+    creeping: Callable[[SumsAtNodes], MethodChoice | None],
     facts: Callable[[], dict[str, float]],
 ) -> MethodChoice:
     """Return the integrator; see ``choose``.
 
     Args:
+        creeping: Returns a method for what mostly creeps, if it is for this net.
         facts: Returns what ``measured_facts`` does, which takes time in large nets.
     """
     if method.name != AUTOMATIC:
@@ -110,10 +123,8 @@ def _chosen(
                 "symplectic method grow in proportion to time only"
             )
             return MethodChoice("srkn11", reason, facts())
-    if (creeping := _creeping(state, sums, method, is_banded, facts)) is not None:
-        return creeping
-    if (braked := _braked(state, method, facts)) is not None:
-        return braked
+    if (found := creeping(sums)) is not None:
+        return found
     is_large = np.count_nonzero(state.alive) >= LARGE
     is_brief = sums.fastest * method.duration < BRIEF
     if tolerance < COARSE or (is_large and is_brief and sums.most_damped <= BRISK):
@@ -160,46 +171,51 @@ def _creeping(
     state: State,
     sums: SumsAtNodes,
     method: Method,
-    is_banded: Callable[[], bool],
+    is_direct: Callable[[], bool],
+    implicit_step: Callable[[], float],
     measure: Callable[[], dict[str, float]],
 ) -> MethodChoice | None:
-    """Return an implicit method for a net so damped that it mostly creeps, else None.
+    """Return a method for what is so damped that it mostly creeps, else None.
 
-    The rates are measured only where sums at the nodes allow it.
+    It is an implicit one if its matrix has a factor, for nets of springs at once; where
+    elements brake, a stabilised method may cost less. The rates are measured only where sums at
+    the nodes allow it.
     """
-    if state.network.relaxes or state.symmetry is not None:
-        return None
-    if sums.most_damped < CREEPING:
-        return None
-    facts = measure()
-    limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
-    if facts["zeta"] < CREEPING or method.duration < MANY * limit or not is_banded():
-        return None
-    reason = (
-        f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), and explicit steps of "
-        f"at most {limit:.2g} s would be needed for slow motions"
-    )
-    return MethodChoice("esdirk43", reason, facts)
-
-
-def _braked(
-    state: State, method: Method, measure: Callable[[], dict[str, float]]
-) -> MethodChoice | None:
-    """Return a stabilised method where elements brake more than they drive, else None.
-
-    Matrices of implicit methods contain springs only.
-    """
-    if all(effect.braking(state.position) is None for effect in state.effects):
+    in_springs = sums.most_damped >= CREEPING
+    in_effects = any(effect.braking(state.position) is not None for effect in state.effects)
+    if not (in_springs or in_effects):
         return None
     facts = measure()
     limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
     if facts["zeta"] < CREEPING or method.duration < MANY * limit:
         return None
-    reason = (
-        f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}); steps of other "
-        f"explicit methods are at most {limit:.2g} s"
-    )
+    ratio = f"the fastest motion is overdamped (ratio {facts['zeta']:.2g})"
+    if is_direct() and (in_springs or _is_cheaper(facts, method.duration, implicit_step())):
+        reason = (
+            f"{ratio}, and explicit steps of at most {limit:.2g} s would be needed for slow "
+            "motions"
+        )
+        return MethodChoice("esdirk43", reason, facts)
+    if not in_effects:
+        return None
+    reason = f"{ratio}; steps of other explicit methods are at most {limit:.2g} s"
     return MethodChoice("rkc2", reason, facts)
+
+
+def _is_cheaper(facts: Mapping[str, float], duration: float, implicit_step: float) -> bool:
+    """Return whether implicit steps are expected to cost less than those of ``rkc2``.
+
+    Both are expected to take as many steps as motions commonly need; s stages of ``rkc2`` are
+    stable for 0.65 s² over the fastest rate.
+
+    Args:
+        facts: Of ``measured_facts``.
+        duration: Of the run [s].
+        implicit_step: Predicted time of a step of ``esdirk43``, over that of an evaluation.
+    """
+    fastest = 2.0 * facts["zeta"] * facts["omega"]
+    stages = sqrt(COMMON["rkc2"] * duration * fastest / 0.65)
+    return COMMON["esdirk43"] * implicit_step < stages
 
 
 def _by_step(facts: Mapping[str, float], step: float) -> MethodChoice:

@@ -13,10 +13,12 @@ from tissuec.engine.method_trial import (
     evaluation_time,
     of_other_order,
     pays,
+    step_time,
     trial_cost,
 )
 from tissuec.engine.stability import may_be_overdamped, sums_at_nodes
 from tissuec.engine.stepper import Stepper
+from tissuec.engine.unknowns import SolvingCost
 from tissuec.kernels.records import OUTSIZE, UNDERFLOW, UNSOLVED
 from tissuec.mechanics.state import State
 from tissuec.script.plan import AUTOMATIC
@@ -84,7 +86,12 @@ class MethodControl:
     def begin(self, state: State, choice: MethodChoice | None = None) -> None:
         """Install the integrator to begin with; by default, one that goes with the state."""
         inputs = self._stepper.inputs
-        self.install(choice or choose(state, self._method, inputs.is_banded))
+
+        def implicit_step() -> float:
+            evaluation = self._evaluation_time
+            return step_time("esdirk43", evaluation, inputs.solving_cost) / evaluation
+
+        self.install(choice or choose(state, self._method, inputs.is_direct, implicit_step))
 
     def yield_to_losses(self, state: State) -> None:
         """Go over to a method for motions that lose energy, if the present one is for none."""
@@ -149,30 +156,26 @@ class MethodControl:
             pace: Simulated seconds per second of the present method.
         """
         stepper, name, evaluation = self._stepper, self.choice.name, self._evaluation_time
-        springs, step = len(stepper.inputs.springs.ids), stepper.progress.step
+        step = stepper.progress.step
         stepper.synchronise(state)
         ahead, first = self._method.duration - stepper.progress.time, self.changes[0].method
-        price = trial_cost(
-            first if name == "dop853" else "dop853", evaluation, springs, stepper.work.solver
-        )
+        price = trial_cost(first if name == "dop853" else "dop853", evaluation, self._solving)
         # The facts are measured only if a trial would pay.
         if pays(price, ahead, pace):
             found = of_other_order(name, first, step, lambda: self._known_facts(state))
             if found is not None:
                 return found, price
-        if state.network.relaxes or state.symmetry is not None:
-            return None  # implicit methods refuse what relaxes, and do not keep to planes
         if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
             return None
-        solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()
+        direct, solving = stepper.inputs.is_direct(), stepper.inputs.solving_cost()
         found = candidate_for(
             name, step, pace, lambda: self._known_facts(state), evaluation,
-            banded=banded,
+            direct=direct,
             overdamped=lambda ratio: may_be_overdamped(state, sums_at_nodes(state), ratio),
         )  # fmt: skip
         if found is None:
             return None
-        return found, trial_cost(found, evaluation, springs, solver)
+        return found, trial_cost(found, evaluation, solving)
 
     def _known_facts(self, state: State) -> dict[str, float]:
         """Return the facts, measured where they are not known yet."""
@@ -198,8 +201,15 @@ class MethodControl:
 
     def _cost_of(self, effort: np.ndarray) -> float:
         """Return the predicted time of some steps, at what they cost now [s]."""
-        springs, work = len(self._stepper.inputs.springs.ids), self._stepper.work
-        return cost_of(effort, self._evaluation_time, springs, work.solver)
+        return cost_of(effort, self._evaluation_time, self._solving)
+
+    @property
+    def _solving(self) -> SolvingCost:
+        """Return what the matrix of the present method costs: nothing if it has none."""
+        stepper = self._stepper
+        if not stepper.integrator.implicit:
+            return SolvingCost(0.0, 0.0)
+        return stepper.inputs.solving_cost()
 
     @property
     def _evaluation_time(self) -> float:

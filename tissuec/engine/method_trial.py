@@ -18,7 +18,8 @@ from msgspec.structs import asdict
 
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method_choice import MethodChoice
-from tissuec.kernels.records import Progress, Solver
+from tissuec.engine.unknowns import SolvingCost
+from tissuec.kernels.records import Progress
 from tissuec.mechanics.state import State
 
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
@@ -34,10 +35,8 @@ TRIALS = 20.0  # times as much as a trial costs must be to come
 BETTER = 1.1  # times as far that the other method must come
 OVERDAMPED = 5.0  # damping ratio from which a stabilised method is worth a trial
 HELD = 0.7  # part of the stability limit that explicit steps of a stiff net come to
-# Time of a force evaluation per spring and per node with all that follows from it, of a factor
-# per multiplication, of a solution per number of the band, and of one by conjugate gradients.
+# Time of a force evaluation per spring and per node with all that follows from it.
 SPRING, NODE, CALL = 4e-9, 6e-9, 3e-7
-FACTOR, BAND, GRADIENTS = 8e-11, 6e-10, 30 * 8e-9
 
 
 class MethodTrial(Struct):
@@ -186,19 +185,17 @@ def evaluation_time(state: State, springs: int) -> float:
     return CALL + SPRING * springs + NODE * state.network.node_count + beside
 
 
-def cost_of(effort: np.ndarray, evaluation: float, springs: int, solver: Solver) -> float:
+def cost_of(effort: np.ndarray, evaluation: float, solving: SolvingCost) -> float:
     """Return the predicted time of compiled steps so far [s].
 
     Args:
         effort: As ``Work.effort``, shape (5,).
         evaluation: Predicted time of a force evaluation [s].
-        springs: Number of springs that act.
-        solver: Matrix of implicit steps.
+        solving: Of the matrix of implicit steps.
     """
-    numbers = solver.band.size
-    factor = FACTOR * numbers * solver.band.shape[1] + 4.0 * SPRING * springs
-    solution = BAND * numbers if numbers else GRADIENTS * springs
-    return float(effort[0] * evaluation + effort[1] * factor + effort[2] * solution)
+    return float(
+        effort[0] * evaluation + effort[1] * solving.factor + effort[2] * solving.solution
+    )
 
 
 def of_other_order(
@@ -233,7 +230,7 @@ def candidate_for(
     facts: Callable[[], Mapping[str, float]],
     evaluation: float,
     *,
-    banded: bool,
+    direct: bool,
     overdamped: Callable[[float], bool],
 ) -> str | None:
     """Return what may come further: another kind than an explicit method at its limit, or back.
@@ -247,54 +244,52 @@ def candidate_for(
         pace: Its simulated seconds per second.
         facts: Returns what ``measured_facts`` does, which takes time.
         evaluation: Predicted time of a force evaluation [s].
-        banded: Whether the matrix of implicit steps has a narrow band.
+        direct: Whether the matrix of implicit steps has a factor of acceptable size.
         overdamped: Returns whether the net may have more than a damping ratio.
     """
     member, explicit = INTEGRATORS[name], INTEGRATORS["dop853"]
-    if not (member.implicit or banded or overdamped(OVERDAMPED)):
+    if not (member.implicit or direct or overdamped(OVERDAMPED)):
         return None
     omega, zeta = facts()["omega"], facts()["zeta"]
     limit = explicit.stability_limit(omega, zeta)
     if member.implicit:
         foreseen = HELD * limit / (explicit.evaluations * evaluation)
         return "dop853" if foreseen > BETTER * pace else None
+    if member.stabilised and direct:
+        return "esdirk43"  # the number of stages grows with the step, and no limit shows
     if step < BOUND * member.stability_limit(omega, zeta):
         return None
-    if not banded:
+    if not direct:
         return "rkc2" if zeta > OVERDAMPED else None
     return "esdirk43"
 
 
-def step_time(
-    name: str, evaluation: float, springs: int, solver: Callable[[], Solver]
-) -> float:
+def step_time(name: str, evaluation: float, solving: Callable[[], SolvingCost]) -> float:
     """Return the predicted time of a compiled step [s].
 
     Args:
         name: Name of the integrator.
         evaluation: Predicted time of a force evaluation [s].
-        springs: Number of springs that act.
-        solver: Returns the matrix of implicit steps.
+        solving: Returns the cost of the matrix of implicit steps.
     """
     member = INTEGRATORS[name]
     if not member.implicit:
         return member.evaluations * evaluation
-    return trial_cost(name, evaluation, springs, solver()) / (2 * STEPS)
+    return trial_cost(name, evaluation, solving()) / (2 * STEPS)
 
 
-def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> float:
+def trial_cost(name: str, evaluation: float, solving: SolvingCost) -> float:
     """Return the predicted time of both windows of a trial [s].
 
     Args:
         name: Name of the integrator.
         evaluation: Predicted time of a force evaluation [s].
-        springs: Number of springs that act.
-        solver: Matrix of implicit steps.
+        solving: Of the matrix of implicit steps.
     """
     member = INTEGRATORS[name]
     steps, solutions = 2 * STEPS, member.evaluations if member.implicit else 0
     effort = np.array([member.evaluations, int(member.implicit), solutions]) * steps
-    return cost_of(effort, evaluation, springs, solver)
+    return cost_of(effort, evaluation, solving)
 
 
 def _why_tried(name: str, other: str) -> str:

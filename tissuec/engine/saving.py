@@ -34,6 +34,7 @@ def saved_engine(stepper: Stepper, control: MethodControl) -> dict[str, Any]:
         "cap": stepper.cap,
         "facts": json.dumps(control.facts),
         "made": work.solver.made[0],
+        "made_time": work.solver.made[3],
         "made_at": work.solver.at.copy(),
         "made_speed": work.solver.speed.copy(),
         "bound": stepper.task.bound,
@@ -91,7 +92,7 @@ def _restore_arrays(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> 
     if stepper.integrator.implicit:
         work.solver.at[:] = kept["made_at"]
         work.solver.speed[:] = kept["made_speed"]
-        work.solver.made[:] = kept["made"], 0.0, 1.0
+        work.solver.made[:4] = kept["made"], 0.0, 1.0, kept["made_time"]
     work.effort[:], work.doubt[:] = kept["effort"], kept["doubt"]
     work.a[0] = inwards(np.asarray(kept["acceleration"]))
     work.v[0] = inwards(state.velocity)

@@ -69,6 +69,9 @@ from tissuec.kernels.vectors import distance, greater, length
 SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
 NO_REASON = -1  # to come back to Python
+# Parts of a step: above the first, the next one may be as long; up to the second, it is made
+# shorter at once.
+KEPT, LESS = 0.95, 0.8
 # Verdicts about a trial, besides the reasons to come back.
 ACCEPTED, REJECTED = -1, -2
 
@@ -139,6 +142,8 @@ def make_step(now: Progress, task: Task, work: Work, net: Net) -> Trial:
             accept(now, trial, is_first, task, net)
             if net.touched:
                 cut_bristles(work.v[1 - now.current], work.a[1 - now.current], net.touches)
+            if IMPLICIT and task.fixed == 0 and work.solver.made[4] == 1.0:
+                now.step = steadied(now.step, h)
         if trial.verdict != REJECTED:
             return trial
         now.rejected += 1
@@ -281,6 +286,19 @@ def resize(now: Progress, h: float, ratio: float, is_first: bool) -> None:
         # because it was to land on a corner of a law.
         size, now.usual = max(size, abs(now.usual)), 0.0
     now.step = size
+
+
+def steadied(size: float, h: float) -> float:
+    """Return the next step of a method whose matrix takes long to make for another size [s].
+
+    Slightly shorter steps follow in few changes instead of many.
+
+    Args:
+        size: That the method proposes [s].
+    """
+    if size >= h or size < LESS * h:
+        return size
+    return h if size >= KEPT * h else LESS * h
 
 
 def examine(now: Progress, near: bool, task: Task, work: Work, net: Net, buffer: Buffer) -> int:

@@ -208,9 +208,11 @@ class Stepper:
                     self.listed_around = inputs.outwards(self.work.x[self.progress.current])
                 inputs.around = self.listed_around
             called = loop_operations(self.integrator, needed)
-            in_python = BACKENDS[self.backend].operations
+            in_python = dict(BACKENDS[self.backend].operations)
             net = inputs.net(self.integrator, plain=bool(in_python))
-            self._net = with_python(net._replace(operations=called), in_python)
+            called_back = in_python | inputs.in_python(self.integrator)
+            net = net._replace(operations=called)
+            self._net = with_python(net, called_back, self.work.solver)
         return self._net
 
     def forget_net(self) -> None:

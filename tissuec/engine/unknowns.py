@@ -1,4 +1,6 @@
-"""The unknowns of implicit steps: their order, and whether their matrix is banded."""
+"""The unknowns of implicit steps: their order, whether their matrix is banded, its cost."""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,30 @@ from tissuec.kernels.records import Integers, Solver
 # conjugate gradients of some fifty rounds are faster.
 LARGEST_FACTOR = 4e8
 LARGEST_BAND = 2e7
+# Time of a factor per multiplication, of a solution per number of the band, of one by conjugate
+# gradients per spring, and of making the matrix per spring [s].
+FACTOR, BAND, GRADIENTS, SPRING = 8e-11, 6e-10, 30 * 8e-9, 1.6e-8
+
+
+class SolvingCost(NamedTuple):
+    """The predicted time of one factor of the matrix, and of one solution [s]."""
+
+    factor: float
+    solution: float
+
+
+def cost_of_springs(solver: Solver, springs: int) -> SolvingCost:
+    """Return what the matrix of springs alone costs.
+
+    Args:
+        solver: Its arrays.
+        springs: Number of springs that act.
+    """
+    numbers = solver.band.size
+    return SolvingCost(
+        FACTOR * numbers * solver.band.shape[1] + SPRING * springs,
+        BAND * numbers if numbers else GRADIENTS * springs,
+    )
 
 
 def no_solver() -> Solver:
@@ -22,7 +48,7 @@ def no_solver() -> Solver:
         scratch=np.zeros((0, 0)),
         at=np.zeros(0),
         speed=np.zeros(0),
-        made=np.zeros(3),
+        made=np.zeros(5),
     )
 
 
@@ -49,6 +75,18 @@ def new_solver(
         bar=np.zeros((len(low), 5)),
         block=np.zeros((len(free), 6)),
         scratch=np.zeros((4, 3 * len(free))),
+    )
+
+
+def unknown_solver(free: NDArray[np.bool_]) -> Solver:
+    """Return the arrays beside a matrix that ``StageMatrix`` has.
+
+    Args:
+        free: Which nodes are unknowns, shape (node,).
+    """
+    size = 3 * len(free)
+    return no_solver()._replace(
+        slot=np.where(free, np.cumsum(free) - 1, -1), at=np.zeros(size), speed=np.zeros(size)
     )
 
 

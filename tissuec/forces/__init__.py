@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from tissuec.forces.derivatives import ForceDerivatives
     from tissuec.forces.element_limits import BreakableElements
     from tissuec.forces.load import Load
+    from tissuec.forces.memory import MemoryTangents
     from tissuec.forces.triangles import SkinTriangles
 
 #: Time that a kernel takes for each number of its field, by measuring the shipped ones [s].
@@ -329,6 +330,19 @@ class Field(Effect, frozen=True):
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
         return 0.0
+
+    @property
+    def is_in_matrix(self) -> bool:
+        """Return whether ``memory_tangents`` has all that this remembers."""
+        return type(self).memory_tangents is not Field.memory_tangents
+
+    def memory_tangents(self, position: Floats, velocity: Floats) -> "MemoryTangents | None":
+        """Return the derivatives of what this remembers in hidden nodes; None without any.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        return None
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
         """Let what relaxes do so for good, in the velocities of hidden nodes.

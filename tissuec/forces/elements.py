@@ -43,11 +43,13 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Items, acts_of
+from tissuec.forces.branch_tangents import branch_tangents
 from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
+from tissuec.forces.memory import MemoryTangents
 from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_columns
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
@@ -479,6 +481,20 @@ class SolidElements(MaterialField, frozen=True):
                 slopes = own._slopes(elastic)
                 fastest = max(fastest, own.yielding.fastest(elastic, slopes, relaxing))
         return fastest
+
+    @property
+    def is_in_matrix(self) -> bool:
+        """Return whether nothing yields; branches are in the matrix."""
+        return self.yielding is None
+
+    def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
+        """Return the derivatives of branches, point by point; see ``Field``."""
+        if self.branches is None:
+            return None
+        return branch_tangents(
+            self.branches, self.deformations(position), velocity, self.nodes,
+            self.drawn.gradients[self.row], self.drawn.volume[self.row],
+        )  # fmt: skip
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
         """Make branches give way for good; see ``Field``."""

@@ -84,7 +84,7 @@ class StoredTensors(Struct, metaclass=_AbstractStruct, frozen=True, eq=False):
             points: Of each element.
         """
         flat = velocity.reshape(*velocity.shape[:-2], -1)
-        place = self._places(points)
+        place = self.places(points)
         has = (self.slot >= 0)[..., None, None]
         kept = flat[..., np.where(has, place, 0)] / self.rate[..., None, None]
         six = np.where(has, kept, 0.0)
@@ -100,14 +100,18 @@ class StoredTensors(Struct, metaclass=_AbstractStruct, frozen=True, eq=False):
             tensors: The same of all rows, dimensionless, shape (item, point, 3, 3).
             items: Indices of the elements, shape (item,).
         """
-        flat, places = velocity.reshape(-1), self._places(tensors.shape[1])[:, items]
+        flat, places = velocity.reshape(-1), self.places(tensors.shape[1])[:, items]
         six = (tensors - np.eye(3))[..., ROWS, COLUMNS]
         for slot, place, rate in zip(self.slot, places, self.rate, strict=True):
             has = slot[items] >= 0
             flat[place[has]] = (rate[items, None, None] * six)[has]
 
-    def _places(self, points: int) -> Indices:
-        """Return places of the six numbers, shape (row, element, point, 6)."""
+    def places(self, points: int) -> Indices:
+        """Return places of the six numbers, shape (row, element, point, 6).
+
+        Args:
+            points: Of each element.
+        """
         return self.slot[..., None, None] + np.arange(SIX * points).reshape(points, SIX)
 
 

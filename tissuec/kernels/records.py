@@ -248,9 +248,10 @@ class Net(NamedTuple):
 class Solver(NamedTuple):
     """The matrix S = M + q (D + drag) + q² K of an implicit step, q = h γ, ready to solve.
 
-    Banded: its Cholesky factor in rows of the lower band, as LAPACK keeps them. Otherwise what
-    multiplies by it and the inverses of its diagonal blocks. Numbers of ``slot`` are places of
-    free nodes in an order of narrow band.
+    Of springs alone, banded: its Cholesky factor in rows of the lower band, as LAPACK keeps
+    them. Otherwise what multiplies by it and the inverses of its diagonal blocks. Numbers of
+    ``slot`` are places of free nodes in an order of narrow band. With anything else,
+    ``engine.stage_matrix`` has the matrix, and the arrays for those are empty.
     """
 
     slot: Integers  # of each node, -1 if held, shape (node,)
@@ -261,8 +262,9 @@ class Solver(NamedTuple):
     scratch: Rows  # shape (4, 3 node) or (0, 0)
     at: Floats  # positions that S was made at [m], shape (3 node,)
     speed: Floats  # velocities that S was made at [m/s], shape (3 node,)
-    # q of S [s], 0 without one; worst contraction of the step; 1 if S is to be made again
-    made: Floats  # shape (3,)
+    # q of S [s], 0 without one; worst contraction of the step; 1 if S is to be made again; the
+    # time that it was made at [s]; 1 if errors of velocities are multiplied by S⁻¹ M
+    made: Floats  # shape (5,)
 
 
 class Tableau(NamedTuple):

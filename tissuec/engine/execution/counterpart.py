@@ -66,16 +66,20 @@ def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[
         is_coarse = (simulation.tolerance or 1.0) >= COARSE
         return ("rkc2", *others) if is_coarse and _is_overdamped(network) else others
     if method == "rkc2":
-        # Matrices of implicit methods contain neither elements nor internal variables, and
-        # other explicit methods need the short steps that this one avoids.
-        if network.elements:
+        # For elements, other explicit methods need the short steps that this one avoids.
+        if any(len(each.hidden) and not each.is_in_matrix for each in network.elements):
             return ()
-        return others if network.relaxes else ("esdirk43", *others)
+        return ("esdirk43",) if network.elements else ("esdirk43", *others)
     return ("rkn4", *others) if method == "dop853" else others
 
 
 def _is_overdamped(network: Network) -> bool:
-    """Return whether dashpots and not springs set the fastest rate, at the worst node."""
+    """Return whether dashpots and not springs set the fastest rate, at the worst node.
+
+    Elements with viscosity are taken for such: the smallest ones mostly are.
+    """
+    if any(each.viscosity.any() for each in network.elements):
+        return True
     stiff, viscous = (
         np.bincount(network.springs.ends.ravel(), np.repeat(of, 2), network.node_count)
         for of in (network.springs.stiffness, network.springs.damping)

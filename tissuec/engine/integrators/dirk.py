@@ -10,7 +10,7 @@ from math import inf
 
 from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
-from tissuec.forces.accelerations import force
+from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import LOOKED, Floats, Net, Work
 from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import accumulate, length, quadrature, scale, subtract
@@ -33,24 +33,27 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     near = False
     while True:
         if fresh:
-            renew(q, work.x[current], work.v[current], work, net)
+            renew(time, q, work.x[current], work.v[current], work, net)
         made[1] = 0.0
         for stage in range(1, stages):
             if made[0] == q:
                 a = work.a[1 - current] if stage + 1 == work.end_row else work.rows[stage + 1]
-                near |= solve_stage(time, h, stage, current, a, work, net)
+                near |= solve_stage(time, h, stage, current, a, fresh, work, net)
                 if net.touched:
                     close_bristles(q, a, work.v[1 - current], net)
         if made[0] == q or fresh:
             break
         fresh = True
+    if made[4] == 1.0 and made[0] == q:
+        combine_errors(h, current, work)
+        filter_errors(work, net)
     return near
 
 
-def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
+def renew(time: float, q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
     """Set S at a state."""
     made = work.solver.made
-    made[0] = q
+    made[0], made[3] = q, time
     work.effort[1] += 1
     scale(1.0, x, work.solver.at)
     scale(1.0, v, work.solver.speed)
@@ -59,16 +62,25 @@ def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
 
 
 def solve_stage(
-    time: float, h: float, stage: int, current: int, a: Floats, work: Work, net: Net
+    time: float,
+    h: float,
+    stage: int,
+    current: int,
+    a: Floats,
+    careful: bool,
+    work: Work,
+    net: Net,
 ) -> bool:
-    """Set ``a`` to the accelerations of a stage; ``made[0]`` is 0 if this fails."""
+    """Set ``a`` to the accelerations of a stage; ``made[0]`` is 0 if this fails.
+
+    Args:
+        a: [m/s²], shape (3 node,).
+        careful: Whether to begin where nodes are at the start of the step, and not with the
+            accelerations of the stage before: of a sudden force, these may lead far away.
+    """
     made, change = work.solver.made, work.trial_x
     x, v, q = work.x[1 - current], work.v[1 - current], made[0]
-    scale(1.0, work.a[current] if stage == 1 else work.rows[stage], a)
-    if net.touched:
-        open_bristles(q, a, net)
-    then = time + h * work.tableau.for_x[stage, 0]
-    enter_stage(then, h, stage, current, x, v, work, net)
+    then = begin_stage(time, h, stage, current, a, careful, work, net)
     before, renewals, near = 0.0, 0, False
     for _ in range(ITERATIONS):
         near = force(then, x, v, change, work.power[stage + 1], net)
@@ -89,6 +101,9 @@ def solve_stage(
         left = size * min(rate, HOPELESS) / (1.0 - min(rate, HOPELESS)) if known else size
         if q * q * left <= work.goal[0] and q * left <= work.goal[1]:
             made[1] = rate
+            # Of what is remembered, only the velocities have been solved for.
+            if net.hidden.size > 0 or net.inelastic:
+                place(then, x, v, net)
             return near
         if not size < 1e300:
             break
@@ -96,13 +111,49 @@ def solve_stage(
             if renewals == RENEWALS:
                 break
             renewals += 1
-            renew(q, x, v, work, net)
+            renew(then, q, x, v, work, net)
             if made[0] == 0.0:
                 break
             rate, size = 0.0, 0.0
         made[1], before = rate, size
     made[0] = 0.0
     return near
+
+
+def begin_stage(
+    time: float,
+    h: float,
+    stage: int,
+    current: int,
+    a: Floats,
+    careful: bool,
+    work: Work,
+    net: Net,
+) -> float:
+    """Set ``a``, positions and velocities to where Newton's method begins; return the time.
+
+    Arguments are those of ``solve_stage``.
+    """
+    x, v, q = work.x[1 - current], work.v[1 - current], work.solver.made[0]
+    scale(1.0, work.a[current] if stage == 1 else work.rows[stage], a)
+    if net.touched:
+        open_bristles(q, a, net)
+    then = time + h * float(work.tableau.for_x[stage, 0])
+    enter_stage(then, h, stage, current, x, v, work, net)
+    if careful and work.solver.made[4] == 1.0:
+        stand_still(q, work.x[current], a, x, v, net)
+    return then
+
+
+def stand_still(q: float, start: Floats, a: Floats, x: Floats, v: Floats, net: Net) -> None:
+    """Change the accelerations of free nodes such that they are where the step began."""
+    for node in range(net.inverse_mass.size):
+        if net.inverse_mass[node] > 0.0:
+            for i in range(3 * node, 3 * node + 3):
+                change = (start[i] - x[i]) / q
+                a[i] += change / q
+                v[i] += change
+                x[i] = start[i]
 
 
 def open_bristles(q: float, a: Floats, net: Net) -> None:
@@ -127,13 +178,31 @@ def close_bristles(q: float, a: Floats, v: Floats, net: Net) -> None:
             v[i + c] += q * net.touches.bent[k, c]
 
 
+def combine_errors(h: float, current: int, work: Work) -> None:
+    """Set the scratch vectors to estimates of the errors of positions and velocities."""
+    for_x, for_v, none = work.tableau.error_x[0], work.tableau.error_v[0], work.zero
+    combine(none, none, h, for_x, for_v, current, work.trial_x, work.trial_v, work)
+
+
+def filter_errors(work: Work, net: Net) -> None:
+    """Multiply the errors of velocities by S⁻¹ M, which leaves slow motions as they are.
+
+    Estimates are far too large for motions that are much faster than the step and that the
+    method damps: of a flat tetrahedron, whose nodes follow all others. One of the frequency ω
+    is divided by 1 + q² ω². (M. E. Hosea, L. F. Shampine, Appl. Numer. Math. 20:21, 1996.)
+    """
+    work.effort[2] += 1
+    if not solve(work.trial_v, net, work.solver):
+        work.solver.made[0] = 0.0
+
+
 def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
     if work.solver.made[0] == 0.0:
         return inf, inf, inf  # Newton's method failed
-    for_x, for_v, none = work.tableau.error_x[0], work.tableau.error_v[0], work.zero
+    if work.solver.made[4] == 0.0:
+        combine_errors(h, current, work)
     of_x, of_v, each, bodies = work.trial_x, work.trial_v, work.each, work.moving.size
-    combine(none, none, h, for_x, for_v, current, of_x, of_v, work)
     hidden = length(of_v[3 * bodies :], each[bodies:], work.team)
     return length(of_x, work.moving, work.team), length(of_v, work.moving, work.team), hidden
 

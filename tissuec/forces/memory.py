@@ -1,0 +1,106 @@
+"""Internal variables in the matrix of an implicit step: eliminated item by item.
+
+Internal variables z of an item, such as a spring or a point of an element, are kept as
+velocities of hidden nodes, so that a step takes them like all other motion: z' = r(x, z), and
+the item pulls with f(x, z). With q = h γ, Newton's method on accelerations a of nodes and rates
+b of variables has, with G = -∂r/∂z, R = ∂r/∂x and P = ∂f/∂z,
+
+    (1 + q G) δb - q² R δa = β,        (M + q D + q² K) δa - q P δb = α
+
+for the residuals α and β. δb = (1 + q G)⁻¹ (β + q² R δa) leaves an equation of nodes alone:
+
+    (M + q D + q² K - q³ P (1 + q G)⁻¹ R) δa = α + q P (1 + q G)⁻¹ β.
+
+(Static condensation: J. C. Simo, T. J. R. Hughes, Computational Inelasticity, 1998, section
+1.7.) A branch of a spring that relaxes within a step then adds c / (1 + q/τ) and not c.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tissuec.forces.matrices import assembled
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+
+class MemoryTangents(NamedTuple):
+    """Derivatives of the rates and forces of internal variables.
+
+    Variables have the unit of velocities, as hidden nodes keep them.
+
+    Attributes:
+        slots: Places of the variables among the components of all velocities, -1 where there is
+            none, shape (item, variable).
+        nodes: That an item acts on, shape (item, node).
+        giving: -∂r/∂z [1/s], shape (item, variable, variable).
+        by_position: ∂r/∂x [1/s²], shape (item, variable, node, 3).
+        pull: ∂f/∂z [N s/m], shape (item, node, 3, variable).
+    """
+
+    slots: Indices
+    nodes: Indices
+    giving: Floats
+    by_position: Floats
+    pull: Floats
+
+
+class Condensed:
+    """Internal variables of some items, eliminated for a step.
+
+    Args:
+        tangents: Of the items.
+        q: Step size times the coefficient of the method [s].
+    """
+
+    def __init__(self, tangents: MemoryTangents, q: float):
+        items, variables = tangents.slots.shape
+        self._slots, self._has = tangents.slots, tangents.slots >= 0
+        self._nodes, self._q = tangents.nodes, q
+        whole = np.eye(variables) + q * tangents.giving
+        flat = tangents.by_position.reshape(items, variables, -1)
+        self._inverse = np.linalg.inv(whole)
+        self._follow = self._inverse @ flat
+        self._pull = tangents.pull.reshape(items, -1, variables)
+
+    def matrix(self, number: Indices, size: int) -> "coo_matrix":
+        """Return -q³ P (1 + q G)⁻¹ R [kg], shape (3 size, 3 size).
+
+        Args:
+            number: Of each node among those that may move, -1 for others, shape (node,).
+            size: Number of nodes that may move.
+        """
+        nodes = self._nodes.shape[1]
+        blocks = -(self._q**3) * (self._pull @ self._follow)
+        blocks = blocks.reshape(-1, nodes, 3, nodes, 3)
+        return assembled(blocks, number[self._nodes], size)
+
+    def enter(self, residual: Floats, force: Floats) -> Floats:
+        """Add q P (1 + q G)⁻¹ β to forces, and return (1 + q G)⁻¹ β.
+
+        Args:
+            residual: Residuals of all nodes and variables [m/s²], flat, shape (3 node,).
+            force: Of all nodes [N], shape (node, 3); changed in place.
+
+        Returns:
+            Changes of the rates while no node moves [m/s²], shape (item, variable).
+        """
+        own = np.where(self._has, residual[np.where(self._has, self._slots, 0)], 0.0)
+        found = np.einsum("iuv,iv->iu", self._inverse, own)
+        push = self._q * np.einsum("ifv,iv->if", self._pull, found)
+        np.add.at(force, self._nodes, push.reshape(*self._nodes.shape, 3))
+        return found
+
+    def leave(self, found: Floats, change: Floats) -> None:
+        """Set the changes of the rates.
+
+        Args:
+            found: What ``enter`` returned.
+            change: Changes of accelerations of all nodes [m/s²], flat, shape (3 node,); those
+                of the variables are set in it.
+        """
+        moved = change.reshape(-1, 3)[self._nodes].reshape(len(self._nodes), -1)
+        found = found + self._q**2 * np.einsum("ivf,if->iv", self._follow, moved)
+        change[self._slots[self._has]] = found[self._has]
