@@ -275,6 +275,9 @@ def test_fibres_add_four_times_k1_along_them(name, dispersion):
         )
         for each in (None, fibres)
     )  # fmt: skip
+    np.testing.assert_allclose(
+        fibred.rigidity, (SHEAR + BULK + modulus) * fibred.volume, rtol=1e-14
+    )
     longer = np.eye(3) + part * np.outer(along, along)
     more = uniform(fibred, position, longer)[1] - uniform(bare, position, longer)[1]
     np.testing.assert_allclose(
@@ -309,6 +312,8 @@ def test_volumes_and_masses_add_up(name):
 @pytest.mark.parametrize("name", SHAPES)
 def test_triangles_enclose_the_volume(name):
     position, nodes = mesh(name, cells=1, displaced=0.0)
+    # Of faces through the origin, the pyramids have no volume.
+    position = position + np.array([0.03, 0.05, 0.07])
     a, b, c = np.moveaxis(position[nodes[:, SHAPES[name].triangles]], 2, 0)
     enclosed = np.einsum("etk,etk->e", a, np.cross(b, c)) / 6.0
     volume = Measures.of(SHAPES[name], position[nodes]).volume.sum(axis=1)
@@ -323,6 +328,19 @@ def test_triangles_of_a_face_lie_side_by_side(name):
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     same = SHAPES[name].faces[:, None] == SHAPES[name].faces
     np.testing.assert_array_equal(normal @ normal.T > 1.0 - 1e-9, same)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_edges_are_those_of_faces(name):
+    shape = SHAPES[name]
+    faces = {}
+    for triangle, face in zip(shape.triangles.tolist(), shape.faces.tolist(), strict=True):
+        for a, b in zip(triangle, triangle[1:] + triangle[:1], strict=True):
+            faces.setdefault((min(a, b), max(a, b)), set()).add(face)
+    # The diagonals of flat faces with four corners are no edges.
+    due = {pair for pair, both in faces.items() if len(both) == 2 or name == "tetrahedron"}
+    assert {tuple(sorted(pair)) for pair in shape.edges.tolist()} == due
+    assert len(shape.edges) == len(due)
 
 
 @pytest.mark.parametrize("name", SHAPES)
