@@ -80,8 +80,8 @@ class MembraneBranches(Struct, frozen=True, eq=False):
 
     def some(self, items: Indices) -> Self:
         """Return those of some triangles, by indices of shape (n,)."""
-        columns = self.shear, self.time, self.slot, self.rate
-        return type(self)(*(column[:, items] for column in columns))
+        shear, time = self.shear[:, items], self.time[:, items]
+        return type(self)(shear, time, self.slot[:, items], self.rate[:, items])
 
     @property
     def sudden(self) -> Floats:

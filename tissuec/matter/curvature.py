@@ -106,7 +106,8 @@ class Patches(Struct, frozen=True, eq=False):
         plate[:, 2, 2] = 0.5 * (1.0 - ratio)
         plate *= weight[:, None, None]
         # Hinge moments of even curvatures, by the inverse of the second Q.
-        moments = np.linalg.inv(folds[1]).swapaxes(1, 2) @ plate
+        mean = np.asarray(np.linalg.inv(folds[1]), dtype=float)
+        moments: Floats = np.einsum("tji,tjk->tik", mean, plate)
         found: list[tuple[float, float]] = []
         for states in (
             np.array([[1.0, 1.0, 0.0]]),

@@ -118,7 +118,8 @@ class RelaxingWall:
         there, across = inside[self._triangle], outside[self._triangle]
         swelling = np.einsum("bkl,blk->b", np.linalg.inv(own), change)
         each = np.einsum("bkl,bkl->b", there, change) - across * swelling / np.linalg.det(own)
-        return np.bincount(self._triangle, -0.5 * self._shear * each, self._triangles)
+        power = np.bincount(self._triangle, -0.5 * self._shear * each, self._triangles)
+        return power.astype(float, copy=False)
 
     def allowed(self, place: float) -> Floats:
         """Return errors of unknowns that count as one of positions, shape (count,).
