@@ -5,6 +5,8 @@ import pytest
 
 from tests.contact.scenes import play
 from tests.validate.scenes import compiled_scene
+from tissuec.compiled.calls import kernel_on
+from tissuec.forces.bristle_kernel import SLIDES, cut_bristles
 from tissuec.forces.contact_points import NO_FACE
 from tissuec.geometry.triangle_rules import even, fourth_degree
 from tissuec.validate.forces.contact import ContactForce
@@ -102,6 +104,34 @@ def test_loops_and_the_independent_reference_agree(name, friction):
     assert lost == pytest.approx(expected.lost, rel=1e-11)
     energy = ContactForce(contact).energy(position, pairs)
     assert energy == pytest.approx(contact.energy(0.0, position), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["ball", "plate", "needle"])
+def test_bristles_are_cut_and_slip_as_in_the_reference(name):
+    network = slab(TOOLS[name], entries="friction = 0.4; contact damping = 0.5 s/m")
+    contact, (position, velocity) = network.contact, deformed(network)
+    velocity[contact.memory] *= contact.rate * 1e-3
+    table = contact.table(np.arange(len(position)), None, position)
+    reference, pairs = ContactForce(contact), contact.near(position, 0.0)
+    found, expected = velocity.copy(), velocity.copy()
+    call = kernel_on(contact.kernel, table)
+    for _ in range(2):
+        forces, power = np.zeros_like(position), np.zeros(2)
+        call(0.0, position.ravel(), found.ravel(), forces.reshape(-1), power)
+        touching = reference.at(position, expected, pairs)
+        assert np.abs(forces - touching.force).max() < 1e-8 * np.abs(forces).max()
+        rates = table.touches.bent[:, :3]
+        scale = np.abs(rates).max()
+        assert np.abs(rates - touching.bristle_rates).max() < 1e-8 * scale
+        change = np.zeros_like(position)
+        change[contact.memory] = rates
+        cut_bristles(found.reshape(-1), change.reshape(-1), table.touches)
+        reference.slip(position, expected, pairs)
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    # Behind a cut, none that slips grows.
+    slips = table.touches.bent[:, SLIDES] > 0.0
+    growth = (change * found)[contact.memory[slips]].sum(axis=1)
+    assert slips.any() and growth.max() <= 1e-9 * scale * np.abs(found).max()
 
 
 def test_a_plate_presses_by_area_and_depth():
