@@ -27,6 +27,7 @@ body artery {{
     rings = 2; sides = {sides}; layers = {layers}; part is quarter
   }}
   tissue is media
+  {fibres}
 }}
 environment {{
   gravity = (0, 0, 0) m/s^2
@@ -51,14 +52,16 @@ LAWS = {
 }
 
 
-def radii(law, pressures, layers, sides):
+def radii(law, pressures, layers, sides, fibres=""):
     """Return the inner radius under each pressure [m], found by ``settle``."""
     added = np.diff([0.0, *pressures])
     steps = "\n".join(
         f"  at {2 * k} us: {{ press inside of artery with {one} Pa; settle }}"
         for k, one in enumerate(added)
     )
-    compiled = compiled_scene(SCENE.format(law=law, steps=steps, layers=layers, sides=sides))
+    compiled = compiled_scene(
+        SCENE.format(law=law, steps=steps, layers=layers, sides=sides, fibres=fibres)
+    )
     outcome, recording = carried_out(compiled)
     assert outcome.kind == "done", outcome.message
     inner = np.linalg.norm(compiled.network.position[:, :2], axis=1) < INNER + 1e-6
@@ -66,15 +69,21 @@ def radii(law, pressures, layers, sides):
     return np.linalg.norm(position[:, inner, :2], axis=2).mean(axis=1)[: len(pressures)]
 
 
-def exact(slope, pressure):
-    """Return the inner radius under a pressure [m]; ``slope`` is 1/μ ∂W/∂I1 of I1 - 3."""
+def exact(slope, pressure, fibres=lambda square: 0.0):
+    """Return the inner radius under a pressure [m].
+
+    Args:
+        slope: 1/μ ∂W/∂I1 of I1 - 3.
+        pressure: [Pa].
+        fibres: Their part of λ ∂W/∂λ [Pa], of λ².
+    """
 
     def held(radius):
         def of(drawn):
             now = np.sqrt(radius**2 + drawn**2 - INNER**2)
             square = (now / drawn) ** 2
             stress = 2.0 * slope(square + 1.0 / square - 2.0) * (square - 1.0 / square)
-            return YOUNG / 3.0 * stress * drawn / now**2
+            return (YOUNG / 3.0 * stress + fibres(square)) * drawn / now**2
 
         return quad(of, INNER, OUTER)[0]
 
@@ -91,3 +100,18 @@ def test_an_artery_widens_as_its_incompressible_wall_does(name):
     ]
     assert wrong[0] < 0.03 and wrong[1] < 0.01
     assert wrong[1] < 0.5 * wrong[0]
+
+
+@pytest.mark.parametrize("angle", [20.0, 40.0])
+def test_two_families_of_fibres_stiffen_an_artery_as_they_should(angle):
+    law = "fibre modulus = 300 kPa; fibre stiffening = 0.8"
+    around = np.cos(np.radians(angle)) ** 2
+
+    def fibres(square):
+        e = around * (square - 1.0)  # |F a|² - 1 in plane strain
+        return 2.0 * (50e3 * e * np.exp(0.8 * e * e)) * 2.0 * square * around
+
+    pressures = (5e3, 10e3, 20e3)
+    wanted = [exact(lambda z: 0.5, pressure, fibres) - INNER for pressure in pressures]
+    found = radii(law, pressures, 4, 32, f"fibres = {angle} deg; second fibres = -{angle} deg")
+    assert found - INNER == pytest.approx(wanted, rel=0.02)

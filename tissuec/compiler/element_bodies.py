@@ -20,6 +20,7 @@ from tissuec.compiler.tissue_parts import OF_FIBRES, Material, TissueParts, part
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
+from tissuec.core.vectors import cross
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws import MODULUS, STRAIN, stress_in
 from tissuec.laws.formula import Constant, replaced
@@ -28,13 +29,14 @@ from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.laws.uniaxial import OfTension
 from tissuec.meshes.elements import node_shares
 from tissuec.meshes.generators import ElementMesh
+from tissuec.meshes.generators.thick_tube import ThickTube
 from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
 from tissuec.model.springs import NUMBERS
 from tissuec.scene.element_bodies import note_of, refuse
-from tissuec.scene.fibres import SECOND_FIBRES
+from tissuec.scene.fibres import AXIAL, SECOND_FIBRES, Direction, Helix
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
 from tissuec.scene.model import AssignedQuantity, Body, PrestressDirection, Tissue
@@ -198,18 +200,31 @@ class ElementReader:
         every = np.stack(along, axis=1)
         return SolidFibres(every, stiffness, np.maximum(stiffening, STRAIGHT), spread)
 
-    def _along(self, name: str, direction: Floats | str) -> Floats:
+    def _along(self, name: str, direction: Direction) -> Floats:
         """Return the direction of a family of fibres, shape (element, 3).
 
         Args:
             name: The entry.
             direction: As it is written.
         """
-        if isinstance(direction, str):
-            self.refuse_fibres(name, direction)
+        if isinstance(direction, str | Helix):
+            mesh = self.body.mesh
+            if not isinstance(mesh, ThickTube):
+                self.refuse_fibres(name, direction)
+            return turned_around(*self._around(mesh), direction)
         return np.broadcast_to(direction, (len(self.part), 3))
 
-    def refuse_fibres(self, name: str, direction: str) -> NoReturn:
+    def _around(self, tube: ThickTube) -> tuple[Floats, Floats]:
+        """Return the axis of a tube, and where around it is, shape (element, 3) each."""
+        start, end = (np.asarray(point, dtype=float) for point in tube.axis)
+        axis = (end - start) / np.linalg.norm(end - start)
+        position = self.drawing.mesh.position
+        centre = np.concatenate([position[e.nodes].mean(1) for e in self.drawing.mesh.elements])
+        ahead = cross(np.broadcast_to(axis, centre.shape), centre - start)
+        ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+        return np.broadcast_to(axis, centre.shape), ahead
+
+    def refuse_fibres(self, name: str, direction: str | Helix) -> NoReturn:
         """Reject fibres that only a tube has; arguments as for ``_along``."""
         self.findings.reject(
             "TIS309",
@@ -402,6 +417,19 @@ def law_of(tissue: Tissue) -> tuple[SolidLaw, Span]:
     if solid is not None:
         return cast(SolidLaw, solid.law), solid.span
     return NeoHookean(), tissue.span
+
+
+def turned_around(axis: Floats, ahead: Floats, direction: str | Helix) -> Floats:
+    """Return the direction of fibres in a tube, shape (element, 3).
+
+    Args:
+        axis: Unit vectors along the tube, shape (element, 3).
+        ahead: Unit vectors around it by the right-hand rule, shape (element, 3).
+        direction: How the fibres run.
+    """
+    if isinstance(direction, Helix):
+        return np.cos(direction.angle) * ahead + np.sin(direction.angle) * axis
+    return axis if direction == AXIAL else ahead
 
 
 def marks_of(

@@ -32,7 +32,7 @@ from tissuec.matter.traction import POISSON, Floppy, MeasuredStiffness, measured
 from tissuec.meshes.generators import Mesh, Threaded
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import Floats
-from tissuec.scene.fibres import AXIAL
+from tissuec.scene.fibres import AXIAL, Helix
 from tissuec.scene.findings import Findings
 
 POISSON_OF_SURFACE = 1.0 / 3.0
@@ -280,6 +280,8 @@ class MatterReader:
         if self.body.fibres is None:
             self.span = self.fibres
             self._missing("fibres", "direction of its fibres", "fibres = (1, 0, 0)")
+        if isinstance(self.body.fibres, Helix):
+            self._refuse_fibres("an angle around a tube is for elements")
         return self.body.fibres
 
     def _fibres_in_solid(self) -> Fibres:

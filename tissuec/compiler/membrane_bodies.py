@@ -8,7 +8,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
-from tissuec.compiler.element_bodies import BodyElements, ElementReader
+from tissuec.compiler.element_bodies import BodyElements, ElementReader, turned_around
 from tissuec.compiler.element_branches import wall_branches_of
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
@@ -18,7 +18,7 @@ from tissuec.meshes.generators.imported import Imported
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import LIMIT, VISCOSITY
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.fibres import AXIAL
+from tissuec.scene.fibres import Direction, Helix
 from tissuec.scene.findings import Findings
 from tissuec.scene.prestress import PRESTRESS
 from tissuec.scene.quantities import OF_MATTER
@@ -163,9 +163,9 @@ class MembraneReader(ElementReader):
 
     # --- fibres -------------------------------------------------------------------------------
 
-    def _along(self, name: str, direction: Floats | str) -> Floats:
+    def _along(self, name: str, direction: Direction) -> Floats:
         """Return the direction of a family of fibres in the wall, shape (triangle, 3)."""
-        if isinstance(direction, str):
+        if isinstance(direction, str | Helix):
             return self._along_tube(name, direction)
         return self._within(name, direction)
 
@@ -192,10 +192,10 @@ class MembraneReader(ElementReader):
             )
         return within
 
-    def _along_tube(self, name: str, direction: str) -> Floats:
+    def _along_tube(self, name: str, direction: str | Helix) -> Floats:
         grid, position = self.drawing.mesh.grid, self.drawing.mesh.position
         if grid is None or not grid.closed:
             self.refuse_fibres(name, direction)
         axis = position[grid.columns] - position[0]
         axis = np.broadcast_to(axis / np.linalg.norm(axis), self.normal.shape)
-        return axis if direction == AXIAL else cross(self.normal, axis)
+        return turned_around(axis, cross(axis, self.normal), direction)

@@ -11,7 +11,6 @@ from tissuec.lang import syntax as s
 from tissuec.meshes.generators import MESHES, Generator
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.meshes.walls import is_wall
-from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE
 from tissuec.scene.bending import read_bending
@@ -29,7 +28,7 @@ from tissuec.scene.element_bodies import (
 )
 from tissuec.scene.entry_meanings import unknown_entry
 from tissuec.scene.expressions import Scope
-from tissuec.scene.fibres import SECOND_FIBRES, read_fibres
+from tissuec.scene.fibres import SECOND_FIBRES, Direction, read_fibres
 from tissuec.scene.model import (
     Bending,
     Body,
@@ -112,8 +111,8 @@ class _BodyReader:
         self.parts = PartReader(tissues, declarations, scope)
         self.may_rupture = False
         self.bending: Bending | None = None
-        self.fibres: Floats | str | None = None
-        self.second_fibres: Floats | str | None = None
+        self.fibres: Direction | None = None
+        self.second_fibres: Direction | None = None
         self.prestress: PrestressDirection | None = None
         self.shell: Span | None = None
         self.elements: MadeOfElements | None = None

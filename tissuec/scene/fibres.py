@@ -1,6 +1,9 @@
-"""Fibres of a body: ``fibres = (1, 0, 0)``, or along or around a tube."""
+"""Fibres of a body: ``fibres = (1, 0, 0)``, or along, around or at an angle around a tube."""
+
+from typing import TypeAlias
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Point
@@ -14,7 +17,23 @@ SECOND_FIBRES = "second fibres"
 AXIAL, CIRCUMFERENTIAL = "axial", "circumferential"  # fibres of a tube
 
 
-def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Floats | str:
+class Helix(Struct, frozen=True):
+    """Fibres that run around a tube of elements as the thread of a screw.
+
+    Attributes:
+        angle: From around the tube towards its axis [rad].
+    """
+
+    angle: float
+
+    def __str__(self) -> str:
+        return "helical"
+
+
+Direction: TypeAlias = Floats | str | Helix
+
+
+def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Direction:
     """Return the direction of fibres [1], shape (3,), or how they run in a tube."""
     if not isinstance(item, s.Assign):
         example = "fibres is axial, or fibres = (1, 0, 0)"
@@ -26,6 +45,10 @@ def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Floats |
             "TIS305", f'fibres cannot be "{word.text}"', word.span,
             hint=f"{alternatives(word.key, known, what='choices')}, or fibres = (1, 0, 0)",
         )  # fmt: skip
+    if isinstance(item.value, s.Quantity | s.Signed):
+        angle = scope.number(item.value)
+        scope.expect(angle, units.NUMBER, item.value.span, what="the angle of fibres")
+        return Helix(float(angle.amount))
     entry = schema.Entry("fibres", "fibres", Point(units.NUMBER), None, "")
     direction = np.asarray(schema.read_entry(entry, item, scope), dtype=float)
     if not direction.any():

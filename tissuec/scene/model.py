@@ -1,7 +1,7 @@
 """Scene: everything a text says, with names bound and numbers in SI units, before any mesh."""
 
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec import Struct
 
@@ -24,6 +24,9 @@ from tissuec.scene.study_model import Study
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
 from tissuec.script.tools import Shape, ToolKind, grasping
+
+if TYPE_CHECKING:
+    from tissuec.scene.fibres import Direction
 
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05
@@ -262,8 +265,8 @@ class Body(Struct, frozen=True, eq=False):
     spring_parts: tuple[SpringPart, ...]
     may_rupture: bool
     bending: Bending | None
-    fibres: Floats | str | None
-    second_fibres: Floats | str | None
+    fibres: "Direction | None"
+    second_fibres: "Direction | None"
     prestress: PrestressDirection | None
     shell: Span | None
     elements: MadeOfElements | None
