@@ -420,7 +420,7 @@ def law_of(tissue: Tissue) -> tuple[SolidLaw, Span]:
 
 
 def turned_around(axis: Floats, ahead: Floats, direction: str | Helix) -> Floats:
-    """Return the direction of fibres in a tube, shape (element, 3).
+    """Return the direction of fibres in a tube, dimensionless, shape (element, 3).
 
     Args:
         axis: Unit vectors along the tube, shape (element, 3).
