@@ -5,7 +5,9 @@ import pytest
 
 from tests.contact.scenes import gap_of_balance, play
 from tests.validate.scenes import compiled_scene
+from tests.whole_runs import AfterAsking, carried_out, every_array, same_on_threads
 from tissuec.compiled.calls import kernel_on
+from tissuec.forces.contact import Contact
 
 STEEP = np.arctan(0.5)
 
@@ -88,6 +90,38 @@ def test_parts_of_threads_do_the_same_to_the_last_bit(monkeypatch):
         found.append((forces.tobytes(), power.tobytes(), table.touches.bent.tobytes()))
     assert np.abs(forces).max() > 1e-3
     assert len(set(found)) == 1
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_a_run_that_is_resumed_while_faces_rub_gives_the_same_bytes(count):
+    compiled = compiled_scene(RUBBED.replace("output {", "output { trajectory every 2 ms;"))
+    whole, undisturbed = carried_out(compiled)
+    first, before = carried_out(compiled, interrupt=AfterAsking(count))
+    assert first.kind == "interrupted" and 0.0 < first.state.time < 0.03
+    second, after = carried_out(compiled, resume=before.state)
+    assert whole.kind == second.kind == "done"
+    for one, other in zip(
+        every_array("force of ball", undisturbed),
+        every_array("force of ball", before, after),
+        strict=True,
+    ):
+        assert one.tobytes() == other.tobytes()
+
+
+def test_a_run_on_two_threads_gives_the_same_bytes(monkeypatch):
+    # Elements alone have one thread, however many there are.
+    monkeypatch.setattr("tissuec.forces.contact.WORTHWHILE", 1)
+    monkeypatch.setattr("tissuec.engine.layout._threads", lambda _, permitted, *__: permitted)
+    parts, in_parts = set(), Contact.in_parts
+
+    def counted(self, table, count):
+        groups = in_parts(self, table, count)
+        parts.add(max(map(len, groups)))
+        return groups
+
+    monkeypatch.setattr(Contact, "in_parts", counted)
+    run = same_on_threads(RUBBED.replace("output {", "output { trajectory every 1 ms;"), 2)
+    assert len(run.position) > 20 and max(parts) > 1
 
 
 def test_a_block_on_a_slope_below_the_angle_of_friction_does_not_creep():

@@ -41,6 +41,7 @@ def saved_engine(stepper: Stepper, control: MethodControl) -> dict[str, Any]:
         "tier": stepper.backend,
         "listed_at": stepper.listed_at,
         "listed_around": np.zeros((0, 3)) if around is None else around,
+        "slipping": stepper.slipping.copy(),
         **{f"contest {name}": value for name, value in control.trial.state().items()},
         "changes": json.dumps([astuple(change) for change in control.changes]),
         "method": control.choice.name,
@@ -85,6 +86,9 @@ def restore_stepper(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> 
     stepper.listed_around = around if len(around) else None
     stepper.task = stepper.task._replace(bound=float(kept["bound"]))
     stepper.limit_step()
+    if len(slipping := np.asarray(kept["slipping"])):
+        stepper.acting()
+        stepper.slipping[:] = slipping
 
 
 def _restore_arrays(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> None:

@@ -20,6 +20,7 @@ from tissuec.engine.run_arrays import (
     new_work,
 )
 from tissuec.engine.sample_buffer import SampleBuffer
+from tissuec.forces.bristle_kernel import SLIDES
 from tissuec.kernels.records import Task, Work
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
@@ -214,6 +215,17 @@ class Stepper:
             net = net._replace(operations=called)
             self._net = with_python(net, called_back, self.work.solver)
         return self._net
+
+    @property
+    def slipping(self) -> Floats:
+        """Return which bristles slip: 1 or 0 of each, shape (bristle,); none if none were cut.
+
+        They belong to what acts; see ``cut_bristles``.
+        """
+        touches = None if self._net is None else self._net.touches
+        if touches is None or touches.bent.shape[1] <= SLIDES:
+            return np.zeros(0)
+        return touches.bent[:, SLIDES]
 
     def forget_net(self) -> None:
         """Have what acts, and the lists of what is near, made anew when they are needed."""
