@@ -115,7 +115,7 @@ def test_bristles_are_cut_and_slip_as_in_the_reference(name):
     reference, pairs = ContactForce(contact), contact.near(position, 0.0)
     found, expected = velocity.copy(), velocity.copy()
     call = kernel_on(contact.kernel, table)
-    for _ in range(2):
+    for cuts in range(2):
         forces, power = np.zeros_like(position), np.zeros(2)
         call(0.0, position.ravel(), found.ravel(), forces.reshape(-1), power)
         touching = reference.at(position, expected, pairs)
@@ -125,13 +125,16 @@ def test_bristles_are_cut_and_slip_as_in_the_reference(name):
         assert np.abs(rates - touching.bristle_rates).max() < 1e-8 * scale
         change = np.zeros_like(position)
         change[contact.memory] = rates
+        grew = (change * found)[contact.memory].sum(axis=1)
         cut_bristles(found.reshape(-1), change.reshape(-1), table.touches)
         reference.slip(position, expected, pairs)
         assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    # Behind a cut, none that slips grows.
-    slips = table.touches.bent[:, SLIDES] > 0.0
-    growth = (change * found)[contact.memory[slips]].sum(axis=1)
-    assert slips.any() and growth.max() <= 1e-9 * scale * np.abs(found).max()
+        slips = table.touches.bent[:, SLIDES] > 0.0
+        allowed = 1e-9 * scale * np.abs(found).max()
+        # None that slips grows behind a cut, though some do before they slip.
+        grows = (change * found)[contact.memory].sum(axis=1)
+        assert slips.any() and grows[slips].max() <= allowed
+        assert cuts or grew[slips].max() > 1e3 * allowed
 
 
 def test_a_plate_presses_by_area_and_depth():

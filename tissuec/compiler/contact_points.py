@@ -267,7 +267,8 @@ def stiffness_of(
     axis = points.owner < 0
     if (written := environment.contact.surface_stiffness) is not None:
         return written * points.extent * np.where(axis, points.size, 1.0)
-    nets = [network.bodies[n] for n in points.bodies if not network.bodies[n].elements]
+    touched = [network.bodies[int(n)] for n in points.bodies]
+    nets = [body for body in touched if not body.elements]
     if nets:
         example = f"contact surface stiffness = {show(1e6, AREAL_STIFFNESS)}"
         findings.reject(
