@@ -119,8 +119,16 @@ def test_a_part_of_a_cube_moves_as_the_whole(axes, tmp_path):
     assert np.abs(part.position[-1][on_plane, "xy".index(axes[0])]).max() < 1e-18
 
 
-@pytest.mark.parametrize("stiffness", ["stiffness = 20 N/m", "surface stiffness = 5 MPa/m"])
-def test_a_probe_on_the_plane_feels_half_of_the_whole(stiffness, tmp_path):
+@pytest.mark.parametrize(
+    ("stiffness", "close"),
+    [
+        ("stiffness = 20 N/m", 3e-6),
+        ("surface stiffness = 5 MPa/m; contact places is nodes", 3e-6),
+        # Diagonals of faces are no mirror images of those on the other side.
+        ("surface stiffness = 5 MPa/m", 2e-2),
+    ],
+)
+def test_a_probe_on_the_plane_feels_half_of_the_whole(stiffness, close, tmp_path):
     """With damping of each node; contact and damping of nodes on the plane belong to both."""
     probe = """
 tool probe { kind is probe; radius = 8 mm; axis from (0, -4, 28.5) mm to (0, 4, 28.5) mm }
@@ -137,7 +145,7 @@ tool probe { kind is probe; radius = 8 mm; axis from (0, -4, 28.5) mm to (0, 4, 
         forces.append(run.logs["force of probe"].value[:, 2])
     whole, half = forces
     assert np.abs(whole).max() > 1e-3
-    np.testing.assert_allclose(half, 0.5 * whole, atol=3e-6 * np.abs(whole).max())
+    np.testing.assert_allclose(half, 0.5 * whole, atol=close * np.abs(whole).max())
 
 
 @pytest.mark.parametrize("by", [settle, rest], ids=["engine", "reference"])

@@ -109,7 +109,14 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
 
 
 def triangle_keys(triangles: NDArray[np.integer]) -> Indices:
-    """Return a number for each triangle of fewer than two million nodes, whatever its order."""
+    """Return a number for each triangle of fewer than two million nodes, whatever its order.
+
+    Args:
+        triangles: Nodes, shape (triangle, 3).
+
+    Returns:
+        Shape (triangle,).
+    """
     low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
     return (low << 42) | (middle << 21) | high
 

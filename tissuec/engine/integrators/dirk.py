@@ -132,7 +132,10 @@ def begin_stage(
 ) -> float:
     """Set ``a``, positions and velocities to where Newton's method begins; return the time.
 
-    Arguments are those of ``solve_stage``.
+    Args:
+        time, h, stage, current, a, work, net: As of ``solve_stage``.
+        careful: Whether Newton's method begins where the nodes are, after it failed from where
+            the former accelerations lead.
     """
     x, v, q = work.x[1 - current], work.v[1 - current], work.solver.made[0]
     scale(1.0, work.a[current] if stage == 1 else work.rows[stage], a)
