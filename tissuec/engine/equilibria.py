@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.units import ENERGY, TIME, show
+from tissuec.core.units import ENERGY, PRESSURE, TIME, show
 from tissuec.engine.method import Interruption
 from tissuec.engine.quasistatic import QuasiStatic
 from tissuec.engine.step_events import Watch
@@ -141,10 +141,7 @@ class Equilibria(QuasiStatic):
                 self._ahead = target
             return None
         if failure is not None:
-            message = (
-                f"{failure.message}, and no equilibrium is near the one before; prescribe a "
-                "motion or a volume instead of a force, or use a dynamic method"
-            )
+            message = self._limit(state, target) if self._past else failure.message
             return Interruption("stuck", target, node=failure.node, message=message)
         self._count(span)
         self._book(*((work, lost) if jumps else (work - lost, 0.0)))
@@ -164,6 +161,18 @@ class Equilibria(QuasiStatic):
             self._waits = False
         elif smooth:
             self._size = self._usual = max(self._size, 2.0 * span)
+
+    def _limit(self, state: State, time: float) -> str:
+        """Return that the net has lost its equilibrium at a time [s], and under which load."""
+        loads = [
+            f"a pressure of {show(float(each.pressure(time)), PRESSURE)} on {each.name}"
+            for each in state.pressures
+        ]
+        under = f" under {' and '.join(loads)}" if loads else ""
+        return (
+            f"no equilibrium is near the one before{under}; prescribe a motion or a volume "
+            "instead of a force or pressure, or use a dynamic method"
+        )
 
     def _guess(self, span: float) -> Floats | None:
         """Return where the path leads after a time [s], shape (node, 3) [m], if known."""

@@ -24,6 +24,7 @@ from tissuec.model.network import Floats
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
+FAR = 100.0  # times the size of the net: where it goes on without end
 SOON = 20  # rounds of Newton's method: from nearby it converges in far fewer
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 
@@ -156,11 +157,13 @@ def _equilibrium(
         Unsettled: They balance nowhere.
     """
     remarks: tuple[Remark, ...] = ()
+    longest = float(balance.bars(x).length.max(initial=0.0))
+    far = FAR * max(float(np.ptp(balance.start, axis=0).max()), longest) or np.inf
     for _ in range(TURNS if patiently else 1):
         x, found = descend(balance, x, ROUNDS if patiently else SOON)
         if found:
             return x, remarks
-        if not patiently:
+        if not patiently or not greatest(x - balance.start) <= far:
             break
         bars = balance.bars(x)
         left = greatest(balance.force(bars))
