@@ -218,8 +218,9 @@ class Stepper:
 
     @property
     def slipping(self) -> Floats:
-        """Return which bristles slip: 1 or 0 of each, shape (bristle,); none if none were cut.
+        """Return which bristles slip: 1 or 0 of each, dimensionless, shape (bristle,).
 
+        There are none if none were cut.
         They belong to what acts; see ``cut_bristles``.
         """
         touches = None if self._net is None else self._net.touches
