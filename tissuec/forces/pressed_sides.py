@@ -306,7 +306,7 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
             "each rim has to be a single loop: add the faces that are missing to the set, or "
             "press without caps",
         )
-    if any(block.kind == "symmetry" for block in network.blocks):
+    if network.mirrored:
         raise NoSide(
             f"caps cannot close {name}, of which only a part is drawn beside a plane of "
             "symmetry",

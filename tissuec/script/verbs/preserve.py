@@ -261,12 +261,15 @@ def _expect_volume(order: Order) -> bool:
         return order.words.lower() != "volume"
     hint = Hint(f"for example: preserve volume of BODY {EXAMPLE}")
     if order.words and order.words.lower() != "volume":
-        # "preserve bag with …", or "preserve pressure of bag with …"
-        text = "volume" if has_body else f"volume of {order.words}"
+        # "preserve bag with …", "preserve volume bag with …", "preserve pressure of bag with …"
+        place, name = "volume", order.words.removeprefix("volume ")
+        if name.startswith("inside "):
+            place, name = "volume inside", name.removeprefix("inside ")
+        text = "volume" if has_body else f"{place} of {name}"
         start = order.span.start + order.span.text.index(order.words, len("preserve"))
-        place = Span(order.span.source, start, start + len(order.words))
+        written = Span(order.span.source, start, start + len(order.words))
         whole = f"{text} of …" if has_body else text
-        hint = Hint(f"write preserve {whole}", Edit(text, place))
+        hint = Hint(f"write preserve {whole}", Edit(text, written))
     order.reject("TIS312", "only the volume of a body can be preserved", hint=hint)
 
 
