@@ -78,19 +78,23 @@ def _opened(x: Floats, cells: Indices, shape: str, across: int, folder: Path) ->
     return float(np.ptp(now[lips, 0]) - np.ptp(drawn[lips, 0]))
 
 
+def _up_to(last: int) -> Indices:
+    return np.arange(last + 1)
+
+
 def _skin(across: int, name: str) -> tuple[Floats, Indices]:
     """Return a quarter of the skin [mm]; both lips of a slit have nodes of their own."""
     cell = 20.0 / across
     counts = np.array([3 * across, across, across // 2])
-    x = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), axis=-1)
-    number = np.arange(x[..., 0].size).reshape(x.shape[:-1])
+    grid = np.stack(np.meshgrid(*map(_up_to, counts.tolist()), indexing="ij"), axis=-1)
+    number = np.arange(grid[..., 0].size).reshape(grid.shape[:-1])
     corners = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
     ways = [*corners, *((i, j, 1) for i, j, _ in corners)]
     cells = np.stack(
         [number[tuple(slice(w, w + n) for w, n in zip(way, counts, strict=True))].ravel()
          for way in ways], axis=1,
     )  # fmt: skip
-    x = x.reshape(-1, 3) * cell
+    x: Floats = grid.reshape(-1, 3) * cell
     centre = x[cells].mean(axis=1)
     if name == "hole":
         is_lost = (np.abs(centre[:, 0] - LONG) < 10.0) & (centre[:, 1] < 10.0)
@@ -276,7 +280,9 @@ def modes_by_library(factor: int) -> Answers:
     stiff, mass = (
         each.tocsc()[free][:, free] for each in (body.assemble.matrix(), body.assemble.mass())
     )
-    return _named(np.sqrt(eigsh(stiff, 6, mass, sigma=0.0)[0]) / (2.0 * np.pi))
+    found: Any = eigsh(stiff, 6, mass, sigma=0.0)
+    squares: Floats = found[0]
+    return _named(np.sqrt(squares) / (2.0 * np.pi))
 
 
 # --- tables ---------------------------------------------------------------------------------

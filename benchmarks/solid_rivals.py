@@ -5,6 +5,8 @@ Reads a JSON object from the command line and prints one.
 
 import json
 import sys
+from importlib import import_module
+from math import prod
 from resource import RUSAGE_SELF, getrusage
 from typing import Any
 
@@ -33,8 +35,7 @@ def by_felupe(case: dict[str, Any]) -> dict[str, float]:
         case: ``sides`` and ``cell`` [mm], ``young`` [kPa], ``poisson``, ``axis``, ``kind``:
             "cube", "cantilever" or "torsion", ``steps`` and ``shown``.
     """
-    import felupe
-
+    felupe: Any = import_module("felupe")
     mesh = felupe.Grid(
         *(np.linspace(0.0, s, round(s / case["cell"]) + 1) for s in case["sides"])
     )
@@ -93,12 +94,11 @@ def by_mujoco(case: dict[str, Any]) -> dict[str, float]:
     Args:
         case: As before, with the time ``step`` [s].
     """
-    import mujoco
-
+    mujoco: Any = import_module("mujoco")
     counts = [round(s / case["cell"]) + 1 for s in case["sides"]]
     text = FLEX.format(
         step=case["step"], counts=" ".join(map(str, counts)), cell=1e-3 * case["cell"],
-        mass=1e-6 * np.prod(case["sides"]), young=1e3 * case["young"],
+        mass=1e-6 * prod(case["sides"]), young=1e3 * case["young"],
         poisson=case["poisson"], last=counts[1] - 1,
     )  # fmt: skip
     model = mujoco.MjModel.from_xml_string(text)
@@ -114,7 +114,7 @@ def by_mujoco(case: dict[str, Any]) -> dict[str, float]:
         for node in far:
             body = model.flex_vertbodyid[node]
             data.xfrc_applied[body, :3] = (0.0, 0.0, -1e-3 * total / len(far))
-        start, before = data.time, np.inf
+        start, before, sunk = data.time, np.inf, 0.0
         while data.time < start + LONGEST:
             for _ in range(every):
                 mujoco.mj_step(model, data)

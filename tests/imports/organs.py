@@ -2,6 +2,7 @@
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -107,7 +108,9 @@ def write_ply(path: Path, position, cells, *, binary=False):
         )
 
 
-def write_vtk(path: Path, position, cells, *, binary=False, version="3.0", parts=None):
+def write_vtk(
+    path: Path, position: Any, cells: Any, *, binary=False, version="3.0", parts: Any = None
+):
     """Write POLYDATA for triangles, else an UNSTRUCTURED_GRID; ``parts`` number the cells."""
 
     def block(values, kind):
