@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, cast
 
 import click
 import numpy as np
@@ -94,7 +94,7 @@ def _skin(across: int, name: str) -> tuple[Floats, Indices]:
         [number[tuple(slice(w, w + n) for w, n in zip(way, counts, strict=True))].ravel()
          for way in ways], axis=1,
     )  # fmt: skip
-    x: Floats = grid.reshape(-1, 3) * cell
+    x: Floats = cell * grid.reshape(-1, 3).astype(np.float64)
     centre = x[cells].mean(axis=1)
     if name == "hole":
         is_lost = (np.abs(centre[:, 0] - LONG) < 10.0) & (centre[:, 1] < 10.0)
@@ -280,8 +280,7 @@ def modes_by_library(factor: int) -> Answers:
     stiff, mass = (
         each.tocsc()[free][:, free] for each in (body.assemble.matrix(), body.assemble.mass())
     )
-    found: Any = eigsh(stiff, 6, mass, sigma=0.0)
-    squares: Floats = found[0]
+    squares: Floats = cast(Any, eigsh)(stiff, 6, mass, sigma=0.0)[0]
     return _named(np.sqrt(squares) / (2.0 * np.pi))
 
 
