@@ -15,7 +15,6 @@ from tests.engine.members import MEMBERS
 from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.engine.execution.recorder import sample_times
-from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.run_arrays import FLOOR
 from tissuec.validate.reference import reference
 
@@ -113,10 +112,6 @@ SCENES = {
     "yielding": (ROD, "", PULL, "yield force = 0.02 N; yield viscosity = 1 N*s/m", ""),
 }  # fmt: skip
 
-#: Implicit methods do not solve for internal variables, and say so.
-IMPLICIT = {name for name in MEMBERS if INTEGRATORS[name].implicit}
-REFUSED = {"relaxing", "yielding"}
-
 
 def scene(force, method):
     """Return the text in which a force begins, for a method."""
@@ -150,10 +145,6 @@ def error(force, method):
 
 
 def check(force, method):
-    if force in REFUSED and method in IMPLICIT:
-        with pytest.raises(Exception, match=r"relax or yield"):
-            error(force, method)
-        return
     assert error(force, method) < TOLERANCE or is_told(force, method)
 
 

@@ -236,13 +236,26 @@ def test_methods_keep_their_order(swinging, method):
     assert observed == pytest.approx(declared, abs=0.15 * max(declared, 2))
 
 
+REFUSED = {
+    "esdirk43": "walls of elements that relax",
+    "relaxation { threshold = 1 uN }": "elements that relax or yield",
+}
+
+
 def test_methods_without_relaxation_are_refused():
-    for method in ("esdirk43", "relaxation { threshold = 1 uN }"):
+    for method, what in REFUSED.items():
         with pytest.raises(CompileError) as caught:
             compiled_scene(scene(method=f"integrator is {method}"))
         error = caught.value.diagnostics[0]
         assert error.code == "TIS306"
-        assert "does not support elements that relax or yield" in error.message
+        assert f"does not support {what}:" in error.message
+        assert "dop853" in error.hint
+
+
+def test_a_run_by_an_implicit_method_is_refused(swinging):
+    end = Bench(swinging, 0.1, method="esdirk43", tolerance=1e-4).advance(0.1)
+    assert end.kind == "stuck"
+    assert end.message == "esdirk43 does not support walls of elements that relax"
 
 
 def test_a_run_that_is_resumed_gives_the_same_bytes():

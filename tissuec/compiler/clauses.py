@@ -65,7 +65,7 @@ class ClauseReader:
         """Reject clauses that the verb did not ask for, and warn of an end that it ignored."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
-                form = Hint(f"write: {self._nearest_form()}", Edit(""))
+                form = Hint(f"write: {self._nearest_form()}", Edit(self._flag_for(clause)))
                 message = f'{self.verb} does not take "{word}"'
                 self.reject("TIS303", message, hint=form, word=clause.word)
         if self._duration is not None and not self._lasts:
@@ -87,6 +87,14 @@ class ClauseReader:
             span,
             hint=hint or f"write: {self._nearest_form()}",
         )
+
+    def _flag_for(self, clause: s.Clause) -> str:
+        """Return the flag that a wrong clause means: "with caps" for "on caps", or nothing."""
+        for flag in FLAGS:
+            is_free = flag not in self.clauses and any(flag in form for form in self.forms)
+            if is_free and flag.partition(" ")[2] == clause.value.span.text.lower():
+                return flag
+        return ""
 
     def _nearest_form(self) -> str:
         """Return the form of the verb that shares most words with the sentence."""

@@ -187,9 +187,9 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
     what = "springs" if network.springs.inelastic is not None else "elements"
     if scene.simulation.is_static and network.relaxes:
         said = f"{name} does not support {what} that relax or yield: it ignores time"
-        hint = "write integrator is automatic, or the name of another method such as esdirk43"
-    elif implicit and any(len(e.hidden) and not e.is_in_matrix for e in network.elements):
-        said = f"{name} does not support elements that yield: its matrix does not contain this"
+        hint = "write integrator is automatic, or the name of another method such as dop853"
+    elif implicit and (unsolved := [e.unsolved for e in network.elements if e.unsolved]):
+        said = f"{name} does not support {unsolved[0]}: its matrix does not contain this"
         hint = "write integrator is automatic, or an explicit one such as dop853 or rkc2"
     else:
         return

@@ -271,10 +271,8 @@ class Engine:
         stepper, tolerance = self.stepper, self.method.tolerance
         if stepper.integrator.implicit:
             for block in stepper.inputs.state.present_blocks:
-                if len(block.field.hidden) and not block.field.is_in_matrix:
-                    reason = (
-                        f"{self.choice.name} does not solve for what {block.name} remembers"
-                    )
+                if what := block.field.unsolved:
+                    reason = f"{self.choice.name} does not support {what}"
                     return Interruption("stuck", stepper.progress.time, message=reason)
         if self.method.step is None and tolerance is not None and tolerance < FINEST_TOLERANCE:
             return Interruption(

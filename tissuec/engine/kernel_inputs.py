@@ -183,7 +183,7 @@ class KernelInputs:
 
     def is_direct(self) -> bool:
         """Return whether the matrix of implicit steps has a factor of acceptable size."""
-        if any(len(each.hidden) and not each.is_in_matrix for each in self.state.fields):
+        if any(each.unsolved for each in self.state.fields):
             return False
         solver = self._solver_arrays()
         return not solver.scratch.size if self.stage is None else self.stage.fill.is_small

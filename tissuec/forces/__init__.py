@@ -332,9 +332,10 @@ class Field(Effect, frozen=True):
         return 0.0
 
     @property
-    def is_in_matrix(self) -> bool:
-        """Return whether ``memory_tangents`` has all that this remembers."""
-        return type(self).memory_tangents is not Field.memory_tangents
+    def unsolved(self) -> str:
+        """Return what ``memory_tangents`` lacks, such as "elements that yield"; or ""."""
+        has_all = type(self).memory_tangents is not Field.memory_tangents
+        return "" if has_all or not len(self.hidden) else "forces with memory"
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> "MemoryTangents | None":
         """Return the derivatives of what this remembers in hidden nodes; None without any.

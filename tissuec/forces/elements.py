@@ -483,9 +483,9 @@ class SolidElements(MaterialField, frozen=True):
         return fastest
 
     @property
-    def is_in_matrix(self) -> bool:
-        """Return whether nothing yields; branches are in the matrix."""
-        return self.yielding is None
+    def unsolved(self) -> str:
+        """Return that elements yield, if any do; branches are in the matrix."""
+        return "" if self.yielding is None or not len(self.hidden) else "elements that yield"
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
         """Return the derivatives of branches, point by point; see ``Field``."""

@@ -323,6 +323,11 @@ class Membranes(MaterialField, frozen=True):
         return np.zeros(0, dtype=np.int64) if self.branches is None else self.branches.nodes
 
     @property
+    def unsolved(self) -> str:
+        """Return that walls relax, if they do; see ``Field``."""
+        return "walls of elements that relax" if len(self.hidden) else ""
+
+    @property
     def relaxed(self) -> Self:
         """Return the triangles without branches; see ``Effect``."""
         return self if self.branches is None else replace(self, branches=None, remembered=None)
