@@ -408,7 +408,7 @@ MISTAKES = {
         "displacement of right edge",
         "TIS701",
         "displacement",
-        "outputs: trajectory, precision, compress, blocks, surface, distance, elastic energy, ele",
+        "outputs: trajectory, precision, compress, blocks, surface, contact area, distance, elas",
     ),
     "output of a component": M(
         "force of forceps A every 1 ms",

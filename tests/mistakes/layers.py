@@ -246,7 +246,7 @@ MISTAKES = {
         "contact is tools only; integrator is dop853; ",
         "TIS303",
         "integrator",
-        "entries: gravity, contact, friction, contact stiffness, contact surfac",
+        "entries: gravity, contact, contact places, friction, contact stiffness",
     ),
     "brace of a body missing": M(
         "  rupture is allowed\n}\njoint",
@@ -460,7 +460,7 @@ MISTAKES = {
         "colour of strip every",
         "TIS701",
         "colour",
-        "outputs: trajectory, precision, compress, blocks, surface, distance, elastic en",
+        "outputs: trajectory, precision, compress, blocks, surface, contact area, distance",
     ),
     "output at a rate": M(
         "force of forceps A every 1 ms",
