@@ -20,6 +20,7 @@ from tissuec.core.units import ENERGY, PRESSURE, TIME, show
 from tissuec.engine.method import Interruption
 from tissuec.engine.quasistatic import QuasiStatic
 from tissuec.engine.step_events import Watch
+from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
@@ -28,6 +29,7 @@ from tissuec.script.plan import EQUILIBRIUM
 ALLOWED = 2e-2  # of the energies of the run: what work by the rule may differ from them in all
 SMOOTH = 0.1  # of what a step may differ by: below, the next one is twice as long
 FINEST = 1e-6  # of the duration: steps that are not divided any more
+NOISE = 1e2  # times the rounding of the energy: differences that are none
 NEARLY = 1.5  # times that: steps that are as short but for rounding
 MOST_REMARKS = 8
 
@@ -99,6 +101,8 @@ class Equilibria(QuasiStatic):
             found = self._step(state, target, watch)
             if found is not None or state.time >= time:
                 return found
+            if self._pause is not None and self._pause(state.time):
+                return Interruption("paused", state.time)
 
     def _target(self, now: float, time: float) -> float:
         """Return the end of the next step [s], at most ``time``."""
@@ -129,6 +133,7 @@ class Equilibria(QuasiStatic):
             work, lost = before.until(self._look(state))
             found = self._happens(state, watch)
         allowed = ALLOWED * self._scale_with(work, before.energy) * span / self.method.duration
+        allowed += NOISE * self._rounding(state)
         jumps = failure is None and abs(lost) > allowed
         if divides and (failure is not None or jumps or found is not None):
             state.time = start
@@ -180,6 +185,11 @@ class Equilibria(QuasiStatic):
         if past is None or span <= 0.0:
             return None
         return past.position + (span / past.span) * (past.position - past.before)
+
+    def _rounding(self, state: State) -> float:
+        """Return the scale of the rounding errors of the energy [J]."""
+        balance = Balance(state, ~state.held)
+        return float(balance.energy(balance.start, balance.bars(balance.start))[1])
 
     def _scale_with(self, work: float, energy: float) -> float:
         """Return the scale of energies of the run until now [J]."""

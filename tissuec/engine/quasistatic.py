@@ -66,6 +66,9 @@ class QuasiStatic:
         self._sample = self._accepted = self._rejected = self._evaluations = 0
         self._work = self._lost = self._begun = 0.0
         self._stale = True
+        self._pause: Pause | None = (
+            None  # asks whether to pause, where a way takes several steps
+        )
         self._smallest, self._largest = np.inf, 0.0
         self._viewed = np.zeros((0, 3)), np.zeros((0, 3))
 
@@ -112,6 +115,7 @@ class QuasiStatic:
                 the last one in equilibrium up to it.
         """
         while True:
+            self._pause = pause
             if self._stale and (found := self._go(state, state.time, watch)):
                 return found
             if state.time >= until:

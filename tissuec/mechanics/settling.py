@@ -25,7 +25,7 @@ from tissuec.model.network import Floats
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
 FAR = 100.0  # times the size of the net: where it goes on without end
-SOON = 20  # rounds of Newton's method: from nearby it converges in far fewer
+SOON = 80  # rounds of Newton's method from nearby, where contact makes it converge linearly
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 
 
