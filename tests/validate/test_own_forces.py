@@ -87,8 +87,8 @@ def enclosure(position, triangles):
     corners = triangles[:, [0, 1, 2, 2]]
     first, none = np.array([0, len(corners)]), np.zeros(0, dtype=np.int64)
     assert not len(open_edges(triangles))
-    empty = Enclosure(none, none, "b", corners, first, np.ones(1), 2e3, (), None)
-    return Enclosure(none, none, "b", corners, first, empty.volumes(position), 2e3, (), None)
+    empty = Enclosure(none, none, "b", np.ones(1), 2e3, (), None, corners, first)
+    return Enclosure(none, none, "b", empty.volumes(position), 2e3, (), None, corners, first)
 
 
 def test_volumes_press_and_resist_alike():

@@ -15,7 +15,7 @@ as seen from any point, because the surface is closed. The fluid has weight but 
 pump that lets Vt grow puts in (p - ρ g · c) per volume.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -24,49 +24,39 @@ from msgspec.structs import replace
 from tissuec.core.arrays import counted_up
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.forces import SECONDS, Items, Resisting, WalledField
+from tissuec.forces import SECONDS, Items, Resisting
 from tissuec.forces.fluids_kernel import FluidTable, hold_fluids
+from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.matrices import assembled
 from tissuec.forces.pressed_faces import PressedFaces, Rims, WeightedTriangles
 from tissuec.forces.pressed_sides import NoSide, components
-from tissuec.forces.volume import LARGE, Swelling
+from tissuec.forces.volume import LARGE
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.profiles import TimeProfile
 from tissuec.model.topology import springs_between
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 
 
-class FluidCavities(WalledField, frozen=True):
+class FluidCavities(KeptVolumes, frozen=True):
     """The cavities of a set or body, each with a pressure of its own; its items are cavities.
 
     Attributes:
-        name: Of the set or body.
         triples: Weighted triangles that look out of the cavities, cavity by cavity; the
             triangles of a cavity are one face of these.
         caps: On their rims, cavity by cavity.
         cap_first: Caps of a cavity, shape (cavity + 1,).
-        drawn: Drawn volumes V0 [m³], shape (cavity,).
-        modulus: Bulk modulus K [Pa].
         density: ρ [kg/m³]; 0 of a fluid without weight.
         gravity: g [m/s²], shape (3,).
-        swellings: What due volumes differ by from the drawn ones, relative to these.
-        span: The sentence.
     """
 
-    name: str
     triples: WeightedTriangles
     caps: Rims
     cap_first: Indices
-    drawn: Floats
-    modulus: float
     density: float
     gravity: Floats
-    swellings: tuple[Swelling, ...]
-    span: Span
 
     @classmethod
     def of(
@@ -86,7 +76,7 @@ class FluidCavities(WalledField, frozen=True):
             network: The network.
             name: Of the set or body.
             faces: They look out of the cavities.
-            modulus, density, span: See the class.
+            modulus, density, span: See the classes.
             has_caps: Whether caps close the rims of the faces, which have none otherwise.
 
         Raises:
@@ -111,8 +101,8 @@ class FluidCavities(WalledField, frozen=True):
         walls, which = springs_between(network.springs.ends, pairs)
         walls, walled = np.unique(np.stack([walls, component[which // 3]]), axis=1)
         found = cls(
-            walls, walled, name, triples, rims.some(np.argsort(at, kind="stable")), cap_first,
-            np.zeros(count), modulus, density, np.zeros(3), (), span,
+            walls, walled, name, np.zeros(count), modulus, (), span, triples,
+            rims.some(np.argsort(at, kind="stable")), cap_first, density, np.zeros(3),
         )  # fmt: skip
         drawn = found.volumes(network.position)
         if not (drawn > 0.0).all():
@@ -128,38 +118,9 @@ class FluidCavities(WalledField, frozen=True):
         return FieldBlock(f"the fluid in {self.name}", "fluid", self, self.span)
 
     @property
-    def item_count(self) -> int:
-        """Return the number of cavities."""
-        return len(self.drawn)
-
-    @property
     def weighs(self) -> bool:
         """Return whether the weight of the fluid acts."""
         return bool(self.density and self.gravity.any())
-
-    def swollen(self, amount: float, profile: TimeProfile, since: float = 0.0) -> Self:
-        """Return the same with another due volume in place of the present one.
-
-        Args:
-            amount: How much more than drawn is due in the end, as a part of it.
-            profile: Leads there from what is due now.
-            since: Present time [s].
-        """
-        present = self.swell(since)[0]
-        change = Swelling(amount - present, profile)
-        if not present:
-            return replace(self, swellings=(change,))
-        so_far = Swelling(present, TimeProfile("constant", 0.0, np.inf))
-        return replace(self, swellings=(so_far, change))
-
-    def swell(self, time: float) -> tuple[float, float]:
-        """Return how much more than drawn is due, as a part of it, and its rate [1/s]."""
-        value = rate = 0.0
-        for swelling in self.swellings:
-            factor, slope = swelling.profile.at(time)
-            value += swelling.amount * factor
-            rate += swelling.amount * slope
-        return value, rate
 
     # --- volumes and moments ------------------------------------------------------------------
 
@@ -217,21 +178,6 @@ class FluidCavities(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         return self._contents(position)[0]
-
-    def due(self, time: Floats | float) -> Floats:
-        """Return the due volumes [m³], shape (…, cavity)."""
-        times = np.asarray(time, dtype=float)
-        swell = np.array([self.swell(float(t))[0] for t in times.ravel()]).reshape(times.shape)
-        return self.drawn * (1.0 + swell[..., None])
-
-    def pressures(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the pressures at the centroids of the cavities [Pa], shape (…, cavity).
-
-        Args:
-            time: [s], shape (…).
-            position: Of all nodes [m], shape (…, node, 3).
-        """
-        return self.modulus * (self.due(time) - self.volumes(position)) / self.drawn
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the energy of compression and weight [J], shape (…)."""
@@ -410,21 +356,12 @@ class FluidCavities(WalledField, frozen=True):
         _, normal, _ = self._slopes(position)
         return self.modulus * float(np.abs(normal).max()) / 6.0
 
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
-        return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())
-
     # --- for the engine -----------------------------------------------------------------------
 
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
         return hold_fluids
-
-    @property
-    def changes(self) -> Sequence[tuple[float, TimeProfile]]:
-        """Return the relative changes of volume."""
-        return [(swelling.amount, swelling.profile) for swelling in self.swellings]
 
     @property
     def seconds(self) -> float:

@@ -27,23 +27,22 @@ from itertools import combinations
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.arrays import counted_up
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces import Items, Resisting
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.free_edges import where_open
+from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.matrices import assembled
 from tissuec.forces.volume_kernel import CellTable, press
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.model.profiles import TimeProfile
 from tissuec.model.topology import springs_between
 
 if TYPE_CHECKING:
@@ -52,37 +51,19 @@ if TYPE_CHECKING:
 LARGE = 96  # unknowns that a volume acts on: its part of a sparse matrix would fill it
 
 
-class Swelling(Struct, frozen=True, eq=False):
-    """A change of the volumes that should be enclosed, relative to the drawn ones."""
-
-    amount: float
-    profile: TimeProfile
-
-
-class Enclosure(WalledField, frozen=True):
+class Enclosure(KeptVolumes, frozen=True):
     """The enclosed volumes of one body; its items are cells.
 
     Attributes:
-        name: Of the body.
         corners: Nodes of the faces, cell by cell, shape (face, 4); a triangle names its last
             corner twice.
         first: Where each cell begins among them and, last, where all end, shape (cell + 1,).
-        drawn: Drawn volumes [m³], shape (cell,); positive.
-        modulus: Bulk modulus K [Pa].
-        swellings: What the volumes should differ by from the drawn ones: where they were when
-            the latest change was ordered, and this change.
-        span: The sentence.
         share: The part of what is within its faces that belongs to a cell; as much as this does
             a cell grow by.
     """
 
-    name: str
     corners: Indices
     first: Indices
-    drawn: Floats
-    modulus: float
-    swellings: tuple[Swelling, ...]
-    span: Span
     share: float = 1.0
 
     @classmethod
@@ -110,7 +91,7 @@ class Enclosure(WalledField, frozen=True):
         share = 1.0 if part.tetrahedra is None else 0.25
         corners, first, walls, walled = _surfaces(network, part)
         drawn = share * _volumes(network.position, corners, first)
-        return cls(walls, walled, part.name, corners, first, drawn, modulus, (), span, share)
+        return cls(walls, walled, part.name, drawn, modulus, (), span, corners, first, share)
 
     @property
     def block(self) -> FieldBlock:
@@ -118,38 +99,9 @@ class Enclosure(WalledField, frozen=True):
         return FieldBlock(f"the volume of {self.name}", "volume", self, self.span)
 
     @property
-    def item_count(self) -> int:
-        """Return the number of cells."""
-        return len(self.drawn)
-
-    @property
     def owner(self) -> Indices:
         """Return the cell of each face, shape (face,)."""
         return np.repeat(np.arange(self.item_count), np.diff(self.first))
-
-    def swollen(self, amount: float, profile: TimeProfile, since: float = 0.0) -> "Enclosure":
-        """Return this enclosure with another target volume in place of its present target.
-
-        Args:
-            amount: How much more than drawn should be enclosed in the end, as a part of it.
-            profile: Leads there from what should be enclosed now.
-            since: Present time [s].
-        """
-        present = self.swell(since)[0]
-        change = Swelling(amount - present, profile)
-        if not present:
-            return replace(self, swellings=(change,))
-        so_far = Swelling(present, TimeProfile("constant", 0.0, np.inf))
-        return replace(self, swellings=(so_far, change))
-
-    def swell(self, time: float) -> tuple[float, float]:
-        """Return how much more than drawn should be enclosed, as a part of it, and its rate."""
-        value = rate = 0.0
-        for swelling in self.swellings:
-            factor, slope = swelling.profile.at(time)
-            value += swelling.amount * factor
-            rate += swelling.amount * slope
-        return value, rate
 
     def volumes(self, position: Floats) -> Floats:
         """Return the enclosed volumes [m³], shape (…, cell).
@@ -158,18 +110,6 @@ class Enclosure(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         return self.share * _volumes(position, self.corners, self.first)
-
-    def pressures(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the pressures [Pa], shape (…, cell).
-
-        Args:
-            time: [s], shape (…).
-            position: Of all nodes [m], shape (…, node, 3).
-        """
-        times = np.asarray(time, dtype=float)
-        swell = np.array([self.swell(float(t))[0] for t in times.ravel()]).reshape(times.shape)
-        due = self.drawn * (1.0 + swell[..., None])
-        return self.modulus * (due - self.volumes(position)) / self.drawn
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
@@ -254,10 +194,6 @@ class Enclosure(WalledField, frozen=True):
         """Return a force whose digits rounding spoils [N]."""
         return self.modulus * float(np.abs(self.gradient(position)).max())
 
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
-        return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())
-
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
         sides, owner = self.gradient(position), self.owner
@@ -276,11 +212,6 @@ class Enclosure(WalledField, frozen=True):
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
         return press
-
-    @property
-    def changes(self) -> list[tuple[float, TimeProfile]]:
-        """Return the relative changes of volume."""
-        return [(swelling.amount, swelling.profile) for swelling in self.swellings]
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the cells."""

@@ -27,8 +27,8 @@ from tissuec.model.topology import join_nodes_of
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
-    from tissuec.forces.fluids import FluidCavities
     from tissuec.forces.jets import Jet
+    from tissuec.forces.kept_volumes import KeptVolumes
     from tissuec.forces.pressure import SurfacePressure
     from tissuec.forces.symmetry import SymmetryPlanes
     from tissuec.forces.volume import Enclosure
@@ -382,22 +382,22 @@ class State(Struct, eq=False):
         return None if contact is None else contact.intact(self.alive)
 
     @property
-    def kept_volumes(self) -> "tuple[Enclosure | FluidCavities, ...]":
+    def kept_volumes(self) -> "tuple[KeptVolumes, ...]":
         """Return the volumes that are kept by pressure: cells of bodies, and cavities."""
         return self.of_kind("volume", "fluid")
 
-    def enclosure(self, name: str) -> "Enclosure | FluidCavities | None":
+    def enclosure(self, name: str) -> "KeptVolumes | None":
         """Return the volume of a body or set that is kept, None without one."""
         found = (each for each in self.kept_volumes if each.name.lower() == name.lower())
         return next(found, None)
 
-    def let_leak(self) -> "list[tuple[Enclosure | FluidCavities, int]]":
+    def let_leak(self) -> "list[tuple[KeptVolumes, int]]":
         """Remove torn cells and cavities, which keep no pressure; jets pass through tears.
 
         Returns:
             What they were of, as it was, each with the number of cells that it loses.
         """
-        found: list[tuple[Enclosure | FluidCavities, int]] = []
+        found: list[tuple[KeptVolumes, int]] = []
         for enclosure in self.kept_volumes:
             torn = enclosure.lost_items(self.alive)
             if len(torn):

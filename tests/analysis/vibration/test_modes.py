@@ -178,7 +178,7 @@ def octahedron(seed=1):
     state.springs = replace(state.springs, rest=rest)
     none = np.zeros(0, dtype=np.int64)
     volume = Enclosure(
-        none, none, "net", corners, np.array([0, 8]), np.array([1.1]), 30.0, (), span()
+        none, none, "net", np.array([1.1]), 30.0, (), span(), corners, np.array([0, 8])
     )
     state.put(volume.block)
     return state

@@ -12,8 +12,7 @@ from tissuec.model.network import Indices
 from tissuec.script.verbs import LoggedEvent
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.forces.fluids import FluidCavities
-    from tissuec.forces.volume import Enclosure
+    from tissuec.forces.kept_volumes import KeptVolumes
 
 Log = Sequence[tuple[float, LoggedEvent]]
 
@@ -25,7 +24,7 @@ _TEARING = {
 }
 
 
-def leaking(enclosure: "Enclosure | FluidCavities", cells: int, state: State, log: Log) -> str:
+def leaking(enclosure: "KeptVolumes", cells: int, state: State, log: Log) -> str:
     """Describe the leak of an enclosure, with the event that tore it.
 
     Args:

@@ -1,6 +1,6 @@
 """``preserve`` and ``inflate``: volumes that are kept, or changed, by pressure."""
 
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import ClassVar, Self
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -9,6 +9,7 @@ from tissuec.core import units
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import VOLUME, show
+from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
@@ -25,9 +26,6 @@ from tissuec.script.verbs import (
 )
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
-
-if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.forces.fluids import FluidCavities
 
 FILLED = "a fluid can fill a closed wall, a tube with caps, or a space inside of a solid"
 EXAMPLE, CAPS = "with 10 kPa", "with caps"
@@ -93,7 +91,7 @@ class Preserve(Struct, frozen=True):
             return True
         return all(body.name != self.group.name for body in network.bodies)
 
-    def made(self, network: Network) -> "Enclosure | FluidCavities":
+    def made(self, network: Network) -> KeptVolumes:
         """Return the enclosed volumes.
 
         Raises:
@@ -231,9 +229,7 @@ class Inflate(Struct, frozen=True):
         return ActionFailed(message, None, self.span, torn.tolist())
 
 
-def _replacing(
-    old: "Enclosure | FluidCavities", new: "Enclosure | FluidCavities", time: float
-) -> str:
+def _replacing(old: KeptVolumes, new: KeptVolumes, time: float) -> str:
     """Describe how a further ``preserve`` changes the target at a time [s]."""
     text = f"replaced: {sentence(old.span)}"
     swell = old.swell(time)[0]

@@ -101,8 +101,8 @@ class _Cells(_Oriented):
         members = faces.reshape(len(faces), -1)[:, once]
         none, bounds = np.zeros(0, dtype=np.int64), faces.shape[1] * np.arange(len(faces) + 1)
         self._within = Enclosure(
-            none, none, body.name, faces.reshape(-1, 4), bounds, np.ones(len(faces)), 1.0, (),
-            body.span,
+            none, none, body.name, np.ones(len(faces)), 1.0, (), body.span,
+            faces.reshape(-1, 4), bounds,
         )  # fmt: skip
         place = network.position[faces[0]]
         area = float(norm(cross(place[:, 1] - place[:, 0], place[:, 2] - place[:, 0])).max())
