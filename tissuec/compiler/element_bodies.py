@@ -129,11 +129,13 @@ class ElementReader:
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         from tissuec.forces.elements import SolidMaterial
+        from tissuec.forces.solid_branches import SolidBranches
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             self._fibres(), self._prestretch(), self.limits.limits,
-            branches_of(self.parts, self.part, shear), yielding_of(self.parts, self.part),
+            branches_of(SolidBranches, self.parts, self.part, shear),
+            yielding_of(self.parts, self.part),
         )  # fmt: skip
         found: list[BodyElements] = []
         first = 0

@@ -4,7 +4,7 @@ A share s of the modulus of a sudden strain relaxes; with the sum S of all share
 and the modulus μ that is left in the end, the modulus of its branch is μ s/(1 - S).
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -18,44 +18,16 @@ if TYPE_CHECKING:
     from tissuec.forces.solid_branches import SolidBranches
 
 
-def branches_of(parts: TissueParts, part: Indices, shear: Floats) -> "SolidBranches | None":
-    """Return the branches of solid elements, without storage; None if nothing relaxes.
+Kind = TypeVar("Kind", "SolidBranches", "MembraneBranches")
+
+
+def branches_of(
+    kind: type[Kind], parts: TissueParts, part: Indices, shear: Floats
+) -> Kind | None:
+    """Return the branches of elements, without storage; None if nothing relaxes.
 
     Args:
-        parts: Of the body.
-        part: Of each element, shape (element,).
-        shear: Shear modulus of each element in the end [Pa], shape (element,).
-    """
-    if (found := _moduli_and_times(parts, part, shear)) is None:
-        return None
-    from tissuec.forces.solid_branches import SolidBranches
-
-    return SolidBranches.new(*found)
-
-
-def wall_branches_of(
-    parts: TissueParts, part: Indices, shear: Floats
-) -> "MembraneBranches | None":
-    """Return the branches of triangles of walls; as ``branches_of``.
-
-    Args:
-        parts: Of the body.
-        part: Of each triangle, shape (triangle,).
-        shear: Shear modulus of each triangle in the end [Pa], shape (triangle,).
-    """
-    if (found := _moduli_and_times(parts, part, shear)) is None:
-        return None
-    from tissuec.forces.membrane_branches import MembraneBranches
-
-    return MembraneBranches.new(*found)
-
-
-def _moduli_and_times(
-    parts: TissueParts, part: Indices, shear: Floats
-) -> tuple[Floats, Floats] | None:
-    """Return moduli [Pa] and times [s], shape (branch, element); None if nothing relaxes.
-
-    Args:
+        kind: Those of solids or of walls.
         parts: Of the body.
         part: Of each element, shape (element,).
         shear: Shear modulus of each element in the end [Pa], shape (element,).
@@ -77,4 +49,4 @@ def _moduli_and_times(
         rows.append((ratio[part] * shear, time[part]))
     moduli, times = map(np.array, zip(*rows, strict=True))
     used = moduli.any(axis=1)
-    return (moduli[used], times[used]) if used.any() else None
+    return kind.new(moduli[used], times[used]) if used.any() else None

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_bodies import BodyElements, ElementReader, turned_around
-from tissuec.compiler.element_branches import wall_branches_of
+from tissuec.compiler.element_branches import branches_of
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross, norm
@@ -113,12 +113,13 @@ class MembraneReader(ElementReader):
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
+        from tissuec.forces.membrane_branches import MembraneBranches
         from tissuec.forces.membranes import MembraneMaterial
 
         material = MembraneMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             np.full(len(self.part), self.thickness), *self._stretched(), self._fibres(),
-            self.limits.limits, wall_branches_of(self.parts, self.part, shear),
+            self.limits.limits, branches_of(MembraneBranches, self.parts, self.part, shear),
         )  # fmt: skip
         one = self.triangles
         return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)
