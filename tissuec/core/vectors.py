@@ -16,6 +16,15 @@ def cross(one: Floats, other: Floats) -> Floats:
     return found
 
 
+def cross_matrices(vectors: Floats) -> Floats:
+    """Return the matrices M of M y = vector × y, in the unit of the vectors, shape (…, 3, 3).
+
+    Args:
+        vectors: In any unit, shape (…, 3).
+    """
+    return cross(vectors[..., None, :], np.eye(3)).swapaxes(-1, -2)
+
+
 def dot(one: Floats, other: Floats) -> Floats:
     """Return the products one · other, in any units, shape (…), twice as fast as ``np.einsum``.
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.core.vectors import cross, dot
+from tissuec.core.vectors import cross, cross_matrices, dot
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
 from tissuec.forces.derivatives import ForceDerivatives
@@ -372,7 +372,7 @@ def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
         square = dot(normal, normal)[:, None, None] + TINY
         outer = normal[:, :, None] * normal[:, None, :] / square
         turned = sign * length * (np.eye(3) - 2.0 * outer) / square
-        own, mixed = turned @ _crossing(e), -turned @ _crossing(span)
+        own, mixed = turned @ cross_matrices(e), -turned @ cross_matrices(span)
         mixed = mixed + by[:, :, None] * unit / length
         found[:, tip, :, tip] = own
         found[:, tip, :, 0], found[:, 0, :, tip] = mixed, mixed.swapaxes(1, 2)
@@ -380,8 +380,3 @@ def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
         by_e -= by[:, :, None] * shift + at[:, :, None] * mixed
     found[:, 0, :, 0] = by_e
     return found
-
-
-def _crossing(c: Floats) -> Floats:
-    """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
-    return cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)

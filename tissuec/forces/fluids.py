@@ -23,7 +23,7 @@ from msgspec.structs import replace
 
 from tissuec.core.arrays import counted_up
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross
+from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import SECONDS, Items, Resisting
 from tissuec.forces.fluids_kernel import FluidTable, hold_fluids
 from tissuec.forces.kept_volumes import KeptVolumes
@@ -273,8 +273,8 @@ class FluidCavities(KeptVolumes, frozen=True):
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             # ∂²D/∂x_i∂x_j e = e × x_k, ∂²D/∂x_i∂x_k e = x_j × e.
-            turns[:, i, :, j] = -_turning(x[:, k])
-            turns[:, i, :, k] = _turning(x[:, j])
+            turns[:, i, :, j] = -cross_matrices(x[:, k])
+            turns[:, i, :, k] = cross_matrices(x[:, j])
         blocks = bend[:, None, None, None, None] * turns
         lean = np.einsum("tix,y->tixy", normal, self.gravity)
         lean = np.broadcast_to(lean[:, :, :, None], blocks.shape)
@@ -423,8 +423,3 @@ def _by_cavity(faces: PressedFaces, component: Indices) -> WeightedTriangles:
     found = faces.triples.some(order)
     first = np.searchsorted(of_face[order][found.face], np.arange(int(component.max()) + 2))
     return WeightedTriangles(found.corners, found.weight, first)
-
-
-def _turning(vectors: Floats) -> Floats:
-    """Return the matrices M of M e = vector × e, shape (…, 3, 3)."""
-    return cross(vectors[..., None, :], np.eye(3)).swapaxes(-1, -2)

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross
+from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import SECONDS, Field, Items
 from tissuec.forces.matrices import assembled
 from tissuec.forces.pressed_faces import PressedFaces, Rims
@@ -269,7 +269,6 @@ def _turning(corners: Floats, share: Floats, number: Indices, size: int) -> "coo
         size: Number of nodes that may move.
     """
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
-    turns = cross(opposite[..., None, :], np.eye(3)).swapaxes(-1, -2)
-    turns = share[:, None, None, None] * turns  # (triangle, corner, 3, 3)
+    turns = share[:, None, None, None] * cross_matrices(opposite)  # (triangle, corner, 3, 3)
     blocks = np.broadcast_to(turns.swapaxes(1, 2)[:, None], (len(corners), 3, 3, 3, 3))
     return assembled(blocks, number, size)

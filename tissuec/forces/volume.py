@@ -32,7 +32,7 @@ from msgspec.structs import replace
 from tissuec.core.arrays import counted_up
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross
+from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import Items, Resisting
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.free_edges import where_open
@@ -157,7 +157,7 @@ class Enclosure(KeptVolumes, frozen=True):
         """
         from scipy.sparse import csr_matrix
 
-        s, p, q = (_turning(part) for part in _spans(position, self.corners, self.first))
+        s, p, q = (cross_matrices(part) for part in _spans(position, self.corners, self.first))
         turns = np.einsum("kij,kfxy->fixjy", _TURNS, np.stack([q, p, s]))
         pressure = self.share * self.pressures(time, position)
         values = -pressure[self.owner, None, None, None, None] * turns
@@ -372,11 +372,6 @@ def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
     s, p, q = _spans(position, corners, first)
     parts = np.einsum("...k,...k->...", s, cross(p, q)) / 24.0
     return np.add.reduceat(parts, first[:-1], axis=-1)
-
-
-def _turning(c: Floats) -> Floats:
-    """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
-    return cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 # How s, p and q depend on the four corners, and from it how [q], [p] and [s] enter between two.
