@@ -23,6 +23,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.topology import pieces
@@ -170,8 +171,7 @@ class WeightedTriangles(Struct, frozen=True, eq=False):
     def some(self, faces: Indices) -> "WeightedTriangles":
         """Return some of the faces, by indices of shape (n,)."""
         counts = np.diff(self.first)[faces]
-        start = np.repeat(self.first[faces] - np.append(0, np.cumsum(counts))[:-1], counts)
-        rows = start + np.arange(int(counts.sum()))
+        rows = np.repeat(self.first[faces], counts) + counted_up(counts)
         first = np.append(0, np.cumsum(counts))
         return WeightedTriangles(self.corners[rows], self.weight[rows], first)
 

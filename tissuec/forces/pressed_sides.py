@@ -153,27 +153,34 @@ def _refuse_branches(network: Network, part: BodyPart, corners: Indices) -> None
         NoSide: An edge has more than two triangles, or triangles beside it face different ways.
     """
     pairs = corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    size = network.node_count
-    low, high = pairs.min(axis=1), pairs.max(axis=1)
-    _, first, count = np.unique(low * size + high, return_index=True, return_counts=True)
-    ids = network.node_ids
-    if (count > 2).any():
-        one, other = pairs[first[np.argmax(count > 2)]]
+    if met := _met_by_more(network, pairs, np.sort(pairs, axis=1), 2):
         raise NoSide(
-            f"the skin of {part.name} branches at the edge between the nodes {ids[one]} and "
-            f"{ids[other]}",
+            f"the skin of {part.name} branches at the edge between the nodes {met}",
             "press a set of nodes on one side of the branch, or repair the mesh",
         )
-    _, where, many = np.unique(
-        pairs[:, 0] * size + pairs[:, 1], return_index=True, return_counts=True
-    )
-    if (many > 1).any():
-        one, other = pairs[where[np.argmax(many > 1)]]
+    if met := _met_by_more(network, pairs, pairs, 1):
         raise NoSide(
             f"the skin of {part.name} has no side: its triangles at the edge between the nodes "
-            f"{ids[one]} and {ids[other]} face different ways",
+            f"{met} face different ways",
             "list the corners of all triangles counter-clockwise as seen from one side",
         )
+
+
+def _met_by_more(network: Network, pairs: Indices, alike: Indices, most: int) -> str:
+    """Return the nodes of the first edge of more triangles than it may have; "" without one.
+
+    Args:
+        network: The network.
+        pairs: Nodes of the edges of triangles, shape (edge, 2).
+        alike: Equal for those that are one edge, shape (edge, 2).
+        most: How many triangles it may have.
+    """
+    keys = alike[:, 0] * network.node_count + alike[:, 1]
+    _, first, count = np.unique(keys, return_index=True, return_counts=True)
+    if not (count > most).any():
+        return ""
+    one, other = network.node_ids[pairs[first[np.argmax(count > most)]]]
+    return f"{one} and {other}"
 
 
 def is_solid(part: BodyPart) -> bool:
