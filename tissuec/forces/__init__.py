@@ -56,11 +56,11 @@ SECONDS = 5e-9
 Resisting = Callable[[Floats, Floats], None]
 
 
-class _Abstract(StructMeta, ABCMeta):
+class AbstractStruct(StructMeta, ABCMeta):
     """The class of a ``Struct`` that leaves functions to its members."""
 
 
-class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
+class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     """An effect on nodes; arrays are in the order of nodes of the scene.
 
     Shared arguments:
@@ -560,7 +560,7 @@ class ForceOutput(Struct, frozen=True, eq=False):
     remark: str = ""
 
 
-class Force(Struct, metaclass=_Abstract, frozen=True, eq=False):
+class Force(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     """Base of the members of ``FORCES``; their fields are entries in the language.
 
     Attributes:

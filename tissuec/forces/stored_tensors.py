@@ -4,14 +4,15 @@ A tensor T that begins as 1 is kept as T - 1 in the velocities of hidden nodes, 
 each point, times a ``rate``, so that it is stepped, stored and resumed like all other motion.
 """
 
-from abc import ABCMeta, abstractmethod
+from abc import abstractmethod
 from typing import Self
 
 import numpy as np
-from msgspec import Struct, StructMeta
+from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.forces import AbstractStruct
 from tissuec.forces.solid_strain import SolidStrain
 from tissuec.model.network import Floats, Indices
 
@@ -20,11 +21,7 @@ ROWS, COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
 SIX = len(ROWS)
 
 
-class _AbstractStruct(StructMeta, ABCMeta):
-    """The class of a ``Struct`` that leaves functions to its members."""
-
-
-class StoredTensors(Struct, metaclass=_AbstractStruct, frozen=True, eq=False):
+class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     """Places of tensors, of which each element has up to one in each row.
 
     Attributes:
