@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from numpy.typing import ArrayLike
+
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
@@ -22,7 +24,15 @@ class ContactArea(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        contact, nodes = snapshot.state.touching, snapshot.nodes(subjects[0])
-        if contact is None:
-            return one_column(0.0, snapshot)
-        return one_column(contact.extent_at(nodes, snapshot.position)[0], snapshot)
+        return one_column(contact_extent(subjects[0], snapshot)[0], snapshot)
+
+
+def contact_extent(subject: Subject, snapshot: Snapshot) -> tuple[ArrayLike, ArrayLike]:
+    """Return over which area [m²] and how deep [m] things touch that nodes of a subject carry.
+
+    Each is of shape (…), or 0 where nothing can touch.
+    """
+    contact = snapshot.state.touching
+    if contact is None:
+        return 0.0, 0.0
+    return contact.extent_at(snapshot.nodes(subject), snapshot.position)

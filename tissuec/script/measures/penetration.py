@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.contact_area import contact_extent
 from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
@@ -22,7 +23,4 @@ class Penetration(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        contact, nodes = snapshot.state.touching, snapshot.nodes(subjects[0])
-        if contact is None:
-            return one_column(0.0, snapshot)
-        return one_column(contact.extent_at(nodes, snapshot.position)[1], snapshot)
+        return one_column(contact_extent(subjects[0], snapshot)[1], snapshot)
