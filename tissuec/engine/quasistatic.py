@@ -66,9 +66,6 @@ class QuasiStatic:
         self._sample = self._accepted = self._rejected = self._evaluations = 0
         self._work = self._lost = self._begun = 0.0
         self._stale = True
-        self._pause: Pause | None = (
-            None  # asks whether to pause, where a way takes several steps
-        )
         self._smallest, self._largest = np.inf, 0.0
         self._viewed = np.zeros((0, 3)), np.zeros((0, 3))
 
@@ -115,8 +112,7 @@ class QuasiStatic:
                 the last one in equilibrium up to it.
         """
         while True:
-            self._pause = pause
-            if self._stale and (found := self._go(state, state.time, watch)):
+            if self._stale and (found := self._go(state, state.time, watch, pause)):
                 return found
             if state.time >= until:
                 return Interruption("reached", state.time)
@@ -124,7 +120,7 @@ class QuasiStatic:
             if view < self._next(state.time, until):
                 self._viewed = state.position.copy(), state.velocity.copy()
                 return Interruption("viewed", view)
-            if found := self._go(state, self._next(state.time, until), watch):
+            if found := self._go(state, self._next(state.time, until), watch, pause):
                 return found
             if pause is not None and pause(state.time):
                 return Interruption("paused", state.time)
@@ -189,8 +185,14 @@ class QuasiStatic:
             # How far nodes come between samples is not looked at.
             self._record(Samples(one, *motion, *sums, error=np.zeros(1), reach=np.zeros(1)))
 
-    def _go(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
-        """Go to a time [s] and to equilibrium there; return what happens on the way."""
+    def _go(
+        self, state: State, time: float, watch: Watch | None, pause: Pause | None
+    ) -> Interruption | None:
+        """Advance to a time [s] and to equilibrium there; return what interrupts on the way.
+
+        Args:
+            pause: As for ``advance``, for where this takes several steps.
+        """
         raise NotImplementedError
 
     def _arrive(self, state: State, time: float) -> float:
@@ -294,7 +296,9 @@ class Relaxations(QuasiStatic):
     def _moves(self) -> bool:
         return self._choices.activities == "velocities"
 
-    def _go(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
+    def _go(
+        self, state: State, time: float, watch: Watch | None, pause: Pause | None
+    ) -> Interruption | None:
         before = self._look(state) if self.method.ledger else None
         span = self._arrive(state, time)
         balance = Balance(state, np.ones(self.network.node_count, dtype=bool))

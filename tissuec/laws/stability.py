@@ -32,7 +32,7 @@ _NOTHING = 1e-9
 
 
 class StableStrains(Struct, frozen=True):
-    """Strains up to which a law is stable, dimensionless; None where it is at all.
+    """Strains up to which a law is stable, dimensionless; None where there is no limit.
 
     Attributes:
         tension: Elongation in uniaxial tension.
@@ -46,7 +46,7 @@ class StableStrains(Struct, frozen=True):
 
 
 def stable_strains(law: SolidLaw, largest: float = LARGEST) -> StableStrains | None:
-    """Return the strains up to which a law is stable; None if it is at all.
+    """Return the strains up to which a law is stable; None if it is stable at all strains.
 
     Args:
         law: Of a solid that keeps its volume.
