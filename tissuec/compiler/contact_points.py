@@ -17,10 +17,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.compiler.element_limits import triangle_keys
 from tissuec.core.units import AREAL_STIFFNESS, show
 from tissuec.core.vectors import cross, norm
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
+from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.scene.findings import Findings
@@ -301,15 +301,12 @@ def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
     firm, hard = np.zeros((2, len(triangles)))
     a, b, c = network.position[triangles.T]
     area = 0.5 * norm(cross(b - a, c - a))
-    wanted = triangle_keys(triangles)
-    order = np.argsort(wanted)
+    index = TriangleIndex(triangles)
     for one in network.elements:
         is_wall, faces = one.nodes.shape[1] == 3, one.faces
-        keys, element = triangle_keys(faces.reshape(-1, 3)), np.arange(len(one.nodes))
-        place = np.searchsorted(wanted, keys, sorter=order)
-        place = order[np.minimum(place, len(triangles) - 1)]
-        same = wanted[place] == keys
-        place, element = place[same], np.repeat(element, faces.shape[1])[same]
+        place = index.find(faces.reshape(-1, 3))
+        element = np.repeat(np.arange(len(one.nodes)), faces.shape[1])
+        place, element = place[place >= 0], element[place >= 0]
         # E* = 4 G (3 K + G) / (3 K + 4 G), for any K.
         g, k = one.shear[element], one.bulk_modulus[element]
         firm[place] = 4.0 * g * (3.0 * k + g) / (3.0 * k + 4.0 * g)

@@ -15,6 +15,7 @@ from tissuec.compiler.tissue_parts import Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.laws import LINEAR
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.walls import TRIANGLE
@@ -94,31 +95,14 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
     if not able:
         return None
     found = np.full(len(skin), -1)
-    wanted = triangle_keys(skin)
-    order = np.argsort(wanted)
+    index = TriangleIndex(skin)
     for field in able:
         assert field.limits is not None
         faces = field.faces
-        keys = triangle_keys(faces.reshape(-1, 3))
+        place = index.find(faces.reshape(-1, 3))
         marks = np.repeat(field.limits.marks, faces.shape[1])
-        place = np.searchsorted(wanted, keys, sorter=order)
-        place = order[np.minimum(place, len(skin) - 1)]
-        same = wanted[place] == keys
-        found[place[same]] = marks[same]
+        found[place[place >= 0]] = marks[place >= 0]
     return found
-
-
-def triangle_keys(triangles: NDArray[np.integer]) -> Indices:
-    """Return a number for each triangle of fewer than two million nodes, whatever its order.
-
-    Args:
-        triangles: Nodes, shape (triangle, 3).
-
-    Returns:
-        Shape (triangle,).
-    """
-    low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
-    return (low << 42) | (middle << 21) | high
 
 
 class LimitReader:

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.topology import pieces
 
@@ -295,23 +296,12 @@ def _sides(network: Network, corners: Indices) -> Iterator[Indices]:
     Yields:
         Shape (side, triangle).
     """
-    size = network.node_count
-    known = _key(corners, size)
-    order = np.argsort(known)
-    known = known[order]
+    index = TriangleIndex(corners)
     for field in network.of_kind("elements"):
         shape = field.shape
         for side in range(int(shape.faces.max()) + 1):
             local = shape.triangles[shape.faces == side]
-            if len(local) == 1 or not len(known):
+            if len(local) == 1:
                 continue
-            keys = _key(field.nodes[:, local].reshape(-1, 3), size)
-            place = np.minimum(np.searchsorted(known, keys), len(known) - 1)
-            is_there = (known[place] == keys).reshape(-1, len(local)).all(axis=1)
-            yield order[place].reshape(-1, len(local))[is_there]
-
-
-def _key(corners: Indices, size: int) -> Indices:
-    """Return one number per triangle with its corners in any order, shape (n,)."""
-    low, middle, high = np.sort(corners, axis=1).T
-    return (low * size + middle) * size + high
+            place = index.find(field.nodes[:, local].reshape(-1, 3)).reshape(-1, len(local))
+            yield place[(place >= 0).all(axis=1)]
