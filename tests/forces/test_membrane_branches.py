@@ -4,7 +4,22 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import forces
+from tests.forces.remembering import (
+    FASTEST,
+    agree,
+    drift,
+    fall_of_energy,
+    follow_from_the_energy,
+    give_way_beside_what_stays,
+    give_way_for_good,
+    halves_agree,
+    moved,
+    own_tensors,
+    rates,
+    scatter,
+    with_hidden_nodes,
+)
 from tests.forces.test_membranes import (
     LAWS,
     PLANE,
@@ -17,7 +32,6 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
-from tests.forces.test_solid_branches import FASTEST, rates
 from tissuec.forces.membrane_branches import MembraneBranches
 from tissuec.laws.solid.neo_hookean import NeoHookean
 from tissuec.validate.forces.membranes import MembraneWall
@@ -33,29 +47,17 @@ def relaxing(law=LAWS[1], *, cells=2, second=True, **more):
     shear = SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2) * second])
     branches = MembraneBranches.new(shear, np.outer(TIMES, some))
     made, position = wall(law, cells=cells, branches=branches, **more)
-    made = made.stored(len(position), FASTEST)
-    hidden = np.zeros((len(made.hidden), 3))
-    assert made.hidden.tolist() == list(range(len(position), len(position) + len(hidden)))
-    return made, np.concatenate([position, hidden])
+    return with_hidden_nodes(made, position)
 
 
 def given_way(made, position, size=0.3, seed=8):
     """Return velocities of all nodes in which each branch has given way in its own manner."""
     random = np.random.default_rng(seed)
-    tensors = np.eye(2) + size * random.uniform(-1.0, 1.0, (made.item_count, 2, 2))
-    tensors = tensors @ tensors.swapaxes(-1, -2)
+    tensors = own_tensors(random, size, (made.item_count, 2, 2))
     velocity = np.zeros_like(position)
     made.branches.keep(velocity, tensors, np.arange(made.item_count))
-    other = 0.02 * random.normal(size=(len(made.hidden), 3))
-    velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+    scatter(made, velocity, random)
     return velocity
-
-
-def moved(made, drawn, size=5e-4):
-    position = drawn.copy()
-    bodies = len(drawn) - len(made.hidden)
-    position[:bodies] = deformed(drawn[:bodies], size)
-    return position
 
 
 CASES = {
@@ -70,24 +72,7 @@ def test_forces_and_matrices_follow_from_the_energy(case):
     law, ratio, size, more = CASES[case]
     made, drawn = relaxing(law, ratio=ratio, **more)
     position, velocity = moved(made, drawn, size), given_way(made, drawn)
-    known = made.recalling(velocity)
-    count, bodies = len(position), len(position) - len(made.hidden)
-    by_energy = slopes(lambda x: known.energy(0.0, x), position, range(bodies), 1e-8)
-    found = forces(made, position, velocity)
-    assert not found[bodies:].any()
-    np.testing.assert_allclose(found[:bodies], by_energy, atol=2e-6 * np.abs(found).max())
-    matrix = known.matrix(0.0, position, np.arange(count), count).toarray()
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
-
-    class AtOnce:
-        def add_forces(self, time, x, v, to):
-            made.add_forces(time, x, velocity, to)
-
-    for column in range(0, 3 * bodies, 4):
-        by_force = stiffness(AtOnce(), position, column, 1e-9)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=5e-6 * np.abs(matrix).max()
-        )
+    follow_from_the_energy(made, position, velocity, every=4, matrix=5e-6, rounding=1e-13)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -99,13 +84,9 @@ def test_what_is_lost_is_what_the_energy_falls_by(case):
         velocity = given_way(made, drawn, seed=seed)
         lost = made.powers(0.0, position, velocity)[1]
         assert lost > 0.0
-        way, step = np.zeros_like(velocity), 1e-7
-        way[made.hidden] = rates(made, position, velocity)
-        after, before = (
-            made.recalling(velocity + sign * step * way).energy(0.0, position)
-            for sign in (1, -1)
-        )
-        assert lost == pytest.approx((before - after) / (2.0 * step), rel=1e-6)
+        way = drift(made, position, velocity)
+        fall = fall_of_energy(made, position, velocity, way, 1e-7)
+        assert lost == pytest.approx(fall, rel=1e-6)
 
 
 # --- closed forms -----------------------------------------------------------------------------
@@ -181,41 +162,18 @@ def test_branches_that_gave_way_for_good_leave_no_stress_and_lose_nothing(case):
     law, ratio, _, more = CASES[case]
     made, drawn = relaxing(law, ratio=ratio, **more)
     position, velocity = moved(made, drawn, 3e-4), given_way(made, drawn)
-    bodies = np.ones(len(position), dtype=bool)
-    made.let_relax(velocity, position, bodies)
-    found, bare = forces(made, position, velocity), forces(made.relaxed, position)
-    np.testing.assert_allclose(found, bare, atol=1e-8 * np.abs(bare).max())
-    energies = (each.energy(0.0, position) for each in (made.recalling(velocity), made))
-    assert next(energies) == pytest.approx(next(energies), rel=1e-9)
-    assert made.powers(0.0, position, velocity)[1] < 1e-15 * made.spread(0.0, position)
-    # Triangles at nodes that stay do not change.
-    kept = given_way(made, drawn)
-    other = kept.copy()
-    bodies[:] = False
-    bodies[made.nodes[0]] = True
-    made.let_relax(other, position, bodies)
-    same = (made.branches.tensors(other) == made.branches.tensors(kept)).all(axis=(-1, -2))
-    touches = bodies[made.nodes].any(axis=1)
-    there = made.branches.shear > 0.0
-    assert not same[there & touches].any()
-    assert same[:, ~touches].all()
+    give_way_for_good(made, position, velocity, force=1e-8, energy=1e-9, lost=1e-15)
+    give_way_beside_what_stays(made, position, given_way(made, drawn), 0, made.branches.tensors)
 
 
 def test_triangles_of_parts_keep_their_branches():
     made, drawn = relaxing()
     position, velocity = moved(made, drawn), given_way(made, drawn)
-    whole = forces(made, position, velocity)
-    halves = [made.only(np.arange(k, made.item_count, 2)) for k in (0, 1)]
-    parts = [forces(half, position, velocity) for half in halves]
-    np.testing.assert_allclose(sum(parts), whole, atol=1e-12 * np.abs(whole).max())
-    energies = [half.recalling(velocity).energy(0.0, position) for half in halves]
-    energy = made.recalling(velocity).energy(0.0, position)
-    assert sum(energies) == pytest.approx(energy, rel=1e-13)
+    halves = halves_agree(made, position, velocity)
     chosen = made.recalling(velocity).only(np.array([1]))
     assert chosen.energy(0.0, position) == pytest.approx(
         halves[1].only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
     )
-    assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
 
 
 def test_the_fastest_rate_is_that_of_the_branches():
@@ -245,30 +203,13 @@ def test_the_reference_agrees_by_formulas_of_its_own(case):
     velocity = given_way(made, drawn, size=0.1)
     bodies = len(drawn) - len(made.hidden)
     velocity[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
-    found, own = forces(made, position, velocity), np.zeros_like(position)
-    reference.add_forces(0.0, position, velocity, own)
-    loose = 1e-11 * max(1.0, bulk_of(ratio) / SHEAR / 100.0)
-    np.testing.assert_allclose(found, own, atol=loose * np.abs(own).max())
-    energy = reference.energy(0.0, position) + reference.remembered_energy(position, velocity)
-    assert made.recalling(velocity).energy(0.0, position) == pytest.approx(energy, rel=1e-10)
-    lost = made.powers(0.0, position, velocity)[1]
-    assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-9)
-    # Its unknowns are the inverses, whose rates follow from those of the tensors.
-    branches, fields = reference.branches, RelaxingFields((reference,))
-    given = branches.read(velocity)
-    copied = np.zeros_like(velocity)
-    branches.write(given, copied)
-    np.testing.assert_allclose(copied[made.hidden], velocity[made.hidden], rtol=1e-9, atol=1e-9)
-    step, way = 1e-7, np.zeros_like(velocity)
-    way[made.hidden] = rates(made, position, velocity)
-    after, before = (branches.read(velocity + sign * step * way) for sign in (1, -1))
-    expected = (after - before) / (2.0 * step)
-    np.testing.assert_allclose(
-        fields.rates(position, velocity), expected, atol=1e-6 * np.abs(expected).max()
-    )
+    agree(
+        made, reference, position, velocity, energy=1e-10, lost=1e-9, kept=reference.branches,
+        force=1e-11 * max(1.0, bulk_of(ratio) / SHEAR / 100.0),
+    )  # fmt: skip
     # Both give way for good alike.
     other = velocity.copy()
-    fields.let_relax(position, velocity, np.arange(bodies))
+    RelaxingFields((reference,)).let_relax(position, velocity, np.arange(bodies))
     made.let_relax(other, position, np.ones(len(other), dtype=bool))
     np.testing.assert_allclose(
         velocity[made.hidden], other[made.hidden], atol=1e-8 * np.abs(other[made.hidden]).max()

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 from scipy.optimize import brentq
 
 from tests.derivatives import agree, follow_from_the_energy, forces
+from tests.forces.test_elements import deformed
 from tissuec.core.source import Source, Span
 from tissuec.forces.membranes import EDGES, MembraneMaterial, Membranes
 from tissuec.forces.solid_fibres import SolidFibres
@@ -71,13 +72,6 @@ def wall(
     )  # fmt: skip
     ends = np.unique(np.sort(nodes[:, EDGES].reshape(-1, 2), axis=1), axis=0).astype(np.int32)
     return Membranes.of("skin", nodes, position, material, ends, 0, SPAN), position
-
-
-def deformed(position, size, seed=5):
-    """Return places of a strained state."""
-    turn = np.array([[1.2, 0.3, -0.1], [-0.2, 0.9, 0.2], [0.1, 0.1, 1.05]])
-    random = np.random.default_rng(seed)
-    return position @ turn.T + size * random.uniform(-1.0, 1.0, position.shape)
 
 
 CASES = [(law, ratio, False) for law in LAWS for ratio in RATIOS]

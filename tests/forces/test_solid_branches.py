@@ -3,9 +3,22 @@
 import numpy as np
 import pytest
 
-from tests.derivatives import forces, slopes, stiffness
-from tests.forces.test_elements import BULK, SHEAR, SPAN, deformed, mesh
-from tissuec.compiled.calls import kernel_on
+from tests.derivatives import forces
+from tests.forces.remembering import (
+    agree,
+    drift,
+    fall_of_energy,
+    follow_from_the_energy,
+    give_way_beside_what_stays,
+    give_way_for_good,
+    halves_agree,
+    moved,
+    own_tensors,
+    rates,
+    scatter,
+    with_hidden_nodes,
+)
+from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_branches import SolidBranches
 from tissuec.forces.solid_prestretch import Prestretch
@@ -13,10 +26,8 @@ from tissuec.forces.solid_strain import SolidStrain
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
 from tissuec.validate.forces.elements import ElementSolid
-from tissuec.validate.relaxing import RelaxingFields
 
 TIMES = 0.02, 0.5  # [s]
-FASTEST = 300.0  # [1/s]
 
 
 def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
@@ -33,40 +44,18 @@ def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
     made = SolidElements.of("brain", SHAPES[name], nodes, position, material, none, 0, SPAN)
-    made = made.stored(len(position), FASTEST)
-    hidden = np.zeros((len(made.hidden), 3))
-    assert made.hidden.tolist() == list(range(len(position), len(position) + len(hidden)))
-    return made, np.concatenate([position, hidden])
+    return with_hidden_nodes(made, position)
 
 
 def given_way(made, position, size=0.3, seed=8):
     """Return velocities of all nodes in which each branch has given way in its own manner."""
     random = np.random.default_rng(seed)
-    tensors = np.eye(3) + size * random.uniform(-1.0, 1.0, (made.item_count, 8, 3, 3))
-    tensors = tensors @ tensors.swapaxes(-1, -2)
+    tensors = own_tensors(random, size, (made.item_count, 8, 3, 3))
     velocity = np.zeros_like(position)
     points = len(made.shape.weights)
     made.branches.keep(velocity, tensors[:, :points], np.arange(made.item_count))
-    other = 0.02 * random.normal(size=(len(made.hidden), 3))
-    velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+    scatter(made, velocity, random)
     return velocity
-
-
-def moved(made, drawn, size=5e-4):
-    position = drawn.copy()
-    bodies = len(drawn) - len(made.hidden)
-    position[:bodies] = deformed(drawn[:bodies], size)
-    return position
-
-
-def rates(made, position, velocity):
-    """Return what the kernel adds to hidden nodes, the rates of what they keep [m/s²]."""
-    found, power = np.zeros_like(position), np.zeros(2)
-    table = made.table(np.arange(len(position)), None, position)
-    kernel_on(made.kernel, table)(
-        0.0, position.ravel(), velocity.ravel(), found.reshape(-1), power
-    )
-    return found[made.hidden]
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -74,24 +63,7 @@ def rates(made, position, velocity):
 def test_forces_and_matrices_follow_from_the_energy(name, size):
     made, drawn = solid(name)
     position, velocity = moved(made, drawn, size), given_way(made, drawn)
-    known = made.recalling(velocity)
-    count, bodies = len(position), len(position) - len(made.hidden)
-    by_energy = slopes(lambda x: known.energy(0.0, x), position, range(bodies), 1e-8)
-    found = forces(made, position, velocity)
-    assert not found[bodies:].any()
-    np.testing.assert_allclose(found[:bodies], by_energy, atol=2e-6 * np.abs(found).max())
-    matrix = known.matrix(0.0, position, np.arange(count), count).toarray()
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14 * np.abs(matrix).max())
-
-    class AtOnce:
-        def add_forces(self, time, x, v, to):
-            made.add_forces(time, x, velocity, to)
-
-    for column in range(0, 3 * bodies, 7):
-        by_force = stiffness(AtOnce(), position, column, 1e-9)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=3e-6 * np.abs(matrix).max()
-        )
+    follow_from_the_energy(made, position, velocity, every=7, matrix=3e-6, rounding=1e-14)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -102,13 +74,9 @@ def test_what_is_lost_is_what_the_energy_falls_by(name):
         velocity = given_way(made, drawn, seed=seed)
         lost = made.powers(0.0, position, velocity)[1]
         assert lost > 0.0
-        way, step = np.zeros_like(velocity), 1e-7
-        way[made.hidden] = rates(made, position, velocity)
-        after, before = (
-            made.recalling(velocity + sign * step * way).energy(0.0, position)
-            for sign in (1, -1)
-        )
-        assert lost == pytest.approx((before - after) / (2.0 * step), rel=1e-7)
+        way = drift(made, position, velocity)
+        fall = fall_of_energy(made, position, velocity, way, 1e-7)
+        assert lost == pytest.approx(fall, rel=1e-7)
 
 
 def test_rates_are_those_of_the_equation_of_evolution():
@@ -134,27 +102,11 @@ def test_rates_are_those_of_the_equation_of_evolution():
 def test_branches_that_gave_way_for_good_leave_no_stress_and_lose_nothing():
     made, drawn = solid("tetrahedron", cells=2)
     position, velocity = moved(made, drawn, 3e-4), given_way(made, drawn)
-    bodies = np.ones(len(position), dtype=bool)
-    made.let_relax(velocity, position, bodies)
-    found, bare = forces(made, position, velocity), forces(made.relaxed, position)
-    np.testing.assert_allclose(found, bare, atol=1e-11 * np.abs(bare).max())
-    energies = (each.energy(0.0, position) for each in (made.recalling(velocity), made))
-    assert next(energies) == pytest.approx(next(energies), rel=1e-12)
-    assert made.powers(0.0, position, velocity)[1] < 1e-20 * made.spread(0.0, position)
+    give_way_for_good(made, position, velocity, force=1e-11, energy=1e-12, lost=1e-20)
     assert np.abs(rates(made, position, velocity)).max() < 1e-10
-    # Elements at nodes that stay do not change.
-    kept = given_way(made, drawn)
-    other = kept.copy()
-    bodies[:] = False
-    bodies[made.nodes[3]] = True
-    made.let_relax(other, position, bodies)
-    same = (made.branches.tensors(other, 4) == made.branches.tensors(kept, 4)).all(
-        axis=(-1, -2)
+    give_way_beside_what_stays(
+        made, position, given_way(made, drawn), 3, lambda v: made.branches.tensors(v, 4)
     )
-    touches = bodies[made.nodes].any(axis=1)
-    there = made.branches.shear > 0.0
-    assert not same[there & touches].any()
-    assert same[:, ~touches].all()
 
 
 def test_stress_at_nodes_includes_what_branches_bear():
@@ -174,18 +126,11 @@ def test_stress_at_nodes_includes_what_branches_bear():
 def test_elements_of_parts_keep_their_branches(name):
     made, drawn = solid(name, cells=2)
     position, velocity = moved(made, drawn), given_way(made, drawn)
-    whole = forces(made, position, velocity)
-    halves = [made.only(np.arange(k, made.item_count, 2)) for k in (0, 1)]
-    parts = [forces(half, position, velocity) for half in halves]
-    np.testing.assert_allclose(sum(parts), whole, atol=1e-12 * np.abs(whole).max())
-    energies = [half.recalling(velocity).energy(0.0, position) for half in halves]
-    energy = made.recalling(velocity).energy(0.0, position)
-    assert sum(energies) == pytest.approx(energy, rel=1e-13)
+    halves = halves_agree(made, position, velocity)
     chosen = made.recalling(velocity).only(np.array([1]))
     assert chosen.energy(0.0, position) == pytest.approx(
         halves[1].only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
     )
-    assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
 
 
 def test_the_fastest_rate_is_that_of_the_branches():
@@ -207,26 +152,10 @@ def test_the_reference_agrees_by_formulas_of_its_own(name):
     velocity[: len(drawn) - len(made.hidden)] = np.random.default_rng(2).normal(
         size=(len(drawn) - len(made.hidden), 3)
     )
-    found, own = forces(made, position, velocity), np.zeros_like(position)
-    reference.add_forces(0.0, position, velocity, own)
-    np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
-    energy = reference.energy(0.0, position) + reference.remembered_energy(position, velocity)
-    assert made.recalling(velocity).energy(0.0, position) == pytest.approx(energy, rel=1e-11)
-    lost = made.powers(0.0, position, velocity)[1]
-    assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-10)
-    # Its unknowns are the inverses, whose rates follow from those of the tensors.
-    branches, fields = reference.branches, RelaxingFields((reference,))
-    given = branches.read(velocity)
-    copied = np.zeros_like(velocity)
-    branches.write(given, copied)
-    np.testing.assert_allclose(copied[made.hidden], velocity[made.hidden], rtol=1e-9, atol=1e-9)
-    step, way = 1e-7, np.zeros_like(velocity)
-    way[made.hidden] = rates(made, position, velocity)
-    after, before = (branches.read(velocity + sign * step * way) for sign in (1, -1))
-    expected = (after - before) / (2.0 * step)
-    np.testing.assert_allclose(
-        fields.rates(position, velocity), expected, atol=1e-6 * np.abs(expected).max()
-    )
+    agree(
+        made, reference, position, velocity, force=1e-11, energy=1e-11, lost=1e-10,
+        kept=reference.branches,
+    )  # fmt: skip
 
 
 def test_the_reference_has_no_numbers_of_states_that_are_none_instead_of_failing():

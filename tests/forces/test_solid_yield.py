@@ -4,9 +4,21 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import forces
+from tests.forces.remembering import (
+    agree,
+    drift,
+    fall_of_energy,
+    follow_from_the_energy,
+    halves_agree,
+    moved,
+    own_tensors,
+    rates,
+    scatter,
+    with_hidden_nodes,
+)
 from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
-from tests.forces.test_solid_branches import FASTEST, TIMES, moved, rates
+from tests.forces.test_solid_branches import TIMES
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_branches import SolidBranches
 from tissuec.forces.solid_prestretch import Prestretch
@@ -38,10 +50,7 @@ def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=Tr
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
     made = SolidElements.of("clay", SHAPES[name], nodes, position, material, none, 0, SPAN)
-    made = made.stored(len(position), FASTEST)
-    hidden = np.zeros((len(made.hidden), 3))
-    assert made.hidden.tolist() == list(range(len(position), len(position) + len(hidden)))
-    return made, np.concatenate([position, hidden])
+    return with_hidden_nodes(made, position)
 
 
 def flowed(made, position, size=0.3, seed=8):
@@ -50,11 +59,9 @@ def flowed(made, position, size=0.3, seed=8):
     points, velocity = len(made.shape.weights), np.zeros_like(position)
     for kept in (made.branches, made.yielding):
         if kept is not None:
-            tensors = np.eye(3) + size * random.uniform(-1, 1, (made.item_count, points, 3, 3))
-            tensors = tensors @ tensors.swapaxes(-1, -2)
+            tensors = own_tensors(random, size, (made.item_count, points, 3, 3))
             kept.keep(velocity, tensors, np.arange(made.item_count))
-    other = 0.02 * random.normal(size=(len(made.hidden), 3))
-    velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+    scatter(made, velocity, random)
     return velocity
 
 
@@ -64,24 +71,7 @@ def flowed(made, position, size=0.3, seed=8):
 def test_forces_and_matrices_follow_from_the_energy(name, size, law):
     made, drawn = solid(name, law, fibred=size < 1e-3)
     position, velocity = moved(made, drawn, size), flowed(made, drawn)
-    known = made.recalling(velocity)
-    count, bodies = len(position), len(position) - len(made.hidden)
-    by_energy = slopes(lambda x: known.energy(0.0, x), position, range(bodies), 1e-8)
-    found = forces(made, position, velocity)
-    assert not found[bodies:].any()
-    np.testing.assert_allclose(found[:bodies], by_energy, atol=2e-6 * np.abs(found).max())
-    matrix = known.matrix(0.0, position, np.arange(count), count).toarray()
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14 * np.abs(matrix).max())
-
-    class AtOnce:
-        def add_forces(self, time, x, v, to):
-            made.add_forces(time, x, velocity, to)
-
-    for column in range(0, 3 * bodies, 7):
-        by_force = stiffness(AtOnce(), position, column, 1e-9)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=3e-6 * np.abs(matrix).max()
-        )
+    follow_from_the_energy(made, position, velocity, every=7, matrix=3e-6, rounding=1e-14)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -94,14 +84,10 @@ def test_what_is_lost_is_what_the_energy_falls_by(name, size):
         lost = made.powers(0.0, position, velocity)[1]
         relaxing = replace(made, yielding=made.yielding.stopped)
         assert lost > 1.01 * relaxing.powers(0.0, position, velocity)[1] > 0.0
-        way = np.zeros_like(velocity)
-        way[made.hidden] = rates(made, position, velocity)
+        way = drift(made, position, velocity)
         step = 1e-7 * np.abs(velocity).max() / np.abs(way).max()
-        after, before = (
-            made.recalling(velocity + sign * step * way).energy(0.0, position)
-            for sign in (1, -1)
-        )
-        assert lost == pytest.approx((before - after) / (2.0 * step), rel=1e-5)
+        fall = fall_of_energy(made, position, velocity, way, step)
+        assert lost == pytest.approx(fall, rel=1e-5)
 
 
 def test_stress_below_the_limit_makes_nothing_flow():
@@ -179,17 +165,11 @@ def test_stress_at_nodes_is_that_beyond_the_flow():
 def test_elements_of_parts_keep_how_they_flowed():
     made, drawn = solid("wedge", cells=2)
     position, velocity = moved(made, drawn), flowed(made, drawn)
-    whole = forces(made, position, velocity)
-    halves = [made.only(np.arange(k, made.item_count, 2)) for k in (0, 1)]
-    parts = [forces(half, position, velocity) for half in halves]
-    np.testing.assert_allclose(sum(parts), whole, atol=1e-12 * np.abs(whole).max())
-    energies = [half.recalling(velocity).energy(0.0, position) for half in halves]
+    halves_agree(made, position, velocity)
     known = made.recalling(velocity)
-    assert sum(energies) == pytest.approx(known.energy(0.0, position), rel=1e-13)
     assert known.only(np.array([0])).energy(0.0, position) == pytest.approx(
         made.only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
     )
-    assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
 
 
 def test_what_settles_keeps_its_flow_and_loses_its_branches():
@@ -253,25 +233,10 @@ def test_the_reference_agrees_by_formulas_of_its_own(name, law):
     bodies = len(drawn) - len(made.hidden)
     velocity[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
     reference = ElementSolid(made, drawn, velocity)
-    found, own = forces(made, position, velocity), np.zeros_like(position)
-    reference.add_forces(0.0, position, velocity, own)
-    np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
-    energy = reference.energy(0.0, position) + reference.remembered_energy(position, velocity)
-    known = made.recalling(velocity)
-    assert known.energy(0.0, position) == pytest.approx(energy, rel=1e-11)
-    lost = made.powers(0.0, position, velocity)[1]
-    assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-10)
-    fields = RelaxingFields((reference,))
-    given, copied = fields.read(velocity), np.zeros_like(velocity)
-    fields.write(given, copied)
-    np.testing.assert_allclose(copied[made.hidden], velocity[made.hidden], rtol=1e-9, atol=1e-9)
-    step, way = 1e-8, np.zeros_like(velocity)
-    way[made.hidden] = rates(made, position, velocity)
-    after, before = (fields.read(velocity + sign * step * way) for sign in (1, -1))
-    expected = (after - before) / (2.0 * step)
-    np.testing.assert_allclose(
-        fields.rates(position, velocity), expected, atol=1e-6 * np.abs(expected).max()
-    )
+    agree(
+        made, reference, position, velocity, force=1e-11, energy=1e-11, lost=1e-10,
+        kept=RelaxingFields((reference,)), step=1e-8,
+    )  # fmt: skip
     number = np.arange(len(position))
     rest = replace(made, branches=None, remembered=None)
     bare = ElementSolid(rest, drawn, velocity)

@@ -1,0 +1,167 @@
+"""Elements that remember in hidden nodes: rates, and checks that solids and walls share."""
+
+import numpy as np
+import pytest
+
+from tests.derivatives import forces, slopes, stiffness
+from tests.forces.test_elements import deformed
+from tissuec.compiled.calls import kernel_on
+from tissuec.validate.relaxing import RelaxingFields
+
+FASTEST = 300.0  # [1/s]
+
+
+def with_hidden_nodes(made, position):
+    """Return elements that remember in nodes behind all others, and places of all nodes."""
+    made = made.stored(len(position), FASTEST)
+    hidden = np.zeros((len(made.hidden), 3))
+    assert made.hidden.tolist() == list(range(len(position), len(position) + len(hidden)))
+    return made, np.concatenate([position, hidden])
+
+
+def own_tensors(random, size, shape):
+    """Return symmetric tensors around 1, each of which is its own; shape (…, axis, axis)."""
+    tensors = np.eye(shape[-1]) + size * random.uniform(-1.0, 1.0, shape)
+    return tensors @ tensors.swapaxes(-1, -2)
+
+
+def scatter(made, velocity, random):
+    """Change every number that is remembered by some hundredths of the largest."""
+    other = 0.02 * random.normal(size=(len(made.hidden), 3))
+    velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+
+
+def moved(made, drawn, size=5e-4):
+    """Return places of all nodes in a strained state [m]; hidden ones stay."""
+    position = drawn.copy()
+    bodies = len(drawn) - len(made.hidden)
+    position[:bodies] = deformed(drawn[:bodies], size)
+    return position
+
+
+def rates(made, position, velocity):
+    """Return what the kernel adds to hidden nodes, the rates of what they keep [m/s²]."""
+    found, power = np.zeros_like(position), np.zeros(2)
+    table = made.table(np.arange(len(position)), None, position)
+    kernel_on(made.kernel, table)(
+        0.0, position.ravel(), velocity.ravel(), found.reshape(-1), power
+    )
+    return found[made.hidden]
+
+
+def drift(made, position, velocity):
+    """Return the rates of what is remembered, and of nothing else, shape (node, 3)."""
+    way = np.zeros_like(velocity)
+    way[made.hidden] = rates(made, position, velocity)
+    return way
+
+
+def fall_of_energy(made, position, velocity, way, step):
+    """Return by which power the energy falls as what is remembered drifts [W]."""
+    after, before = (
+        made.recalling(velocity + sign * step * way).energy(0.0, position) for sign in (1, -1)
+    )
+    return (before - after) / (2.0 * step)
+
+
+def follow_from_the_energy(made, position, velocity, *, every, matrix, rounding):
+    """Check forces and an exact matrix of a state that is remembered by differences.
+
+    Args:
+        every: One in so many columns of the matrix is checked.
+        matrix: Differences that are allowed, relative to the largest entry.
+        rounding: Asymmetry of the matrix that is allowed, likewise.
+    """
+    known = made.recalling(velocity)
+    count, bodies = len(position), len(position) - len(made.hidden)
+    by_energy = slopes(lambda x: known.energy(0.0, x), position, range(bodies), 1e-8)
+    found = forces(made, position, velocity)
+    assert not found[bodies:].any()
+    np.testing.assert_allclose(found[:bodies], by_energy, atol=2e-6 * np.abs(found).max())
+    exact = known.matrix(0.0, position, np.arange(count), count).toarray()
+    np.testing.assert_allclose(exact, exact.T, atol=rounding * np.abs(exact).max())
+
+    class AtOnce:
+        def add_forces(self, time, x, v, to):
+            made.add_forces(time, x, velocity, to)
+
+    for column in range(0, 3 * bodies, every):
+        by_force = stiffness(AtOnce(), position, column, 1e-9)
+        np.testing.assert_allclose(
+            exact[:, column], by_force, atol=matrix * np.abs(exact).max()
+        )
+
+
+def halves_agree(made, position, velocity):
+    """Return both halves of elements, after comparing their sums with the whole."""
+    whole = forces(made, position, velocity)
+    halves = [made.only(np.arange(k, made.item_count, 2)) for k in (0, 1)]
+    parts = [forces(half, position, velocity) for half in halves]
+    np.testing.assert_allclose(sum(parts), whole, atol=1e-12 * np.abs(whole).max())
+    energies = [half.recalling(velocity).energy(0.0, position) for half in halves]
+    energy = made.recalling(velocity).energy(0.0, position)
+    assert sum(energies) == pytest.approx(energy, rel=1e-13)
+    assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
+    return halves
+
+
+def give_way_for_good(made, position, velocity, *, force, energy, lost):
+    """Let all branches give way; check that they leave no stress, and lose nothing.
+
+    Args:
+        force, energy, lost: Relative differences that are allowed; of ``lost``, in 1/s.
+    """
+    made.let_relax(velocity, position, np.ones(len(position), dtype=bool))
+    found, bare = forces(made, position, velocity), forces(made.relaxed, position)
+    np.testing.assert_allclose(found, bare, atol=force * np.abs(bare).max())
+    known = made.recalling(velocity).energy(0.0, position)
+    assert known == pytest.approx(made.energy(0.0, position), rel=energy)
+    assert made.powers(0.0, position, velocity)[1] < lost * made.spread(0.0, position)
+
+
+def give_way_beside_what_stays(made, position, kept, element, tensors):
+    """Check that only elements at the nodes of one give way for good, where these may.
+
+    Args:
+        kept: Velocities of all nodes, shape (node, 3).
+        element: Whose nodes move.
+        tensors: What branches keep in such velocities, shape (branch, element, …).
+    """
+    other, bodies = kept.copy(), np.zeros(len(position), dtype=bool)
+    bodies[made.nodes[element]] = True
+    made.let_relax(other, position, bodies)
+    same = (tensors(other) == tensors(kept)).all(axis=(-1, -2))
+    touches = bodies[made.nodes].any(axis=1)
+    there = made.branches.shear > 0.0
+    assert not same[there & touches].any()
+    assert same[:, ~touches].all()
+
+
+def agree(made, reference, position, velocity, *, force, energy, lost, kept, step=1e-7):
+    """Check forces, energy, dissipation and rates of elements against the reference.
+
+    Args:
+        force, energy, lost: Relative differences that are allowed.
+        kept: What reads and writes the unknowns of the reference.
+        step: Of differences of these unknowns [s].
+    """
+    found, own = forces(made, position, velocity), np.zeros_like(position)
+    reference.add_forces(0.0, position, velocity, own)
+    np.testing.assert_allclose(found, own, atol=force * np.abs(own).max())
+    due = reference.energy(0.0, position) + reference.remembered_energy(position, velocity)
+    assert made.recalling(velocity).energy(0.0, position) == pytest.approx(due, rel=energy)
+    dissipated = made.powers(0.0, position, velocity)[1]
+    due = reference.dissipated(0.0, position, velocity)
+    assert dissipated == pytest.approx(due, rel=lost)
+    # Its unknowns are the inverses, whose rates follow from those of the tensors.
+    copied = np.zeros_like(velocity)
+    kept.write(kept.read(velocity), copied)
+    np.testing.assert_allclose(copied[made.hidden], velocity[made.hidden], rtol=1e-9, atol=1e-9)
+    way = drift(made, position, velocity)
+    after, before = (kept.read(velocity + sign * step * way) for sign in (1, -1))
+    expected = (after - before) / (2.0 * step)
+    np.testing.assert_allclose(
+        RelaxingFields((reference,)).rates(position, velocity),
+        expected,
+        atol=1e-6 * np.abs(expected).max(),
+    )
