@@ -43,3 +43,44 @@ def same_on_threads(scene, *counts):
         assert np.array_equal(one.position[:], other.position[:])
         assert np.array_equal(one.energies.value, other.energies.value)
     return one
+
+
+def same_when_resumed(compiled, log, *counts):
+    """Compare all rows of runs that stop and go on with those of a run that does not.
+
+    Args:
+        log: Compared beside frames and energies.
+        counts: When to stop, one for each run; see ``AfterAsking``.
+
+    Returns:
+        Outcome of the whole run, and those of both parts of each other run.
+    """
+    whole, undisturbed = carried_out(compiled)
+    expected, parts = every_array(log, undisturbed), []
+    for count in counts:
+        first, before = carried_out(compiled, interrupt=AfterAsking(count))
+        assert first.kind == "interrupted"
+        second, after = carried_out(compiled, resume=before.state)
+        assert whole.kind == second.kind == "done"
+        assert all(map(len, every_array(log, after)))
+        for one, other in zip(expected, every_array(log, before, after), strict=True):
+            assert np.array_equal(one, other)
+            assert one.tobytes() == other.tobytes()
+        parts.append((first, second))
+    return whole, *parts
+
+
+def same_on_two_threads(compiled, log):
+    """Return the outcome of a run on one thread, after comparing all of it with one on two."""
+    (one, alone), (two, both) = (carried_out(compiled, threads=count) for count in (1, 2))
+    assert (one.statistics.threads, two.statistics.threads) == (1, 2)
+    for first, second in zip(every_array(log, alone), every_array(log, both), strict=True):
+        assert np.array_equal(first, second)
+    assert np.array_equal(one.state.velocity, two.state.velocity)
+    return one
+
+
+def open_balance(recording):
+    """Return which part of the largest work came or went for no reason, shape (row,)."""
+    kinetic, elastic, gravity, work, lost, switched = recording.energy_arrays()[1].T
+    return (kinetic + elastic + gravity - switched - work + lost) / work.max()

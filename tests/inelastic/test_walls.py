@@ -4,13 +4,20 @@ import numpy as np
 import pytest
 
 from tests.engine.running import Bench
-from tests.inelastic.test_elements import ONE, PRONY, SHARES, TIMES
-from tests.validate.scenes import compiled_scene, quantity, validated
-from tests.whole_runs import AfterAsking, carried_out, every_array
+from tests.inelastic.elements import (
+    ONE,
+    PRONY,
+    PULLED,
+    SETTLED,
+    SHARES,
+    TIMES,
+    branches_gave_way,
+    observed_order,
+    the_reference_agrees,
+)
+from tests.validate.scenes import compiled_scene, validated
+from tests.whole_runs import carried_out, open_balance, same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
-from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run import run
 from tissuec.model.network import ELEMENTS
 
 SCENE = """language 1
@@ -87,9 +94,8 @@ def test_a_wall_that_is_sheared_and_held_relaxes():
     expected = relaxed(time, 0.1, 0.01, 10e3 / 2.6)
     np.testing.assert_allclose(force[:, 1], 5e-6 * expected, rtol=1e-5, atol=1e-12)
     np.testing.assert_allclose(stress[:, 3], expected, rtol=1e-5, atol=1e-6)
-    kinetic, elastic, gravity, work, lost, switched = recording.energy_arrays()[1].T
-    imbalance = kinetic + elastic + gravity - switched - work + lost
-    assert np.abs(imbalance).max() < 1e-9 * work.max()
+    assert np.abs(open_balance(recording)).max() < 1e-9
+    lost = recording.energy_arrays()[1][:, 4]
     assert (np.diff(lost) > 0.0).all()
 
 
@@ -132,11 +138,6 @@ def test_a_strip_creeps_under_a_steady_force(ratio):
     np.testing.assert_allclose(strain[:, 1], stress * across, atol=2e-3 * stress * along.max())
 
 
-PULLED = """at 0 s: fix low
-  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile
-  from 40 ms to 60 ms: move high by (-3, 0, -2) mm using smooth profile"""
-
-
 HALF = "\n  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile"
 
 
@@ -146,11 +147,7 @@ HALF = "\n  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile"
 def test_the_reference_agrees_on_large_strains(memory):
     text = scene(memory, ratio=0.45, side=10, cells=2, script=PULLED.splitlines()[0] + HALF,
                  duration="30 ms", method="tolerance = 1e-6")  # fmt: skip
-    found = validated(text)
-    assert found.verdict == "kept"
-    assert quantity(found, "position").error < 1e-6
-    assert quantity(found, "energy balance").error < 1e-6
-    assert quantity(found, "force of high").error < 1e-5
+    the_reference_agrees(text, position=1e-6, balance=1e-6, force=1e-5)
 
 
 def test_a_wall_that_is_drawn_stretched_relaxes_unless_it_settles_first():
@@ -166,23 +163,10 @@ def test_a_wall_that_is_drawn_stretched_relaxes_unless_it_settles_first():
     )
 
 
-SETTLED = """at 0 s: fix low
-  from 0 s to 20 ms: move high by (2, 0, 1) mm using smooth profile
-  at 30 ms: settle"""
-
-
 def test_settling_lets_branches_give_way_for_good():
     text = scene(ONE, ratio=0.4, side=10, cells=2, script=SETTLED, duration="40 ms")
     outcome, recording = carried_out(compiled_scene(text))
-    (made,) = outcome.state.of_kind("membranes")
-    at_rest = outcome.state.position
-    bare = made.relaxed.energy(0.0, at_rest)
-    assert made.recalling(outcome.state.velocity).energy(0.0, at_rest) == pytest.approx(
-        bare, rel=1e-9
-    )
-    frames = recording.frame_arrays()
-    later = frames[1][frames[0] > 0.0301]
-    assert np.abs(later - later[0]).max() < 1e-10
+    branches_gave_way(outcome, recording, "membranes", still=1e-10)
     assert validated(text).verdict == "kept"
 
 
@@ -200,10 +184,9 @@ def test_what_is_cut_or_breaks_takes_its_branches_along():
         outcome, recording = carried_out(compiled_scene(text))
         (made,) = outcome.state.of_kind("membranes")
         assert len(made.lost_items(outcome.state.alive))
-        kinetic, elastic, gravity, work, lost, switched = recording.energy_arrays()[1].T
-        imbalance = kinetic + elastic + gravity - switched - work + lost
+        _, elastic, _, _, _, switched = recording.energy_arrays()[1].T
         assert abs(switched[-1]) > 0.1 * elastic[3]
-        assert np.abs(imbalance).max() < 1e-6 * work.max()
+        assert np.abs(open_balance(recording)).max() < 1e-6
     assert validated(scene(ONE, side=10, cells=2, script=CUT)).verdict == "kept"
 
 
@@ -221,18 +204,10 @@ def swinging():
     return compiled_scene(text).network
 
 
-def stepped(network, method, count, end=0.02):
-    found = Bench(network, end, method=method, step=end / count, times=[end]).run()
-    assert found.end.kind == "reached"
-    return found.position[0, :4] / 5e-3
-
-
 @pytest.mark.parametrize("method", ORDERS)
 def test_methods_keep_their_order(swinging, method):
     declared, counts = ORDERS[method]
-    exact = stepped(swinging, "dop853", 400)
-    errors = [np.abs(stepped(swinging, method, count) - exact).max() for count in counts]
-    observed = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    observed = observed_order(swinging, method, counts)
     assert observed == pytest.approx(declared, abs=0.15 * max(declared, 2))
 
 
@@ -261,18 +236,8 @@ def test_a_run_by_an_implicit_method_is_refused(swinging):
 def test_a_run_that_is_resumed_gives_the_same_bytes():
     text = scene(ONE, ratio=0.45, side=10, cells=2, script=PULLED)
     compiled = compiled_scene(text)
-    network, plan = compiled.network, compiled.plan
-    whole, before, after = (MemoryRecording() for _ in range(3))
-    run(network, plan, Recorder(network, plan, whole))
-    stopped = run(network, plan, Recorder(network, plan, before), interrupt=AfterAsking(6))
-    assert stopped.kind == "interrupted"
-    assert 0.0 < stopped.state.time < 0.1
-    resumed = run(network, plan, Recorder(network, plan, after), resume=before.state)
-    assert resumed.kind == "done"
-    one = every_array("force of high", whole)
-    two = every_array("force of high", after)
-    for first, second in zip(one, two, strict=True):
-        assert np.array_equal(first[-len(second) :], second)
+    _, (first, _) = same_when_resumed(compiled, "force of high", 6)
+    assert 0.0 < first.state.time < 0.1
 
 
 def test_threads_change_no_bit(threads_in_small_nets):
@@ -281,13 +246,7 @@ def test_threads_change_no_bit(threads_in_small_nets):
     text = scene(ONE, side=100, cells=70, script=script, duration="0.2 ms",
                  method="integrator is velocity verlet; step = 0.02 ms")  # fmt: skip
     compiled = compiled_scene(text.replace("every 5 ms", "every 0.2 ms"))
-    (one, alone), (two, both) = (carried_out(compiled, threads=count) for count in (1, 2))
-    assert (one.statistics.threads, two.statistics.threads) == (1, 2)
-    for first, second in zip(
-        every_array("force of high", alone), every_array("force of high", both), strict=True
-    ):
-        assert np.array_equal(first, second)
-    assert np.array_equal(one.state.velocity, two.state.velocity)
+    same_on_two_threads(compiled, "force of high")
 
 
 def test_nothing_that_relaxes_needs_no_hidden_nodes():

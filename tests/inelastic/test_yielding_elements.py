@@ -6,14 +6,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from tests.engine.running import Bench
-from tests.inelastic.test_elements import ORDERS, PULLED, scene, stepped
+from tests.inelastic.elements import PULLED, observed_order, scene, the_reference_agrees
+from tests.inelastic.test_elements import ORDERS
 from tests.validate.scenes import compiled_scene, quantity, validated
-from tests.whole_runs import AfterAsking, carried_out, every_array
+from tests.whole_runs import carried_out, open_balance, same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
 from tissuec.engine import threads
-from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run import run
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.network import ELEMENTS
 
@@ -24,9 +22,9 @@ BOX = {"size": "10, 10, 10", "top": "9.9 mm"}
 
 
 def balance(recording):
-    kinetic, elastic, gravity, work, lost, switched = recording.energy_arrays()[1].T
+    lost = recording.energy_arrays()[1][:, 4]
     assert (np.diff(lost) > -1e-12 * lost.max()).all()
-    return (kinetic + elastic + gravity - switched - work + lost) / work.max()
+    return open_balance(recording)
 
 
 def measured(text, measure, **more):
@@ -209,11 +207,7 @@ def test_the_reference_agrees_on_large_strains():
     script = PULLED.replace("(3, 0, 2)", "(4, 0, 3)")
     text = scene(MIXED, ratio=0.45, script=script, body="fibres = (1, 0, 1)",
                  method="tolerance = 1e-5")  # fmt: skip
-    found = validated(text)
-    assert found.verdict == "kept"
-    assert quantity(found, "position").error < 1e-6
-    assert quantity(found, "energy balance").error < 1e-6
-    assert quantity(found, "force of high").error < 1e-5
+    the_reference_agrees(text, position=1e-6, balance=1e-6, force=1e-5)
 
 
 def test_settling_keeps_what_has_flowed():
@@ -299,9 +293,7 @@ def swinging():
 @pytest.mark.parametrize("method", [m for m in ORDERS if not INTEGRATORS[m].implicit])
 def test_methods_keep_their_order(swinging, method):
     declared, counts = ORDERS[method]
-    exact = stepped(swinging, "dop853", 400)
-    errors = [np.abs(stepped(swinging, method, count) - exact).max() for count in counts]
-    observed = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    observed = observed_order(swinging, method, counts)
     assert observed > declared - 0.15 * max(declared, 2)
 
 
@@ -317,16 +309,7 @@ def test_implicit_and_symplectic_methods_refuse(swinging):
 def test_a_run_that_is_resumed_gives_the_same_bytes():
     text = scene(MIXED, ratio=0.45, script=PULLED, body="fibres = (1, 0, 1)", **BOX)
     compiled = compiled_scene(text)
-    network, plan = compiled.network, compiled.plan
-    whole, before, after = (MemoryRecording() for _ in range(3))
-    run(network, plan, Recorder(network, plan, whole))
-    stopped = run(network, plan, Recorder(network, plan, before), interrupt=AfterAsking(6))
-    assert stopped.kind == "interrupted"
-    resumed = run(network, plan, Recorder(network, plan, after), resume=before.state)
-    assert resumed.kind == "done"
-    one, two = every_array("force of high", whole), every_array("force of high", after)
-    for first, second in zip(one, two, strict=True):
-        assert np.array_equal(first[-len(second) :], second)
+    same_when_resumed(compiled, "force of high", 6)
 
 
 def test_threads_change_no_bit(monkeypatch):
@@ -337,12 +320,6 @@ def test_threads_change_no_bit(monkeypatch):
                  body="fibres = (1, 0, 1)",
                  method="integrator is velocity verlet; step = 0.02 ms")  # fmt: skip
     compiled = compiled_scene(text.replace("every 5 ms", "every 0.2 ms"))
-    (one, alone), (two, both) = (carried_out(compiled, threads=count) for count in (1, 2))
-    assert (one.statistics.threads, two.statistics.threads) == (1, 2)
+    one = same_on_two_threads(compiled, "force of high")
     (made,) = one.state.of_kind("elements")
     assert made.yielding.plastic(one.state.velocity, 8).equivalent.max() > 1e-3
-    for first, second in zip(
-        every_array("force of high", alone), every_array("force of high", both), strict=True
-    ):
-        assert np.array_equal(first, second)
-    assert np.array_equal(one.state.velocity, two.state.velocity)

@@ -1,0 +1,92 @@
+"""Blocks of elements that relax or yield as text, and what walls and blocks are checked for."""
+
+import numpy as np
+import pytest
+
+from tests.engine.running import Bench
+from tests.validate.scenes import quantity, validated
+
+SCENE = """language 1
+tissue gel {{
+  Young's modulus = 10 kPa; Poisson's ratio = {ratio}; density = 1000 kg/m^3
+  {memory}
+}}
+body block {{
+  mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to ({size}) mm }}
+  tissue is gel
+  {body}
+}}
+set low = nodes of block where z < 0.1 mm
+set high = nodes of block where z > {top}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ {script} }}
+simulate {{ duration = {duration}; {method} }}
+output {{ trajectory every 5 ms; energy every 5 ms; force of high every 5 ms
+          stress of high every 5 ms }}
+"""
+SHARES = (0.5, 0.2, 0.1)
+TIMES = (0.005, 0.02, 0.1)
+PRONY = """relaxing share = 50 %; relaxation time = 5 ms
+  second relaxing share = 20 %; second relaxation time = 20 ms
+  third relaxing share = 10 %; third relaxation time = 0.1 s"""
+ONE = "relaxing share = 60 %; relaxation time = 20 ms; retardation time = 1 ms"
+PULLED = """at 0 s: fix low
+  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile
+  from 40 ms to 60 ms: move high by (-3, 0, -2) mm using smooth profile"""
+SETTLED = """at 0 s: fix low
+  from 0 s to 20 ms: move high by (2, 0, 1) mm using smooth profile
+  at 30 ms: settle"""
+
+
+def scene(
+    memory=PRONY, *, ratio=0.3, size="5, 5, 5", top="4.9 mm", body="", script="at 0 s: fix low",
+    duration="0.1 s", method="tolerance = 1e-8",
+):  # fmt: skip
+    return SCENE.format(
+        memory=memory, ratio=ratio, size=size, top=top, body=body, script=script,
+        duration=duration, method=method,
+    )  # fmt: skip
+
+
+def stepped(network, method, count, end=0.02):
+    """Return where bodies are after equal steps, in sides of an element of 5 mm."""
+    found = Bench(network, end, method=method, step=end / count, times=[end]).run()
+    assert found.end.kind == "reached"
+    return found.position[0, : network.shown_nodes] / 5e-3
+
+
+def observed_order(network, method, counts):
+    """Return the order at which a method comes closer to what small steps find."""
+    exact = stepped(network, "dop853", 400)
+    errors = [np.abs(stepped(network, method, count) - exact).max() for count in counts]
+    return -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+
+
+def the_reference_agrees(text, *, position, balance, force):
+    """Check a scene against the reference.
+
+    Args:
+        position, balance, force: Errors that are allowed, of the last that of ``high``.
+    """
+    found = validated(text)
+    assert found.verdict == "kept"
+    assert quantity(found, "position").error < position
+    assert quantity(found, "energy balance").error < balance
+    assert quantity(found, "force of high").error < force
+
+
+def branches_gave_way(outcome, recording, kind, *, still):
+    """Check that settling after 30 ms left elements without branches, which do not move.
+
+    Args:
+        still: Motions that are allowed [m].
+    """
+    (made,) = outcome.state.of_kind(kind)
+    at_rest = outcome.state.position
+    bare = made.relaxed.energy(0.0, at_rest)
+    assert made.recalling(outcome.state.velocity).energy(0.0, at_rest) == pytest.approx(
+        bare, rel=1e-9
+    )
+    frames = recording.frame_arrays()
+    later = frames[1][frames[0] > 0.0301]
+    assert np.abs(later - later[0]).max() < still
