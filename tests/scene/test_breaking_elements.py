@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.scene.breaking import (
+    breaks_alike_when_resumed,
+    first_ruptures,
+    ruptures,
+    the_ledger_closes,
+)
 from tests.validate.scenes import silent
-from tests.whole_runs import AfterAsking, carried_out, every_array, same_on_threads
+from tests.whole_runs import carried_out, same_on_threads
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder, wishes
-from tissuec.engine.execution.run import run
+from tissuec.engine.execution.recorder import wishes
 from tissuec.pipeline import check_request, compile_request
 from tissuec.scene.request import Request
 from tissuec.validate.validation import validate
@@ -100,7 +104,7 @@ def drawn_evenly(cells, limit, law=""):
 
 def breaks(text):
     outcome, _ = carried_out(compile_request(Request(Source("cube.tis", text)))[0])
-    return [(time, event) for time, event in outcome.logged_events if event.kind == "rupture"]
+    return ruptures(outcome)
 
 
 @pytest.mark.parametrize("cells", [1, 10])
@@ -135,12 +139,7 @@ def test_all_elements_of_a_cube_break_at_its_strength(cells, law):
 )
 def test_the_ledger_closes_over_ruptures(limit):
     _, recording = carried_out(compiled(limit))
-    _, rows = recording.energy_arrays()
-    kinetic, elastic, gravity, work, dissipated, switched = rows.T
-    total = kinetic + elastic + gravity
-    np.testing.assert_allclose(total, work - dissipated + switched, atol=1e-5 * work.max())
-    assert switched[0] == 0.0
-    assert switched[-1] < -0.05 * work.max()
+    the_ledger_closes(recording)
 
 
 def test_the_energy_of_elements_that_break_is_lost():
@@ -153,9 +152,8 @@ def test_the_energy_of_elements_that_break_is_lost():
 
 def _energy_at_break():
     """Return the energy that broken elements held, from a run that ends just before that."""
-    times = [t for t, event in carried_out(compiled())[0].logged_events
-             if event.kind == "rupture"]  # fmt: skip
-    found = compiled(script=f"at {times[0] - 1e-9} s: end the run")
+    outcome, _ = carried_out(compiled())
+    found = compiled(script=f"at {ruptures(outcome)[0][0] - 1e-9} s: end the run")
     outcome, _ = carried_out(found)
     (field,) = found.network.of_kind("elements")
     energies = field.energies(outcome.state.position)
@@ -168,7 +166,7 @@ def _energy_at_break():
 
 def test_elements_that_break_are_told_by_number_place_and_line():
     outcome, _ = carried_out(compiled())
-    found = [(t, e) for t, e in outcome.logged_events if e.kind == "rupture"]
+    found = ruptures(outcome)
     assert len(found) == 2
     _, event = found[0]
     assert event.cause == (
@@ -237,22 +235,7 @@ def test_a_result_keeps_which_elements_broke(tmp_path):
 
 
 def test_a_run_that_is_resumed_gives_the_same_bytes():
-    found = compiled()
-    whole, undisturbed = carried_out(found)
-    for count in (2, 4):
-        first, before = carried_out(found, interrupt=AfterAsking(count))
-        assert first.kind == "interrupted"
-        recording = MemoryRecording()
-        recorder = Recorder(found.network, found.plan, recording)
-        second = run(found.network, found.plan, recorder, resume=before.state)
-        assert second.kind == "done"
-        assert [t for t, _ in second.logged_events] == [t for t, _ in whole.logged_events]
-        for one, other in zip(
-            every_array("ruptured of strip", undisturbed),
-            every_array("ruptured of strip", before, recording),
-            strict=True,
-        ):
-            assert np.array_equal(one, other)
+    breaks_alike_when_resumed(compiled())
 
 
 @pytest.mark.parametrize("method", ["dop853", "velocity verlet", "esdirk43", "rkc2"])
@@ -265,7 +248,7 @@ def test_what_is_observed_changes_nothing(method):
         ("energy every 50 ms", "when gap(strip) > 30 m: end the run"),
     ):
         outcome, _ = carried_out(compiled(output=output, script=script, method=entry))
-        times.append([t for t, e in outcome.logged_events if e.kind == "rupture"])
+        times.append([t for t, _ in ruptures(outcome)])
         ends.append(outcome.state.position)
     assert len(times[0]) >= 2
     assert times[0] == times[1] == times[2]
@@ -273,16 +256,8 @@ def test_what_is_observed_changes_nothing(method):
     assert np.array_equal(ends[0], ends[2])
 
 
-def _first_rupture(outcome):
-    return next(t for t, e in outcome.logged_events if e.kind == "rupture")
-
-
 def test_methods_agree_on_the_time_of_ruptures():
-    found = {}
-    for method in ("dop853", "velocity verlet", "esdirk43", "rkc2"):
-        outcome, _ = carried_out(compiled(method=f"integrator is {method}"))
-        found[method] = _first_rupture(outcome)
-    assert np.ptp(list(found.values())) < 1e-5
+    assert np.ptp(first_ruptures(compiled)) < 1e-5
 
 
 def test_elements_break_at_rest_too():
@@ -291,7 +266,7 @@ def test_elements_break_at_rest_too():
         script="at 0.12 s: end the run",
     )  # fmt: skip
     outcome, _ = carried_out(found)
-    times = [t for t, e in outcome.logged_events if e.kind == "rupture"]
+    times = [t for t, _ in ruptures(outcome)]
     (field,) = found.network.of_kind("elements")
     assert outcome.kind == "done"
     assert times and all(round(t / 1e-2) == pytest.approx(t / 1e-2) for t in times)
@@ -302,9 +277,9 @@ def test_the_reference_breaks_the_same_elements_at_the_same_times():
     found = compiled(script="at 40 ms: end the run", ramp="60 ms", output="energy every 5 ms")
     judged = validate(found, method="DOP853", rtol=None, progress=silent)
     assert judged.verdict == "kept"
-    ruptures = judged.comparison.ruptures
-    assert (ruptures.run, ruptures.reference, ruptures.misses) == (1, 1, ())
-    assert ruptures.error < 1e-7
+    ruptured = judged.comparison.ruptures
+    assert (ruptured.run, ruptured.reference, ruptured.misses) == (1, 1, ())
+    assert ruptured.error < 1e-7
 
 
 #: Large enough for several threads.
