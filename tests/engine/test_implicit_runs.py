@@ -5,10 +5,7 @@ import pytest
 
 from tests.engine.running import set_pace
 from tests.validate.scenes import compiled_scene
-from tests.whole_runs import AfterAsking, carried_out, every_array
-from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run import run
+from tests.whole_runs import carried_out, same_when_resumed
 
 SOLID = """language 1
 tissue gel {{
@@ -89,18 +86,8 @@ def test_solids_keep_the_tolerance(method):
 def test_a_run_that_is_resumed_gives_the_same_bytes(monkeypatch):
     set_pace(monkeypatch, "compiled", 10_000)
     compiled = scene("integrator is esdirk43; tolerance = 1e-8", RELAXING)
-    network, plan = compiled.network, compiled.plan
-    whole, before, after = (MemoryRecording() for _ in range(3))
-    run(network, plan, Recorder(network, plan, whole))
-    stopped = run(network, plan, Recorder(network, plan, before), interrupt=AfterAsking(3))
-    assert stopped.kind == "interrupted"
-    assert 0.0 < stopped.state.time < 0.02
-    resumed = run(network, plan, Recorder(network, plan, after), resume=before.state)
-    assert resumed.kind == "done"
-    for first, second in zip(
-        every_array("force of root", whole), every_array("force of root", after), strict=True
-    ):
-        assert np.array_equal(first[-len(second) :], second)
+    _, (first, _) = same_when_resumed(compiled, "force of root", 3)
+    assert 0.0 < first.state.time < 0.02
 
 
 @pytest.mark.parametrize(

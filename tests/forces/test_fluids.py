@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tests.forces.test_pressure import network_of, shaken
 from tests.validate.scenes import compiled_scene, quantity, validated
-from tests.whole_runs import AfterAsking, carried_out, every_array, same_on_threads
+from tests.whole_runs import carried_out, same_on_threads, same_when_resumed
 from tissuec.forces.fluids import FluidCavities
 from tissuec.forces.pressed_sides import NoSide, Pressed, pressed_faces
 from tissuec.forces.volume import Enclosure
@@ -199,13 +199,7 @@ def test_pressures_and_fluids_are_the_same_on_threads(tmp_path, threads_in_small
 
 def test_a_run_with_pressures_and_fluids_goes_on_as_if_it_had_not_stopped():
     compiled = compiled_scene(MOVING)
-    whole = carried_out(compiled)[1]
-    outcome, begun = carried_out(compiled, interrupt=AfterAsking(2))
-    assert outcome.kind == "interrupted"
-    _, rest = carried_out(compiled, resume=begun.state)
-    log = "pressure of duct"
-    for one, other in zip(every_array(log, whole), every_array(log, begun, rest), strict=True):
-        assert np.array_equal(one, other)
+    same_when_resumed(compiled, "pressure of duct", 2)
 
 
 def test_what_happens_to_a_moving_duct_is_what_the_reference_says():
