@@ -110,11 +110,11 @@ class Operation(Shipped):
         return self._found[place]
 
     def by(self, function: Callable[..., Any], *records: Any) -> "InPython":
-        """Return a function of Python with the same arguments, for compiled code to call it.
+        """Return a Python function with the same arguments, for compiled code to call.
 
         Args:
             function: The function.
-            records: The net and others that it is given.
+            records: The net and the other records that it takes.
         """
         return InPython(function, tuple(self._fields.values()), records, self._result)
 
@@ -157,20 +157,20 @@ class InPython:
     """A function that is not shipped, such as a loop of a field, which compiled code calls.
 
     It is slow, but needs no compiler. An error in it cannot pass through compiled code: all
-    arrays but positions and velocities, which come first, become no numbers, and ``failure`` is
-    what it was.
+    arrays but positions and velocities, which come first, are filled with NaN, and ``failure``
+    is the exception.
 
     Args:
         made_from: The function; see ``tissuec.forces.Field.kernel``.
         fields: Its arguments: numbers, arrays of them, and records.
-        records: What it is given as such, one of each type.
+        records: The records that it takes, one of each type.
         result: Type of what it returns.
 
     Attributes:
-        address: Where it is.
+        address: Its address in memory.
 
     Raises:
-        TypeError: It takes another record, too.
+        TypeError: It takes a record that is not given.
     """
 
     def __init__(

@@ -181,7 +181,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
-    """Reject a method that would not step what springs and elements remember."""
+    """Reject a method that does not step the internal variables of springs and elements."""
     name = scene.simulation.integrator
     implicit = name in INTEGRATORS and INTEGRATORS[name].implicit
     what = "springs" if network.springs.inelastic is not None else "elements"

@@ -163,7 +163,7 @@ def contact_of(
 
 
 def _edges(faces: Faces, network: Network) -> SupportedEdges:
-    """Return what holds the edges of the triangles among faces."""
+    """Return the supports of the edges of those faces that are triangles."""
     triangles = faces.points[faces.kind == TRIANGLE]
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
     marks = None if network.skin_marks is None else network.skin_marks[: len(triangles)]
@@ -171,7 +171,7 @@ def _edges(faces: Faces, network: Network) -> SupportedEdges:
 
 
 def _pace(stiffness: Floats, network: Network) -> float:
-    """Return the rate of a node of mean mass on the mean stiffness of contact [1/s]."""
+    """Return the frequency of a node of mean mass on the mean stiffness of contact [1/s]."""
     hardness, mass = (
         float(values.mean()) if len(values) else 1.0
         for values in (stiffness, network.mass[: network.body_nodes])
@@ -180,7 +180,7 @@ def _pace(stiffness: Floats, network: Network) -> float:
 
 
 class _Touchable(NamedTuple):
-    """Nodes of bodies, and behind them points of contact; see ``Contact``."""
+    """Nodes of bodies, followed by points of contact; see ``Contact``."""
 
     nodes: Indices
     owner: Indices
@@ -201,7 +201,7 @@ def _with_points(
     contact: "Contact", points: FacePoints, network: Network, parts: "list[Faces]",
     environment: Environment, findings: Findings,
 ) -> "Contact":  # fmt: skip
-    """Return contact with the stiffness of points, and with what touches what.
+    """Return contact with the stiffness of points and the pairs of groups that may touch.
 
     Args:
         parts: Faces of tools, of threads, and of skins.
@@ -290,7 +290,7 @@ def _unbound(count: int) -> Indices:
 def _of_skins(network: Network, law: ContactLaw, *, threaded: bool) -> Faces:
     """Return the triangles of the surfaces of all bodies, if anything can touch them.
 
-    Threads and thin tools touch surfaces always, at their own radius; then these have none.
+    Threads and thin tools always touch surfaces, at their own radius; surfaces then have none.
 
     Args:
         threaded: Whether there are any of those.

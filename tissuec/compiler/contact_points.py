@@ -1,13 +1,13 @@
-"""Points of contact on faces of bodies, and on axes of tools that are thin beside them.
+"""Points of contact on faces of bodies, and on axes of tools that are thinner than these.
 
 A face has points x_q with the areas A_q of a rule of quadrature, so that contact is a pressure
-k δ [Pa], whatever the mesh. Without a word about it, k is c E*/h, with E* = E/(1 - ν²) of the
+k δ [Pa], whatever the mesh. By default, k is c E*/h, with E* = E/(1 - ν²) of the
 element behind the face, h its size and c = 12: a layer that is a twelfth as thick as an element
-and that lets faces, which do not bend, follow a tool. Of walls of the thickness t, whose faces
-bear by their tension, k is c E* t/h².
+and that lets faces, which do not bend, follow a tool. For walls of the thickness t, whose faces
+carry load by tension, k is c E* t/h².
 
 Between the points of a face, a tool with a radius R below h/2 would slip through. Such a tool
-has points along its axis instead, which the whole surface presses on.
+has points along its axis instead, on which the whole surface presses.
 """
 
 from collections.abc import Sequence
@@ -39,15 +39,15 @@ class FacePoints(Struct, frozen=True, eq=False):
     """Points of contact of a network.
 
     Attributes:
-        between: The points.
+        between: The points, as shares of nodes.
         position: As drawn [m], shape (point, 3).
         owner: Body of each, -1 on an axis, shape (point,).
         size: Radius of the axis that each is on [m], else 0, shape (point,).
         extent: Area [m²] of each point of a face, or length [m] on an axis, shape (point,).
-        shape: Of a tool, whose axis each is on, -1 on faces, shape (point,).
+        shape: The shape of a tool on whose axis each is, -1 on faces, shape (point,).
         bodies: Numbers of the bodies whose faces have points, ascending.
         face_size: h of each of these bodies, the median of its faces [m], shape (body,).
-        thin: Which shapes of tools are thin beside which bodies of the network, shape
+        thin: Which shapes of tools are thin compared with which bodies of the network, shape
             (shape, all bodies).
     """
 
@@ -71,8 +71,8 @@ class FacePoints(Struct, frozen=True, eq=False):
         Args:
             network: The network.
             nodes: Body of each node of the bodies, shape (node,).
-            surface: Of each face: a shape of a tool; behind these a thread; behind these the
-                skin of a body, shape (face,).
+            surface: Of each face: the number of a shape of a tool, then of a thread, then of
+                the skin of a body, shape (face,).
         """
         bodies, shapes = len(network.bodies), len(self.thin)
         meets = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
@@ -89,7 +89,7 @@ class FacePoints(Struct, frozen=True, eq=False):
 
 
 def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> FacePoints | None:
-    """Return the points of contact of a network; None where contact is of nodes alone.
+    """Return the points of contact of a network; None if contact acts on nodes only.
 
     Args:
         network: With the nodes of tools.
@@ -182,7 +182,7 @@ def _has_points(network: Network, body: BodyPart, law: ContactLaw) -> bool:
 
 
 def _faces(network: Network, body: BodyPart) -> Indices:
-    """Return the triangles of a body that are not between it and its mirror image."""
+    """Return the surface triangles of a body that are not in a plane of symmetry."""
     inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
     mirrored = np.zeros(len(inside), dtype=bool)
     for nodes in network.mirrored:
@@ -201,7 +201,7 @@ class _Axis(Struct, frozen=True, eq=False):
     Attributes:
         ends: Its nodes, the second one twice, shape (point, 3).
         shares: N_a, shape (point, 3).
-        lengths: That each stands for [m], shape (point,).
+        lengths: Length of axis that each represents [m], shape (point,).
     """
 
     ends: Indices
@@ -212,10 +212,10 @@ class _Axis(Struct, frozen=True, eq=False):
 def _axes(
     network: Network, tools: Sequence[Tool], thin: NDArray[np.bool_], size: Floats
 ) -> list[_Axis]:
-    """Return the points of the shapes of tools that are thin beside a body.
+    """Return the points of the shapes of tools that are thin compared with a body.
 
     Args:
-        thin: Beside which, shape (shape, body).
+        thin: Which shapes are thin for which bodies, shape (shape, body).
         size: Of the faces of each body [m], shape (body,).
     """
     shapes = [(tool, shape.radius) for tool in tools for shape in tool.shapes]
@@ -260,7 +260,7 @@ def stiffness_of(
     Args:
         points: Of the network.
         network: With its elements.
-        environment: Which may say what the pressure by depth is.
+        environment: Which may set the pressure per depth.
         findings: Takes diagnostics.
     """
     assert environment.contact is not None, "otherwise there are no points"
@@ -293,7 +293,7 @@ def stiffness_of(
 
 
 def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
-    """Return E* [Pa] of the element behind each triangle, and the pressure by depth [Pa/m].
+    """Return E* [Pa] of the element behind each triangle, and the pressure per depth [Pa/m].
 
     Args:
         triangles: Corners, shape (triangle, 3).

@@ -217,7 +217,7 @@ class ElementReader:
         return np.broadcast_to(direction, (len(self.part), 3))
 
     def _around(self, tube: ThickTube) -> tuple[Floats, Floats]:
-        """Return the axis of a tube, and where around it is, shape (element, 3) each."""
+        """Return the directions along and around a tube, shape (element, 3) each."""
         start, end = (np.asarray(point, dtype=float) for point in tube.axis)
         axis = (end - start) / np.linalg.norm(end - start)
         position = self.drawing.mesh.position
@@ -409,7 +409,7 @@ class ElementReader:
 
 
 def law_of(tissue: Tissue) -> tuple[SolidLaw, Span]:
-    """Return the law of a solid of a tissue, also from a curve of stress, and where it is."""
+    """Return the solid law of a tissue, also from a curve of stress, and its span."""
     solid, curve = tissue.laws.get(SOLID_LAW), tissue.laws.get("spring law")
     stress = None if curve is None else stress_in(curve.force)
     if curve is not None and stress is not None:

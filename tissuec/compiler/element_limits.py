@@ -110,7 +110,7 @@ class LimitReader:
 
     Args:
         body: The body.
-        parts: What its tissues say.
+        parts: The entries of its tissues.
         part: Number of the part of each element, shape (element,).
         shapes: The elements, shape by shape.
         findings: Takes diagnostics.

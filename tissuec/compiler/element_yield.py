@@ -1,4 +1,4 @@
-"""How elements yield, from the yield stress and the flow viscosity of tissues."""
+"""Yielding of elements, from the yield stress and the flow viscosity of tissues."""
 
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ _STRAIN = "breaking strain"
 
 
 def yielding_of(parts: TissueParts, part: Indices) -> "SolidYield | None":
-    """Return how elements yield, without storage; None if nothing does.
+    """Return the yielding of elements, without storage; None if nothing yields.
 
     Args:
         parts: Of the body.
@@ -51,7 +51,7 @@ def yielding_of(parts: TissueParts, part: Indices) -> "SolidYield | None":
 
 
 def _refuse_idle_limits(parts: TissueParts, number: int) -> None:
-    """Report a strength or a toughness of what yields before it could bear so much.
+    """Report a strength or a toughness of elements that yield before reaching it.
 
     Args:
         parts: Of the body.

@@ -7,7 +7,7 @@ from tissuec.core.errors import Diagnostic
 
 
 def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W211: laws of solids that lose their stability at strains which tissue bears."""
+    """W211: laws of solids that lose their stability at strains that tissues reach."""
     seen = set[str]()
     for body in compiled.scene.bodies.values():
         if body.elements is None:
@@ -30,7 +30,7 @@ def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
             at = ", ".join(f"{100.0 * at:.2g} % in {way}" for way, at in limits.items() if at)
             yield Diagnostic(
                 "W211",
-                f"the law of {tissue.name} is stable only up to {at}: beyond, further "
+                f"the law of {tissue.name} is stable only up to {at}: beyond that, further "
                 "strain needs less stress, and results depend on the mesh",
                 place,
                 "choose numbers with which stress keeps rising, such as a larger third number "

@@ -27,7 +27,7 @@ _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
 
 class WallBending(Struct, frozen=True, eq=False):
-    """How a wall resists bending, with nodes numbered within its body.
+    """The bending resistance of a wall, with nodes numbered within its body.
 
     Attributes:
         body: The name of the body.
@@ -104,7 +104,7 @@ class MembraneReader(ElementReader):
         self.normal, self.area = normal / twice[:, None], 0.5 * twice
 
     def _or_filled(self) -> str:
-        """Return the hint that fills a surface from a file, "" of others."""
+        """Return the hint to fill a surface from a file, "" for other meshes."""
         is_filled = isinstance(self.body.mesh, Imported)
         return "; for a solid, filling is tetrahedra in the mesh" if is_filled else ""
 

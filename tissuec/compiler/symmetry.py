@@ -58,7 +58,7 @@ def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[Wri
 def symmetry_block(
     planes: Sequence[WrittenPlane], network: Network, plan: Plan, findings: Findings
 ) -> FieldBlock:
-    """Return the constraints of planes of symmetry; whatever contradicts one is reported.
+    """Return the constraints of planes of symmetry; report whatever contradicts them.
 
     Args:
         planes: At least one.

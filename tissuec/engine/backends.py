@@ -95,13 +95,13 @@ BACKENDS = {
 def with_python(
     net: Net, replaced: Mapping[str, Callable[..., Any]], *others: Any
 ) -> RecordTable:
-    """Return the table of a net, some of whose operations are functions of Python.
+    """Return the table of a net, with Python functions in place of some operations.
 
     Args:
         net: With the addresses of all operations.
         replaced: Functions by the names of the operations that they replace. They take the same
             arguments, arrays and numbers as they are, and records.
-        others: The records that they take beside the net.
+        others: The records that they take besides the net.
     """
     records = net, *others
     called = {

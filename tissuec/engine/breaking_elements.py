@@ -30,7 +30,7 @@ class Loads:
     """The loads of the elements of a state that can break, divided by their limits.
 
     Args:
-        shapes: Elements that are there, shape by shape.
+        shapes: Intact elements, shape by shape.
         place: Index of each node in flat arrays, shape (node,).
     """
 

@@ -49,9 +49,9 @@ Pause = Callable[[float], bool]
 class Engine:
     """Steps one run.
 
-    ``restart`` takes over a state, ``advance`` steps it to a time and comes back early when
-    springs rupture, a watched condition becomes true, or the motion cannot go on. On a rupture
-    the state stands at its exact time with the springs still alive: the caller marks them
+    ``restart`` takes over a state, ``advance`` steps it to a time and returns early when
+    springs rupture, a watched condition becomes true, or the motion cannot continue. On a
+    rupture the state is at its exact time with the springs still alive: the caller marks them
     dead in ``state.alive`` and calls ``restart``, as after every other change.
 
     Args:
@@ -59,8 +59,8 @@ class Engine:
         method: How it is to be stepped.
         sample_times: When to record [s], ascending without repetitions, shape (sample,).
         record: Called with each batch of samples. Unless a single step holds more samples than
-            half the buffer, the state stands at a step's start then and ``checkpoint``
-            gives what a later run can go on from.
+            half the buffer, the state is then at the start of a step and ``checkpoint`` returns
+            the data from which a later run can continue.
         backend: Forces one backend, for tests. Otherwise methods that are shipped are stepped
             by compiled code.
 

@@ -74,7 +74,7 @@ def _jumping(work: Work, progress: Progress, inputs: KernelInputs) -> int:
 
 
 def _culprit(x: Floats, v: Floats, inputs: KernelInputs) -> int | None:
-    """Return the first spring of undefined tension, else of the largest; None without any."""
+    """Return the first spring of undefined tension, else the one of the largest, if any."""
     springs = inputs.springs
     if not len(springs.ids):
         return None

@@ -1,8 +1,8 @@
-"""How large the factor of the matrix of an implicit step is, before there is one.
+"""Predicted size of the factor of the matrix of an implicit step.
 
 Nodes that a spring or an item of a field joins are neighbours in a graph, whose matrix of
-one number for each pair has the pattern of S, of 3 × 3 blocks, in small. Its factor tells that
-of S: each of c numbers in a column stands for 9, in 3 columns.
+one number for each pair has the pattern of the 3 × 3 blocks of S. The size of its factor gives
+that of S: each of c numbers in a column stands for 9, in 3 columns.
 """
 
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -27,7 +27,8 @@ class Fill(NamedTuple):
     """The factor of S.
 
     Attributes:
-        numbers: In both triangles; infinite where there are too many nodes to tell.
+        numbers: Entries in both triangles; infinite if there are too many nodes to predict
+            them.
         multiplications: That the factor takes.
     """
 
@@ -48,7 +49,7 @@ class Fill(NamedTuple):
         Args:
             free: Which nodes are unknowns, shape (node,).
             ends: Nodes of the springs that act, shape (spring, 2).
-            fields: What acts beside them.
+            fields: The fields that act besides them.
         """
         from scipy.sparse import csc_matrix, diags_array
         from scipy.sparse.linalg import splu

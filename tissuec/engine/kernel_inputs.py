@@ -155,7 +155,7 @@ class KernelInputs:
         return kept
 
     def _solver_arrays(self) -> Solver:
-        """Return the arrays for the matrix of implicit steps, as they are."""
+        """Return the arrays for the matrix of implicit steps, without copies."""
         low, high = self.springs.ends.T
         kept, free = self._solver, self.inverse_mass > 0.0
         if self._has_more_than_springs:
@@ -189,17 +189,17 @@ class KernelInputs:
         return not solver.scratch.size if self.stage is None else self.stage.fill.is_small
 
     def solving_cost(self) -> SolvingCost:
-        """Return what the matrix of implicit steps costs."""
+        """Return the cost of the matrix of implicit steps."""
         solver = self._solver_arrays()
         if self.stage is None:
             return cost_of_springs(solver, len(self.springs.ids))
         return self.stage.cost
 
     def in_python(self, integrator: type[Integrator]) -> dict[str, Callable[..., Any]]:
-        """Return the operations on the net that are functions of Python, by name.
+        """Return the operations on the net that are Python functions, by name.
 
         Args:
-            integrator: What steps the net.
+            integrator: The integrator of the net.
         """
         if not integrator.implicit or self.stage is None:
             return {}

@@ -77,7 +77,7 @@ def choose(
 
     Args:
         state: State at the start.
-        method: What the scene requests.
+        method: The method that the scene requests.
         is_direct: Returns whether the matrix of implicit steps has a factor of acceptable
             size.
         implicit_step: Returns the predicted time of a step of ``esdirk43``, over that of a
@@ -106,7 +106,7 @@ def _chosen(
     """Return the integrator; see ``choose``.
 
     Args:
-        creeping: Returns a method for what mostly creeps, if it is for this net.
+        creeping: Returns a method for motions that mostly creep, if this net needs one.
         facts: Returns what ``measured_facts`` does, which takes time in large nets.
     """
     if method.name != AUTOMATIC:
@@ -175,11 +175,11 @@ def _creeping(
     implicit_step: Callable[[], float],
     measure: Callable[[], dict[str, float]],
 ) -> MethodChoice | None:
-    """Return a method for what is so damped that it mostly creeps, else None.
+    """Return a method for a net so damped that it mostly creeps, else None.
 
-    It is an implicit one if its matrix has a factor, for nets of springs at once; where
-    elements brake, a stabilised method may cost less. The rates are measured only where sums at
-    the nodes allow it.
+    It is an implicit one if its matrix has a factor; for nets of springs without further tests,
+    whereas with viscous elements a stabilised method may cost less. The rates are measured only
+    where sums at the nodes allow it.
     """
     in_springs = sums.most_damped >= CREEPING
     in_effects = any(effect.braking(state.position) is not None for effect in state.effects)
@@ -205,8 +205,8 @@ def _creeping(
 def _is_cheaper(facts: Mapping[str, float], duration: float, implicit_step: float) -> bool:
     """Return whether implicit steps are expected to cost less than those of ``rkc2``.
 
-    Both are expected to take as many steps as motions commonly need; s stages of ``rkc2`` are
-    stable for 0.65 s² over the fastest rate.
+    Both are assumed to take the number of steps that such motions commonly need; s stages of
+    ``rkc2`` are stable for 0.65 s² over the fastest rate.
 
     Args:
         facts: Of ``measured_facts``.

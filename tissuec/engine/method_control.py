@@ -205,7 +205,7 @@ class MethodControl:
 
     @property
     def _solving(self) -> SolvingCost:
-        """Return what the matrix of the present method costs: nothing if it has none."""
+        """Return the cost of the matrix of the present method; nothing if it has none."""
         stepper = self._stepper
         if not stepper.integrator.implicit:
             return SolvingCost(0.0, 0.0)

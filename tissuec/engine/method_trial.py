@@ -233,10 +233,10 @@ def candidate_for(
     direct: bool,
     overdamped: Callable[[float], bool],
 ) -> str | None:
-    """Return what may come further: another kind than an explicit method at its limit, or back.
+    """Return a method that may be faster: implicit for explicit at its limit, or back.
 
     Solved by conjugate gradients, implicit steps of solid blocks cost more than explicit ones
-    even there; what dashpots brake is left to stabilised ones.
+    even there; overdamped nets are left to stabilised methods.
 
     Args:
         name: Of the present method.
@@ -245,7 +245,7 @@ def candidate_for(
         facts: Returns what ``measured_facts`` does, which takes time.
         evaluation: Predicted time of a force evaluation [s].
         direct: Whether the matrix of implicit steps has a factor of acceptable size.
-        overdamped: Returns whether the net may have more than a damping ratio.
+        overdamped: Returns whether the damping ratio of the net may exceed a given one.
     """
     member, explicit = INTEGRATORS[name], INTEGRATORS["dop853"]
     if not (member.implicit or direct or overdamped(OVERDAMPED)):

@@ -1,15 +1,15 @@
-"""The matrix of an implicit step of whatever has more than springs.
+"""The matrix of an implicit step of nets that contain more than springs.
 
     S = M + q (D + drag) + q² K + W Wᵀ,        q = h γ
 
 K is the exact stiffness of springs and fields where S is positive definite with it, and
 otherwise that without the parts that may make it indefinite; D is the viscosity. W has a column
 for each large enclosed volume (``mechanics.stiffness``). Internal variables of springs and
-elements are eliminated (``forces.memory``), and what is on planes of symmetry does not leave
-them. S is factorised as a sparse matrix, or where its factor would be too large, conjugate
-gradients solve with it.
+elements are eliminated (``forces.memory``), and nodes on planes of symmetry stay there. S is
+factorised as a sparse matrix; where its factor would be too large, conjugate gradients are used
+instead.
 
-The compiled loop over steps calls ``assemble`` and ``solve`` as it calls those of springs.
+The compiled loop over steps calls ``assemble`` and ``solve`` in place of those for springs.
 """
 
 from collections.abc import Iterator
@@ -84,7 +84,7 @@ class StageMatrix:
             q: Step size times the coefficient of the method [s].
             x, v: Of all nodes [m], [m/s], in the order of the loop, flat, shape (3 node,).
             net: What acts on the nodes.
-            solver: Of which the time counts.
+            solver: Its time is read.
         """
         time = float(solver.made[3])
         made = q, time, x.tobytes(), v.tobytes()
@@ -116,7 +116,7 @@ class StageMatrix:
         return False
 
     def solve(self, vector: Floats, net: Net, solver: Solver) -> bool:
-        """Replace residuals of accelerations by the changes that S makes of them.
+        """Replace residuals of accelerations by their corrections, solved with S.
 
         Args:
             vector: [m/s²], in the order of the loop, flat, shape (3 node,); changed in place.
@@ -153,7 +153,7 @@ class StageMatrix:
     def _memory(
         self, time: float, position: Floats, velocity: Floats
     ) -> Iterator[MemoryTangents]:
-        """Yield the derivatives of what springs and fields remember."""
+        """Yield the derivatives of the internal variables of springs and fields."""
         # Springs between held nodes relax, too.
         springs = self._state.at(time).spring_force(np.flatnonzero(self._state.alive))
         own = memory_of_springs(springs, position, velocity)

@@ -289,7 +289,7 @@ def resize(now: Progress, h: float, ratio: float, is_first: bool) -> None:
 
 
 def steadied(size: float, h: float) -> float:
-    """Return the next step of a method whose matrix takes long to make for another size [s].
+    """Return the next step of a method whose matrix is expensive to form for another size [s].
 
     Slightly shorter steps follow in few changes instead of many.
 

@@ -220,8 +220,8 @@ class Stepper:
     def slipping(self) -> Floats:
         """Return which bristles slip: 1 or 0 of each, dimensionless, shape (bristle,).
 
-        There are none if none were cut.
-        They belong to what acts; see ``cut_bristles``.
+        Empty where no bristles are cut. The flags are an input of the forces; see
+        ``cut_bristles``.
         """
         touches = None if self._net is None else self._net.touches
         if touches is None or touches.bent.shape[1] <= SLIDES:

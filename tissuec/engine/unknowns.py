@@ -24,7 +24,7 @@ class SolvingCost(NamedTuple):
 
 
 def cost_of_springs(solver: Solver, springs: int) -> SolvingCost:
-    """Return what the matrix of springs alone costs.
+    """Return the cost of the matrix of springs alone.
 
     Args:
         solver: Its arrays.
@@ -79,7 +79,7 @@ def new_solver(
 
 
 def unknown_solver(free: NDArray[np.bool_]) -> Solver:
-    """Return the arrays beside a matrix that ``StageMatrix`` has.
+    """Return the arrays of a solver whose matrix is that of ``StageMatrix``.
 
     Args:
         free: Which nodes are unknowns, shape (node,).

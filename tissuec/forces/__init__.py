@@ -94,7 +94,7 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     def potential(self, time: Floats | float, position: Floats) -> Floats:
         """Return the energy whose negative gradient is the force at rest [J], shape (…).
 
-        That of what is supplied from outside counts as well. ``wayward`` has the other forces.
+        It includes the potential of external loads. ``wayward`` returns the other forces.
         """
         return self.energy(time, position)
 
@@ -338,7 +338,7 @@ class Field(Effect, frozen=True):
         return "" if has_all or not len(self.hidden) else "forces with memory"
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> "MemoryTangents | None":
-        """Return the derivatives of what this remembers in hidden nodes; None without any.
+        """Return the derivatives of the internal variables in hidden nodes; None without any.
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
@@ -501,7 +501,7 @@ class Acted(Struct, frozen=True, eq=False):
         nodes: Ascending, shape (n,).
         position: [m], shape (n, 3).
         mass: [kg], shape (n,).
-        area: Of the skin that each stands for [m²], shape (n,); zero inside of a body.
+        area: Area of skin that each represents [m²], shape (n,); zero inside of a body.
         skin: Triangles of the skin of the whole network, shape (triangle, 3).
         ends: Nodes of each spring of the network, shape (spring, 2).
         skin_marks: The spring that marks the element of each triangle of the skin, or -1, shape

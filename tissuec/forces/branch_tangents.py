@@ -17,7 +17,7 @@ def branch_tangents(
     gradients: Floats,
     weight: Floats,
 ) -> MemoryTangents:
-    """Return the derivatives of branches, an item for each of them and each point.
+    """Return the derivatives of branches, one item for each branch at each point.
 
     Args:
         branches: Of the elements.

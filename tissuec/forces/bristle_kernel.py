@@ -1,13 +1,13 @@
 """Friction of faces by bristles that are cut, as scalar loops; see ``forces.contact``.
 
-A bristle bends with the sliding velocity u and bears k |z| up to μ N. At the end of each step
-it is cut to the length μ N/k. One that was cut slips until u turns back: it bears μ N, and does
-not grow,
+A bristle bends with the sliding velocity u and exerts k |z| up to μ N. At the end of each step
+it is cut to the length μ N/k. One that was cut slips until u turns back: it exerts μ N, and
+does not grow,
 
     z' = u,  or  z' = u - max(0, u·e) e  where it slips,    e = z / |z|.
 
-So a steady load below μ N moves nothing, however the contact is shaken, no rate u k / μ N
-limits steps, and within a step nothing jumps.
+So a steady load below μ N causes no creep, however the contact is shaken; no rate u k / μ N
+limits steps, and nothing jumps within a step.
 
 Shared arguments:
     touches: Record of the contact; its fields give the shapes and units.
@@ -82,7 +82,7 @@ def bend(
 def cut_bristles(v: Floats, a: Floats, touches: ContactTable) -> None:
     """Cut bristles to the length at which they slip, and note which of them do.
 
-    Those that slip have this length also where it has grown in the step.
+    Those that slip get this length even if it has grown in the step.
 
     Args:
         v: Velocities of all nodes at the end of a step [m/s], flat, shape (3 node,). Those that

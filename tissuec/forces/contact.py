@@ -11,8 +11,8 @@ n a node is pressed by
 where δ̇ is Σ W φ δ' / Σ W φ over the shapes of one surface, δ' their own rates (damping that
 grows with the depth: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42:440, 1975). The energy is
 k Σ W ∫ φ. Shapes are carried by nodes, which get the opposite force: capsules and triangles by
-the weights of the nearest point, planes as turning them asks for. So the work of whoever moves
-them is what the energy takes up, and nothing depends on who holds or drives these nodes.
+the weights of the nearest point, planes as turning them asks for. So the work of moving them
+equals the increase of the energy, and nothing depends on how these nodes are held or driven.
 
 Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
 velocity u and slips where it bears no more. With N now the sum over all shapes,
@@ -27,9 +27,9 @@ P. R. Dahl, The Aerospace Corporation TOR-0158, 1968.) What a surface is rubbed 
 at the nearest point, a distance away from the node; the couple of both is taken up by the
 touched faces, and the rotation of these counts in the sliding velocity.
 
-What is said of nodes holds for points between nodes as well (``forces.contact_points``): those
-on faces of bodies, and on axes of tools that are thin beside them. Where there are any, φ is δ
-but for a very thin layer, and bristles are cut instead (``forces.bristle_kernel``).
+All of this holds for points between nodes as well (``forces.contact_points``): those
+on faces of bodies, and on axes of tools that are thinner than these. Where there are any, φ is
+δ except in a very thin layer, and bristles are cut instead (``forces.bristle_kernel``).
 
 Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so that they are
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
@@ -108,7 +108,7 @@ class Contact(Field, frozen=True, dict=True):
     share, as capsules.
 
     Attributes:
-        nodes: Nodes that can be touched, ascending, and behind them points, shape (m,).
+        nodes: Nodes that can be touched, ascending, followed by points, shape (m,).
         owner: Body of each, or -1 of a point on the axis of a tool, shape (m,).
         size: Radius of the thread or axis that each belongs to [m], else 0, shape (m,).
         kind: ``CAPSULE``, ``PLANE`` or ``TRIANGLE``, shape (shape,).
@@ -119,9 +119,9 @@ class Contact(Field, frozen=True, dict=True):
         radius: Around the line of a capsule or a triangle [m], shape (face,); a triangle
             touches nodes of a thread at the radius of the thread, if that is more.
         spared: Body whose nodes a face does not touch, -1 without one, shape (face,).
-        bonds: Springs of which one must be there for a capsule to touch, -1 for none, shape
+        bonds: Springs of which one must be intact for a capsule to touch, -1 for none, shape
             (face, 2).
-        edges: What holds the edges of the triangles, shape (triangle, 3).
+        edges: Supports of the edges of the triangles, shape (triangle, 3).
         joined: Pairs of nodes that springs join, so that what one of them carries does not
             touch the other: lower node times number of all nodes plus upper node, ascending,
             shape (pair,).
@@ -137,8 +137,8 @@ class Contact(Field, frozen=True, dict=True):
         group, of: Of each node and face, a row and a column of ``meets``, shapes (m,), (face,).
         meets: Which nodes may touch which faces at all; None if every node may touch all.
         whole: Which faces are neither cut nor torn, shape (face,); None if all are.
-        there: Which nodes are not on torn faces, shape (m,); None if all are there.
-        pairs: Those that are looked at; None for all that are near.
+        there: Which nodes are not on torn faces, shape (m,); None if none is.
+        pairs: Those that are considered; None for all that are near.
         exhaustive: Whether every node is compared with every face, if there are not too many.
     """
 
@@ -221,7 +221,8 @@ class Contact(Field, frozen=True, dict=True):
     def _candidates(self, position: Floats, margin: float) -> tuple[Indices, Indices]:
         """Return pairs of nodes and whole faces that may touch.
 
-        None of a body that is spared, or of a node that carries the face.
+        Pairs of a face with a body that it spares, or with a node that carries it, are left
+        out.
 
         Args:
             position: Of nodes and points [m], shape (node + point, 3).
@@ -307,7 +308,7 @@ class Contact(Field, frozen=True, dict=True):
         return joined
 
     def _have_key(self, here: Indices, corners: Indices, nodes: int) -> NDArray[np.bool_]:
-        """Return which nodes, of shape (pair, 1), springs join to corners, shape (pair,)."""
+        """Return which nodes, shape (pair, 1), springs join to corners, shape (pair,)."""
         keys = np.minimum(here, corners) * nodes + np.maximum(here, corners)
         place = np.searchsorted(self.joined, keys).clip(max=len(self.joined) - 1)
         return np.asarray((self.joined[place] == keys).any(axis=1))
@@ -322,7 +323,7 @@ class Contact(Field, frozen=True, dict=True):
         return self._places(self._with_points(position), pairs)
 
     def _with_points(self, position: Floats) -> Floats:
-        """Return positions of nodes, and behind them of points [m], shape (…, n, 3)."""
+        """Return positions of nodes, followed by those of points [m], shape (…, n, 3)."""
         return position if self.between is None else self.between.behind(position)
 
     def _places(self, position: Floats, pairs: ContactPairs) -> NearestPlace:
@@ -347,7 +348,7 @@ class Contact(Field, frozen=True, dict=True):
         return found
 
     def are_at(self, nodes: Indices) -> NDArray[np.bool_]:
-        """Return which of its nodes are among some, and which points are between such.
+        """Return which of its nodes are among some, and which points lie between those.
 
         Args:
             nodes: Indices, shape (n,).
@@ -362,11 +363,11 @@ class Contact(Field, frozen=True, dict=True):
         return found
 
     def has_points_on(self, nodes: slice) -> bool:
-        """Return whether contact acts on faces between some nodes."""
+        """Return whether contact acts on faces between the given nodes."""
         return self.between is not None and bool(len(self.between.on(nodes)))
 
     def points_on(self, nodes: slice, position: Floats) -> tuple[Floats, Indices, Indices]:
-        """Return where the points on faces between some nodes are, and which they are.
+        """Return the positions and numbers of the points on faces between nodes.
 
         Args:
             nodes: Those of a body.
@@ -387,9 +388,9 @@ class Contact(Field, frozen=True, dict=True):
         return bool((self.size[self.owner < 0] == radius).any())
 
     def extent_at(self, nodes: Indices, position: Floats) -> tuple[Floats, Floats]:
-        """Return over which area and how deep things touch that some nodes carry.
+        """Return the area and the depth of contact of shapes that some nodes carry.
 
-        Counted are shapes of tools and threads, and nodes and points on faces, all of whose
+        Shapes of tools and threads, and nodes and points on faces, count if all of their
         carriers are among the nodes.
 
         Args:
@@ -672,9 +673,9 @@ class Contact(Field, frozen=True, dict=True):
     def in_parts(
         self, table: ContactTable | ContactPointTable, parts: int
     ) -> list[list[ContactTable]] | list[list[ContactPointTable]]:
-        """Return tables of nodes that have about as many pairs, and one that adds all up.
+        """Return tables of nodes with about equally many pairs, and one that adds them up.
 
-        Before all, one places the points, if there are any.
+        If there are points, a table that places them comes first.
         """
         if isinstance(table, ContactPointTable):
             groups = self._in_parts(table.touches, parts)

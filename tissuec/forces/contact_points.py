@@ -1,4 +1,4 @@
-"""Points of contact that lie between nodes: on faces of bodies, and on axes of thin tools.
+"""Points of contact between nodes: on faces of bodies, and on axes of thin tools.
 
 Each is x_q = Σ N_a x_a with fixed shares N_a ≥ 0 whose sum is 1. So a force f on it is N_a f on
 its corners, and contact of points has the energy, power and second derivative of contact of
@@ -22,13 +22,13 @@ NO_FACE = -1  # of a point on an axis
 
 
 class ContactPoints(Struct, frozen=True, eq=False, dict=True):
-    """Points between nodes; where they are numbered, they stand behind all nodes.
+    """Points between nodes, numbered after all nodes.
 
     Attributes:
         corners: Nodes that carry each point, shape (point, 3); on an axis its ends, the second
             one twice.
         shares: N_a, shape (point, 3).
-        areas: Drawn area that each stands for, 0 on an axis [m²], shape (point,).
+        areas: Drawn area that each represents, 0 on an axis [m²], shape (point,).
         face: Triangle of ``triangles`` that each is on, or ``NO_FACE``, shape (point,).
         triangles: Nodes of the triangles that have points, shape (triangle, 3).
         marks: Springs that mark the elements of these, see ``SupportedTriangles``.
@@ -44,7 +44,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     ends: NDArray[np.int32]
 
     def behind(self, values: Floats) -> Floats:
-        """Return the vectors of nodes, and behind them those of the points.
+        """Return the vectors of nodes, followed by those of the points.
 
         Args:
             values: Of all nodes, in any unit, shape (…, node, 3).
@@ -56,7 +56,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         return np.concatenate([values, own], axis=-2)
 
     def sums(self, values: Floats, nodes: int) -> Floats:
-        """Return the sums over nodes, and over the points that each carries, by its share.
+        """Return, for each node, its value plus its shares of the values of the points.
 
         Args:
             values: Of nodes and points, in any unit, shape (node + point,).

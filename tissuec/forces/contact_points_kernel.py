@@ -1,7 +1,7 @@
 """Contact of points between nodes, as scalar loops; see ``tissuec.forces.contact_points``.
 
-Points stand behind the nodes in arrays of their own. There, contact acts on them as on nodes;
-then their forces go to their corners.
+Separate arrays hold the nodes, followed by the points. There, contact acts on points as on
+nodes; then their forces are distributed to their corners.
 
 Shared arguments:
     x, v: Positions [m] and velocities [m/s] of all nodes, flat, shape (3 node,).
@@ -21,7 +21,7 @@ PLACING = -2  # the part in which points are placed
 
 
 class ContactPointTable(NamedTuple):
-    """Points near shapes, and the contact in whose arrays they stand behind the nodes."""
+    """Points near shapes, and the contact in whose arrays they follow the nodes."""
 
     touches: ContactTable
     part: int  # of contact that is computed; PLACING to place the points first
@@ -38,7 +38,7 @@ def touch_points(
 ) -> None:
     """Add the forces of contact to those on nodes, and its powers; see ``touch``.
 
-    In parts, points are placed first, and forces are added behind the last part.
+    In parts, points are placed first, and forces are added after the last part.
     """
     touches, part = table.touches, table.part
     if part in (PLACING, UNDIVIDED):

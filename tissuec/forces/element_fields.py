@@ -129,9 +129,9 @@ class ElementField(WalledField, frozen=True):
 
 
 class MaterialField(ElementField, frozen=True):
-    """A field of elements that follow laws of solids; one that loses an edge or breaks is gone.
+    """Elements that follow laws of solids; one that loses an edge or breaks is removed.
 
-    ``walls`` are the springs along edges, and behind them the marks of ``limits``.
+    ``walls`` are the springs along edges, followed by the marks of ``limits``.
 
     Attributes:
         limits: At which they break; None where nothing may break.

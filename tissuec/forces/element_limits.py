@@ -1,4 +1,4 @@
-"""What breaks elements: a strain, a stress, or the energy of a crack.
+"""Limits of elements: a strain, a stress, or the energy of a crack.
 
 With the mean F̄ of the deformation gradient over the volume V of an element, whose largest
 principal stretch is λ, and the mean of the Kirchhoff stress τ = P Fᵀ without its viscous part

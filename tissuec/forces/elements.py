@@ -6,11 +6,11 @@ An element has nodes at x_a, drawn at X_a, and points of quadrature of the volum
     E = Σ w (μ ψ(g I1, g² I2) + K0/2 (J - 1)²) + (K - K0) V/2 (M - 1)²,    M = Σ w J / V,
 
 where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the solid
-(``laws.solid``). The volume is kept in the mean of an element, so that it does not lock
-where little can change its volume (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
-Mech. Eng. 51:177, 1985). K0 is nothing in hexahedra and wedges; in tetrahedra, where a mean
-alone leaves bending without resistance, it is 2 μ, or K if that is less. Below J = 1/5, g is
-its parabola there: elements that are turned inside out have an energy and push back.
+(``laws.solid``). The volumetric term acts on the mean of an element, so that nearly
+incompressible elements do not lock (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
+Mech. Eng. 51:177, 1985). K0 is 0 in hexahedra and wedges; in tetrahedra, where a mean alone
+would leave bending without resistance, it is the smaller of 2 μ and K. Below J = 1/5, g is its
+parabola there: elements that are turned inside out have an energy and push back.
 
 The forces on nodes are -Σ w P ∂N_a/∂X with
 
@@ -31,7 +31,7 @@ that of a liquid under the stress 2 η D, D being the rate of strain without its
 
 In elements with prestretch F0 (``forces.solid_prestretch``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
 acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept. Branches that relax
-are in ``forces.solid_branches``, and what yields in ``forces.solid_yield``.
+are in ``forces.solid_branches``, and yielding in ``forces.solid_yield``.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -80,7 +80,7 @@ _PARTS = (
 
 
 class SolidMaterial(NamedTuple):
-    """What elements are made of, element by element.
+    """The material of elements, element by element.
 
     Attributes:
         shear, bulk: Initial shear and bulk modulus [Pa], shape (element,).
@@ -129,11 +129,11 @@ class SolidElements(MaterialField, frozen=True):
         fibres: Families of fibres, without stress; there may be none.
         prestretch: None without any.
         branches: That relax; None without any.
-        remembered: What these do while nothing gives way, where it is known; energies,
+        remembered: Effect of the branches in their present state, where it is known; energies,
             matrices and stresses include it. Otherwise they are those without branches.
-        yielding: How they yield; None where nothing does.
-        plastic: By how much they have flowed, where it is known; energies, matrices and
-            stresses are those beyond it. Otherwise they are those before any flow.
+        yielding: Their yield stresses and flow; None where nothing yields.
+        plastic: Their plastic deformation, where it is known; energies, matrices and stresses
+            are those of the elastic rest. Otherwise they are those before any flow.
         span: The entry that asks for the elements.
     """
 
@@ -418,7 +418,7 @@ class SolidElements(MaterialField, frozen=True):
 
     @property
     def hidden(self) -> Indices:
-        """Return the hidden nodes of branches and of what yields; see ``Field``."""
+        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
         none = np.zeros(0, dtype=np.int64)
         return np.concatenate([none, *(each.nodes(self._points) for each in self._stored())])
 
@@ -429,7 +429,7 @@ class SolidElements(MaterialField, frozen=True):
         return replace(self, branches=None, remembered=None, yielding=yielding)
 
     def stored(self, first: int, fastest: float) -> Self:
-        """Return the elements with hidden nodes for what they remember.
+        """Return the elements with hidden nodes for their internal variables.
 
         Args:
             first: Number of the first of these nodes.
@@ -457,7 +457,7 @@ class SolidElements(MaterialField, frozen=True):
         return float(np.sqrt(2.0 * (joined / mass).max()))
 
     def recalling(self, velocity: Floats) -> Self:
-        """Return the elements with what they remember at once; see ``Effect``."""
+        """Return the elements with the present internal variables; see ``Effect``."""
         if not self.remembers:
             return self
         branches, yielding = self.branches, self.yielding
@@ -574,14 +574,14 @@ class SolidElements(MaterialField, frozen=True):
         return len(self.shape.weights)
 
     def _stored(self) -> Iterator[StoredTensors]:
-        """Yield what is kept in hidden nodes, in their order."""
+        """Yield the tensors that hidden nodes keep, in their order."""
         if self.branches is not None:
             yield self.branches
         if self.yielding is not None:
             yield self.yielding
 
     def _elastic(self, strain: SolidStrain) -> SolidStrain:
-        """Return the strain that laws store energy for, at the points of F."""
+        """Return the elastic strain, for which laws store energy, at the points of F."""
         return strain if self.plastic is None else self.plastic.elastic(strain)
 
     def _besides(self) -> "Iterator[FibreFamily | RelaxingStress]":

@@ -138,7 +138,7 @@ def stress(e: int, pressure: float, here: Floats, solid: ElementTable) -> None:
 
     Args:
         e: Number of the element.
-        pressure: What the change of volume costs, per J [Pa].
+        pressure: Derivative of the volumetric energy by J [Pa].
         here: The state there, shape (STATE,); see ``deform``.
         solid: The elements.
     """
@@ -298,7 +298,7 @@ def set_apart(here: Floats) -> None:
 def give_way(
     e: int, point: int, v: Floats, f: Floats, here: Floats, solid: ElementTable
 ) -> float:
-    """Add the rates at which an element flows that yields, with its branches.
+    """Add the rates of plastic flow of an element, and those of its branches.
 
     Args:
         e: Number of the element.
@@ -347,7 +347,7 @@ def bear(
 
     Args:
         e: Number of the element.
-        pressure: What the change of volume costs, per J [Pa].
+        pressure: Derivative of the volumetric energy by J [Pa].
         point: Number of the point.
         v: Velocities of all nodes [m/s], flat; those of hidden ones keep Cp - 1.
         here: The state there; see ``deform``. P is also set behind it, to be set apart.

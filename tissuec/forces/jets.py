@@ -330,7 +330,7 @@ class Jet(Field, frozen=True):
         return np.zeros(position.shape[:-2])
 
     def wayward(self, time: float, position: Floats) -> Floats:
-        """Return all forces at rest [N], shape (node, 3); see ``Effect``."""
+        """Return all forces at rest, none of which has a potential [N], shape (node, 3)."""
         found, rest = np.zeros_like(position), np.zeros_like(position)
         self.add_forces(time, position, rest, found)
         return found

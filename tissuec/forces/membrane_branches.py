@@ -1,8 +1,9 @@
 """Branches of walls: stress in the plane that relaxes.
 
 A branch is that of a solid (``forces.solid_branches``) in plane stress. Its tensor Ci keeps the
-volume 1, and has no shear across the wall: three numbers P of its plane tell it, as what it is
-across is 1 / det P. With C and the stretch λ of the thickness, it stores per volume
+volume 1, and has no shear across the wall: its part P in the plane determines it by three
+numbers, as it is 1 / det P across. With C and the stretch λ of the thickness, it stores per
+volume
 
     E = μk/2 (g (tr(C P⁻¹) + λ² det P) - 3),    g = J^(-2/3),
 
@@ -10,8 +11,8 @@ and gives way by
 
     dP/dt = (g C - T/3 P)/τ,    T = g (tr(C P⁻¹) + λ² det P).
 
-The thickness is where the energy of the wall with all of its branches is least, so that what
-they bear across the wall, and the law of the wall, are in balance at any time. What is lost,
+The thickness minimises the energy of the wall with all of its branches, so that the stresses of
+the branches and of the law across the wall always balance. The dissipation,
 
     -∂E/∂P : dP/dt = μk/2τ (tr X² - T²/3),    X = diag(g C P⁻¹, g λ² det P),
 
@@ -35,7 +36,7 @@ ROWS, COLUMNS = np.array([0, 1, 0]), np.array([0, 1, 1])
 
 
 class RelaxingPlane(NamedTuple):
-    """Branches that do not give way: energy per volume (g (tr(C W) + λ² w) - 3 Σ μk)/2.
+    """Branches in a fixed state: energy per volume (g (tr(C W) + λ² w) - 3 Σ μk)/2.
 
     Attributes:
         weight: W = Σ μk P⁻¹ [Pa], shape (…, triangle, 2, 2).
@@ -90,7 +91,7 @@ class MembraneBranches(Struct, frozen=True, eq=False):
 
     @property
     def exists(self) -> Indices:
-        """Return triangles and branches that there are, by triangles, shape (n, 2)."""
+        """Return triangle and branch of each existing branch, by triangles, shape (n, 2)."""
         return np.argwhere((self.shear > 0.0).T)
 
     def stored(self, first: int, fastest: float, size: Floats) -> Self:
@@ -142,7 +143,7 @@ class MembraneBranches(Struct, frozen=True, eq=False):
             flat[slot[has, None] + np.arange(3)] = (rate[:, None] * three)[has]
 
     def remembered(self, velocity: Floats) -> RelaxingPlane:
-        """Return what branches do while nothing gives way.
+        """Return the effect of the branches in their present state.
 
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
@@ -165,7 +166,7 @@ class MembraneBranches(Struct, frozen=True, eq=False):
 
 
 def _inverses(tensors: Floats) -> tuple[Floats, Floats]:
-    """Return P⁻¹ and det P, which is at least what kernels take it for."""
+    """Return P⁻¹ and det P, which has the lower bound that kernels use."""
     a, b, c = tensors[..., 0, 0], tensors[..., 1, 1], tensors[..., 0, 1]
     square = np.maximum(a * b - c * c, FLAT)
     found = np.empty_like(tensors)

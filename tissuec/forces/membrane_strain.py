@@ -1,4 +1,4 @@
-"""Strain of walls in plane stress, and what their energies change by with it.
+"""Strain of walls in plane stress, and the derivatives of their energies.
 
 The energy of a triangle is a function of u = (A, D, f1, …, y): A = tr C and D = det C of its
 plane, the squares f of the stretch along families of fibres, and y = log λ, λ being the stretch
@@ -56,7 +56,7 @@ class PlaneMatter(Protocol):
 
     @property
     def remembered(self) -> RelaxingPlane | None:
-        """What branches bear that relax; None without any, or where that is not known."""
+        """The state of the branches; None without any, or where it is not known."""
         ...
 
 

@@ -7,10 +7,10 @@ stretch λ of its thickness, it stores
     E = w (μ ψ(g I1, g² I2) + K/2 (J - 1)²),    W_λ = 0,
     I1 = A + λ²,    I2 = D + λ² A,    J = λ √D,    g = J^(-2/3),
 
-where ψ is the law of the solid (``laws.solid``). There is no stress across the triangle: λ is
-where the energy is least, found by Newton's iteration, so that its change does no work (J.
-Bonet, R. D. Wood, J. Mahaney, P. Heywood, Comput. Meth. Appl. Mech. Eng. 190:579, 2000). Forces
-on nodes are -w P ∂N_a/∂X with
+where ψ is the law of the solid (``laws.solid``). There is no stress across the triangle: λ
+minimises the energy, found by Newton's iteration, so that its change does no work (J. Bonet, R.
+D. Wood, J. Mahaney, P. Heywood, Comput. Meth. Appl. Mech. Eng. 190:579, 2000). Forces on nodes
+are -w P ∂N_a/∂X with
 
     P = F S,    S = 2 W_A 1 + 2 W_D cof C.
 
@@ -20,8 +20,8 @@ have finite forces, and open again.
 
 A prestressed triangle is drawn stretched by F0 = λ0 1 in its plane, or along an axis a of it by
 F0 = λ0 a ⊗ a + λ0^(-1/2) (1 - a ⊗ a), as solids are (``forces.solid_prestretch``); ∂N_a/∂X
-includes F0. The volume w without stress is that of a triangle which is as thick as it is said
-to be where it is drawn.
+includes F0. The volume w without stress is that of a triangle that has the given thickness as
+drawn.
 
 Viscosity is that of a liquid, as in solids, whose rate of strain across the plane is
 -ν/(1 - ν) times that of the area, as in small strain of the elastic wall: with the rate Ė of
@@ -68,7 +68,7 @@ EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
 
 
 class MembraneMaterial(NamedTuple):
-    """What triangles are made of, triangle by triangle.
+    """The material of triangles, triangle by triangle.
 
     Attributes:
         shear, bulk: Initial shear and bulk modulus [Pa], shape (triangle,).
@@ -108,7 +108,7 @@ class Membranes(MaterialField, frozen=True):
         law: Number of the law, shape (triangle,).
         fibres: Families of fibres in the plane, whose directions have two components.
         branches: That relax; None without any.
-        remembered: What these do while nothing gives way, where it is known; energies,
+        remembered: Effect of the branches in their present state, where it is known; energies,
             matrices and stresses include it. Otherwise they are those without branches.
         is_prestressed: Whether any triangle has stress as drawn.
         span: The entry that asks for the triangles.
@@ -354,7 +354,7 @@ class Membranes(MaterialField, frozen=True):
         return float(np.sqrt(2.0 * (joined / mass).max()))
 
     def recalling(self, velocity: Floats) -> Self:
-        """Return the triangles with what their branches do at once; see ``Effect``."""
+        """Return the triangles with the present state of their branches; see ``Effect``."""
         if self.branches is None:
             return self
         return replace(self, remembered=self.branches.remembered(velocity))

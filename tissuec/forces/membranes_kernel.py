@@ -72,7 +72,7 @@ def relax_membranes(
 def pull_triangles(
     x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable, relaxes: bool
 ) -> None:
-    """Do what kernels do, of which ``relaxes`` makes two: those without branches are as fast.
+    """Do what both kernels do; ``relaxes`` is constant in each, so that the simple one is fast.
 
     Args:
         x, v, f: Positions [m], velocities [m/s] and forces [N] of all nodes, flat.
@@ -132,7 +132,7 @@ def pull_triangles(
 
 
 def measure(first: float, mixed: float, second: float, state: Floats) -> None:
-    """Set what the strain in the plane of a triangle is.
+    """Set the strain in the plane of a triangle.
 
     Args:
         first, mixed, second: C11, C12 and C22.
@@ -150,7 +150,7 @@ def measure(first: float, mixed: float, second: float, state: Floats) -> None:
 
 
 def remember(e: int, v: Floats, wall: MembraneTable) -> None:
-    """Set what branches of a triangle bear, W11, W12, W22, tr(C W) and w, in its state [Pa].
+    """Set the state of the branches of a triangle: W11, W12, W22, tr(C W) and w [Pa].
 
     Args:
         e: Number of the triangle.
@@ -171,14 +171,14 @@ def remember(e: int, v: Floats, wall: MembraneTable) -> None:
 
 
 def volume_root(e: int, wall: MembraneTable, relaxes: bool) -> float:
-    """Return the cube root of J where the energy is least: there is no stress across.
+    """Return the cube root of J at the least energy, where there is no stress across.
 
     This is Newton's iteration in the logarithm, within limits between which the root lies.
 
     Args:
         e: Number of the triangle.
         wall: The triangles.
-        relaxes: Whether its state includes what branches bear.
+        relaxes: Whether its state includes branches.
     """
     state, shear, bulk = wall.state, wall.shear[e], wall.bulk[e]
     trace, q = state[3], state[5]
@@ -295,7 +295,7 @@ def fibre_strain(e: int, family: int, i1: float, wall: MembraneTable) -> float:
 def stress(
     e: int, root: float, wall: MembraneTable, relaxes: bool
 ) -> tuple[float, float, float]:
-    """Return S11, S12 and S22 of a triangle [Pa]; what K bears is found from W_λ = 0.
+    """Return S11, S12 and S22 of a triangle [Pa]; the part of K follows from W_λ = 0.
 
     Args:
         e: Number of the triangle.

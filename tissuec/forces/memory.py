@@ -1,18 +1,18 @@
 """Internal variables in the matrix of an implicit step: eliminated item by item.
 
 Internal variables z of an item, such as a spring or a point of an element, are kept as
-velocities of hidden nodes, so that a step takes them like all other motion: z' = r(x, z), and
+velocities of hidden nodes, so that a step treats them like all other motion: z' = r(x, z), and
 the item pulls with f(x, z). With q = h γ, Newton's method on accelerations a of nodes and rates
 b of variables has, with G = -∂r/∂z, R = ∂r/∂x and P = ∂f/∂z,
 
     (1 + q G) δb - q² R δa = β,        (M + q D + q² K) δa - q P δb = α
 
-for the residuals α and β. δb = (1 + q G)⁻¹ (β + q² R δa) leaves an equation of nodes alone:
+for the residuals α and β. δb = (1 + q G)⁻¹ (β + q² R δa) leaves an equation for nodes alone:
 
     (M + q D + q² K - q³ P (1 + q G)⁻¹ R) δa = α + q P (1 + q G)⁻¹ β.
 
 (Static condensation: J. C. Simo, T. J. R. Hughes, Computational Inelasticity, 1998, section
-1.7.) A branch of a spring that relaxes within a step then adds c / (1 + q/τ) and not c.
+1.7.) A branch of a spring that relaxes within a step then adds c / (1 + q/τ) instead of c.
 """
 
 from typing import TYPE_CHECKING, NamedTuple

@@ -43,7 +43,7 @@ for _h in range(3):
 class Plates(ElementField, frozen=True):
     """Triangles of a wall that resist bending.
 
-    One gives way if its patch loses an edge or a triangle.
+    One loses its stiffness if its patch loses an edge or a triangle.
 
     Attributes:
         nodes: Patches, see ``matter.curvature``, shape (triangle, 6).
@@ -244,11 +244,11 @@ class Plates(ElementField, frozen=True):
 
     @property
     def is_damped(self) -> bool:
-        """Return whether any triangle is braked."""
+        """Return whether any triangle is damped."""
         return bool(self.delay.any())
 
     def damping_of_elements(self, position: Floats) -> Floats:
-        """Return minus the derivative of braking forces by velocities; see ``ElementField``."""
+        """Return minus the derivative of damping forces by velocities; see ``ElementField``."""
         more, weight, slopes, _ = self._first(position)
         inner = self._by_folds(more, weight, np.ones_like(more))
         inner *= self.delay[:, None, None]

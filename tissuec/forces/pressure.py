@@ -1,15 +1,15 @@
-"""Prescribed pressure on the faces of a skin, which follows them.
+"""A prescribed pressure that follows the faces of a skin.
 
-A face is pushed along its normal by p n dA, as it is at present: a follower load. With
+The force p n dA acts along the present normal of a face: a follower load. With
 T = (x_j - x_i) × (x_k - x_i) of each weighted triangle (see ``pressed_faces``), each of its
-three corners gets p w T/6. A cap does the same to the ends of each edge of its rim and, by
-equal shares, to the nodes whose mean is its middle.
+three corners gets p w T/6. The same holds for the ends of each edge at the rim of a cap and, by
+equal shares, for the nodes whose mean is its middle.
 
 The pressure is supplied from outside: it stores nothing, and its power is p dV/dt. On a surface
 that is closed, by itself or by caps, the force is p ∂V/∂x and its matrix -p ∂²V/∂x∂x. At an
-open rim, what a cap would get is missing. Unless the rim is held, the load then has no
-potential and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:1099,
-1984); ``matrix`` is the symmetric part, and forces are exact.
+open rim, the force of a cap is missing. Unless the rim is held, the load then has no potential
+and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:1099, 1984);
+``matrix`` is the symmetric part, and forces are exact.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 
 
 class SurfacePressure(Field, frozen=True):
-    """A pressure on faces; its items are the faces, and behind them the caps.
+    """A pressure on faces; its items are the faces, followed by the caps.
 
     Attributes:
         key: Name of the block; no two pressures have the same.
         name: Of the set or body that is pressed.
-        faces: They look where the pressure pushes.
+        faces: Oriented along the push of the pressure.
         caps: Rims that are closed by caps.
         openings: Rims that are open.
         amount: The pressure where the profile is 1 [Pa].
@@ -92,7 +92,7 @@ class SurfacePressure(Field, frozen=True):
     def volume(self, position: Floats) -> Floats:
         """Return the volume between the faces and caps on all rims [m³], shape (…).
 
-        It counts where the pressure pushes from.
+        It is positive on the side from which the pressure pushes.
 
         Args:
             position: Of all nodes [m], shape (…, node, 3).
@@ -110,7 +110,7 @@ class SurfacePressure(Field, frozen=True):
         return -self.pressure(time) * self.volume(position)
 
     def wayward(self, time: float, position: Floats) -> Floats | None:
-        """Return minus what caps on open rims would get [N]; see ``Effect``."""
+        """Return minus the forces of caps on open rims [N]; see ``Effect``."""
         if not self.openings.count:
             return None
         rims, found = self.openings, np.zeros_like(position)
@@ -128,7 +128,7 @@ class SurfacePressure(Field, frozen=True):
     ) -> "coo_matrix":
         """Return the symmetric part of minus the derivative of the forces [N/m].
 
-        It may be negative as a whole, so that nothing of it is left where it is not ``exact``.
+        It may be negative definite, so that it is left out where it is not ``exact``.
         """
         from scipy.sparse import coo_matrix
 
@@ -185,7 +185,7 @@ class SurfacePressure(Field, frozen=True):
         return np.append(torn, self.faces.triples.count + self._at(self.caps, torn))
 
     def intact(self, alive: NDArray[np.bool_]) -> Self:
-        """Return the pressure on what is not torn; ``alive`` as in ``Field``."""
+        """Return the pressure on intact faces; ``alive`` as in ``Field``."""
         torn = self.faces.torn(alive)
         if not len(torn):
             return self

@@ -1,8 +1,8 @@
 """Branches of solid elements: stress that relaxes.
 
-A branch k is a neo-Hookean solid and a liquid in a row, beside the solid itself. At each point
-a symmetric tensor Ci stores how far the liquid has flowed; it begins as 1. With C = FᵀF, the
-unimodular C' = g(J) C and A = det(Ci)^(1/3) Ci⁻¹, a branch stores per volume
+A branch k is a neo-Hookean solid and a liquid in series, in parallel with the solid itself. At
+each point a symmetric tensor Ci stores how far the liquid has flowed; it begins as 1. With C =
+FᵀF, the unimodular C' = g(J) C and A = det(Ci)^(1/3) Ci⁻¹, a branch stores per volume
 
     E = μk/2 (tr(C' A) - 3),    P = μk (g F A + g'/2 tr(C A) cof F),
 
@@ -10,9 +10,9 @@ and gives way by
 
     dCi/dt = (C' - tr(C' A)/3 Ci)/τ.
 
-At small strain, this is the dashpot of a Maxwell element: of a strain that is held, the stress
-falls with exp(-t/τ). The volume of Ci is neither part of E nor of P, and returns to 1. What is
-lost, with X = C' A,
+At small strain, this is the dashpot of a Maxwell element: under a constant strain, the stress
+falls as exp(-t/τ). The volume of Ci enters neither E nor P, and returns to 1. The dissipation,
+with X = C' A,
 
     -∂E/∂Ci : dCi/dt = μk/2τ det(Ci)^(-1/3) tr((X - tr(X)/3)²),
 
@@ -69,7 +69,7 @@ class SolidBranches(StoredTensors, frozen=True):
 
     @property
     def keeps(self) -> NDArray[np.bool_]:
-        """Return which branches there are, shape (branch, element)."""
+        """Return which branches exist, shape (branch, element)."""
         return self.shear > 0.0
 
     @property

@@ -42,7 +42,7 @@ class SolidFibres(Struct, frozen=True, eq=False):
 
     @property
     def modulus(self) -> Floats:
-        """Return the modulus that families add along them at rest [Pa], shape (element,)."""
+        """Return the sum of the moduli that families add at rest [Pa], shape (element,)."""
         each = 4.0 * self.stiffness * (1.0 - 3.0 * self.dispersion) ** 2
         return self.along.shape[1] * each
 

@@ -4,8 +4,8 @@ F = Fe Fp; elements that yield store the energy of Fe, and Fp is the shape witho
 laws do not depend on directions, so that Cp = FpᵀFp is enough: it begins as 1, and with
 A = det(Cp)^(1/3) Cp⁻¹ the energy is that of a law in the invariants I1 = tr(C A) and
 I2 = (I1² - tr(C A C A))/2 instead of those of C. Branches k (``forces.solid_branches``) are in
-a row with the flow, fibres and viscosity are beside it. With the Kirchhoff stress τ of law and
-branches, and its deviator s,
+series with the flow; fibres and viscosity are in parallel with it. With the Kirchhoff stress τ
+of law and branches, and its deviator s,
 
     σ = √(3/2) |s|,    ε' = max(0, σ - Y)/η,    λ = 3 ε'/2σ,
 
@@ -15,9 +15,9 @@ stress of law and branches, and
 
     dCp/dt = λ (Cp N + Nᵀ Cp),    dCi/dt = … + λ (Ci N + Nᵀ Ci).
 
-No inverse is taken, so that elements inside out have rates, too. No volume changes: tr N = 0.
-What is lost, λ tr(N²) = σ ε', is never negative. (J. C. Simo, Comput. Meth. Appl. Mech. Eng.
-99:61, 1992; J. Lubliner, Plasticity Theory, 1990.)
+No inverse is taken, so that elements that are inside out have rates, too. Flow changes no
+volume: tr N = 0. The dissipation, λ tr(N²) = σ ε', is never negative. (J. C. Simo, Comput.
+Meth. Appl. Mech. Eng. 99:61, 1992; J. Lubliner, Plasticity Theory, 1990.)
 """
 
 from typing import Any, Self
@@ -31,11 +31,11 @@ from tissuec.model.network import Floats, Indices
 
 
 class SolidYield(StoredTensors, frozen=True):
-    """How elements yield; those that do keep Cp in the only row.
+    """Yielding of elements; those that yield keep Cp in the only row.
 
     Attributes:
         limit: Y [Pa], shape (element,); infinite where nothing yields.
-        viscosity: η [Pa s], shape (element,); infinite where nothing ever will.
+        viscosity: η [Pa s], shape (element,); infinite where nothing ever yields.
     """
 
     limit: Floats
@@ -68,7 +68,7 @@ class SolidYield(StoredTensors, frozen=True):
 
     @property
     def stopped(self) -> Self:
-        """Return the same where nothing flows any more."""
+        """Return the same without any further flow."""
         limit = np.full_like(self.limit, np.inf)
         return type(self)(self.slot, self.rate, limit, self.viscosity)
 
@@ -93,7 +93,7 @@ class SolidYield(StoredTensors, frozen=True):
         return float((3.0 * modulus[flows] / self.viscosity[flows, None]).max(initial=0.0))
 
     def plastic(self, velocity: Floats, points: int) -> "PlasticDeformation":
-        """Return what elements have flowed by.
+        """Return the plastic deformation of the elements.
 
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
@@ -114,7 +114,7 @@ def _largest(weight: Floats, trace: Floats, square: Floats) -> Floats:
 
 
 class PlasticDeformation:
-    """By how much elements have flowed.
+    """The plastic deformation of elements.
 
     Args:
         tensors: Cp, dimensionless, shape (…, element, point, 3, 3).
@@ -140,7 +140,7 @@ class PlasticDeformation:
     def equivalent(self) -> Floats:
         """Return √(2/3) |log Cp/2|, dimensionless, shape (…, element, point).
 
-        Of a bar, it is the logarithm of how many times as long it has become.
+        For a bar, it is the logarithm of its permanent stretch.
         """
         logs = 0.5 * np.log(np.linalg.eigvalsh(self._tensors))
         logs -= logs.mean(axis=-1, keepdims=True)

@@ -1,4 +1,4 @@
-"""What springs add to the matrix of an implicit step, S = M + q D + q² K.
+"""The part of springs in the matrix of an implicit step, S = M + q D + q² K.
 
 Of a spring of direction n, length L and tension T, K takes f' n nᵀ + T/L (1 - n nᵀ), and D the
 slope ∂g/∂w of its dashpot along n. Branches and flow have equations of their own (``memory``).
@@ -48,7 +48,8 @@ def stage_blocks(
         force: Of springs that act.
         q: Step size times the coefficient of the method [s].
         position, velocity: Of all nodes [m], [m/s], shape (node, 3).
-        exact: Whether springs that are pressed or soften make it weaker.
+        exact: Whether to include the negative stiffness of springs that are compressed or
+            soften.
     """
     behaviour, memory = force.springs.behaviour, force.springs.inelastic
     now = _motion(force, position, velocity)

@@ -36,7 +36,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     @property
     @abstractmethod
     def keeps(self) -> NDArray[np.bool_]:
-        """Return which tensors there are, shape (row, element)."""
+        """Return which tensors exist, shape (row, element)."""
 
     @property
     @abstractmethod
@@ -45,7 +45,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
 
     @property
     def exists(self) -> Indices:
-        """Return elements and rows that there are, element by element, shape (n, 2)."""
+        """Return element and row of each existing tensor, by elements, shape (n, 2)."""
         return np.argwhere(self.keeps.T)
 
     def stored(self, first: int, points: int, fastest: float, size: Floats) -> Self:

@@ -42,7 +42,7 @@ class SkinTriangles:
 
     Args:
         corners: Nodes, shape (triangle, 3).
-        rows: Where they are among all triangles of the skin, shape (triangle,).
+        rows: Their numbers among all triangles of the skin, shape (triangle,).
         drawn: Their areas as drawn [m²], shape (triangle,).
         ends: Nodes of each spring of the network, shape (spring, 2).
         marks: The spring that marks the element of each, or -1, shape (triangle,); None where

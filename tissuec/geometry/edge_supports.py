@@ -79,7 +79,7 @@ class EdgeSupports(Struct, frozen=True, eq=False):
 
 
 class SupportedEdges(Struct, frozen=True, eq=False):
-    """Edges and what holds them.
+    """Edges and the strands that support them.
 
     Attributes:
         strands: At the nodes of the edges.
@@ -106,7 +106,7 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         edges: NDArray[np.integer],
         marks: Indices | None = None,
     ) -> "SupportedEdges":
-        """Return what holds edges.
+        """Return the supports of edges.
 
         Args:
             springs: Nodes of each spring of the network, shape (spring, 2).

@@ -33,7 +33,7 @@ def fourth_degree() -> TriangleRule:
 def even(count: int) -> TriangleRule:
     """Return the middles of equal triangles, ``count`` of them along a side.
 
-    Where an integrand has an edge within, they are better than points of a high degree.
+    For an integrand that is discontinuous within, they are better than points of a high degree.
     """
     points: list[tuple[float, float, float]] = []
     for i in range(count):

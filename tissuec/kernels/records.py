@@ -249,9 +249,9 @@ class Solver(NamedTuple):
     """The matrix S = M + q (D + drag) + q² K of an implicit step, q = h γ, ready to solve.
 
     Of springs alone, banded: its Cholesky factor in rows of the lower band, as LAPACK keeps
-    them. Otherwise what multiplies by it and the inverses of its diagonal blocks. Numbers of
-    ``slot`` are places of free nodes in an order of narrow band. With anything else,
-    ``engine.stage_matrix`` has the matrix, and the arrays for those are empty.
+    them. Otherwise the terms to multiply by it and the inverses of its diagonal blocks. Numbers
+    of ``slot`` are places of free nodes in an order of narrow band. With anything else,
+    ``engine.stage_matrix`` holds the matrix, and the arrays for those are empty.
     """
 
     slot: Integers  # of each node, -1 if held, shape (node,)

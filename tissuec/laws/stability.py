@@ -3,8 +3,9 @@
 A material is stable in Drucker's sense while stress grows with every further strain: dτ : dε >
 0, with Kirchhoff's stress τ and the logarithmic strain ε. In an isotropic solid that keeps its
 volume, the second derivatives of the energy by two of its logarithmic principal strains are
-then a positive matrix. (D. C. Drucker, J. Appl. Mech. 26:101, 1959; R. Hill, J. Mech. Phys.
-Solids 16:229, 1968.) Beyond, strain gathers in single elements, and results depend on the mesh.
+then a positive definite matrix. (D. C. Drucker, J. Appl. Mech. 26:101, 1959; R. Hill, J. Mech.
+Phys. Solids 16:229, 1968.) Beyond that, strain localises in single elements, and results depend
+on the mesh.
 """
 
 from math import log
@@ -50,7 +51,7 @@ def stable_strains(law: SolidLaw, largest: float = LARGEST) -> StableStrains | N
 
     Args:
         law: Of a solid that keeps its volume.
-        largest: Stretch up to which strains are tried, and down to the inverse of which.
+        largest: Stretch up to which strains are tried, and down to whose inverse.
     """
     large = log(largest) / _STEPS * np.arange(_STEPS + 1.0)
 
@@ -83,7 +84,7 @@ def is_stable(law: SolidLaw, first: _Numbers, second: _Numbers) -> NDArray[np.bo
 
 
 def _is_positive(law: SolidLaw, first: _Numbers, second: _Numbers) -> NDArray[np.bool_]:
-    """Return whether the second derivatives of the energy are a positive matrix."""
+    """Return whether the matrix of second derivatives of the energy is positive definite."""
     x, y, z = squared_stretches(first, second)
     values = {"i1": first, "i2": second}
     slope_1, slope_2 = by_first(law).at(values), by_second(law).at(values)

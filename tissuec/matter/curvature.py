@@ -80,12 +80,12 @@ class Patches(Struct, frozen=True, eq=False):
         return (rigidity * self.area)[:, None, None] * np.where(both, mean, 0.0)
 
     def bounds(self, rigidity: Floats, poisson: Floats) -> Floats:
-        """Return bounds of how stiff a net is under even curvature, relative to a plate.
+        """Return bounds on the stiffness of a net under uniform curvature, relative to a plate.
 
-        Nodes on a surface of even curvature store the energy of the folds Q κ, the most that
-        they can. The moments M of the mean curvature are in equilibrium, and bound what is left
-        if nodes inside may move: with their work a in the folds and their complementary energy
-        b/2, it is at least a²/2b. Triangles at borders are left out.
+        Nodes on a surface of uniform curvature store the energy of the folds Q κ, the upper
+        bound. The moments M of the mean curvature are in equilibrium, and bound the energy from
+        below if nodes inside may move: with their work a in the folds and their complementary
+        energy b/2, it is at least a²/2b. Triangles at borders are left out.
 
         Args:
             rigidity: D [N m], shape (triangle,).
@@ -105,7 +105,7 @@ class Patches(Struct, frozen=True, eq=False):
         plate[:, 0, 1] = plate[:, 1, 0] = ratio
         plate[:, 2, 2] = 0.5 * (1.0 - ratio)
         plate *= weight[:, None, None]
-        # Hinge moments of even curvatures, by the inverse of the second Q.
+        # Hinge moments of uniform curvatures, by the inverse of the second Q.
         mean = np.asarray(np.linalg.inv(folds[1]), dtype=float)
         moments: Floats = np.einsum("tji,tjk->tik", mean, plate)
         found: list[tuple[float, float]] = []

@@ -3,8 +3,8 @@
     E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
 with p the weight and the external forces of this moment. Forces without a potential, such as
-those of jets, belong to p as well, though they depend on x: E takes them as they were where
-``freeze`` was called last. Dashpots and drag do not act, because nothing moves. K without the
+those of jets, belong to p as well, though they depend on x: in E, they keep the values of the
+last call of ``freeze``. Dashpots and drag do not act, because nothing moves. K without the
 parts that may make it indefinite follows J. Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp.
 Computer Animation 2005, p. 181; for springs see ``forces.resting_springs``.
 """
@@ -99,7 +99,7 @@ class Balance:
     def present_load(self) -> Floats:
         """Return all forces without a potential on the free nodes [N], shape (free, 3).
 
-        These are weight, external forces, and what was frozen last.
+        These are weight, external forces, and the forces frozen last.
         """
         return self.load + self._frozen
 
@@ -183,7 +183,7 @@ class Balance:
         return total
 
     def freeze(self, bars: Bars) -> None:
-        """Take the present forces without a potential for those of the energy."""
+        """Use the present forces without a potential in the energy."""
         self._frozen = np.zeros_like(self._start)
         for acting in self._fields:
             wayward = acting.wayward(self._time, bars.position)

@@ -9,7 +9,7 @@ import numpy as np
 from tissuec.mechanics.stiffness import Stiffness
 from tissuec.model.network import Floats
 
-PRECISION = 1e-3  # of the residual; whoever asks repeats what is left
+PRECISION = 1e-3  # of the residual; the caller repeats this for the remainder
 ROUNDS = 500
 
 

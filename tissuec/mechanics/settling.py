@@ -24,7 +24,7 @@ from tissuec.model.network import Floats
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
-FAR = 100.0  # times the size of the net: where it goes on without end
+FAR = 100.0  # times the size of the net: where it continues without end
 SOON = 80  # rounds of Newton's method from nearby, where contact makes it converge linearly
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 
@@ -62,14 +62,14 @@ def settle(
 ) -> tuple[Remark, ...]:
     """Move the chosen free nodes to where the forces on them balance, at rest.
 
-    Forces are as small then as rounding leaves them, or 1e-12 of the largest force.
+    Forces are then as small as rounding allows, or 1e-12 of the largest force.
 
     Args:
         state: Changed in place; held nodes must be where they belong.
         chosen: Which nodes may move, shape (node,).
-        guess: Where the equilibrium may be [m], shape (node, 3); without, it is looked for from
-            where the nodes are. Motions without resistance keep their value in the state.
-        patiently: Whether to look further where Newton's method does not converge soon.
+        guess: Where the equilibrium may be [m], shape (node, 3); without it, the search starts
+            at the present positions. Motions without resistance keep their value in the state.
+        patiently: Whether to continue if Newton's method does not converge soon.
 
     Raises:
         Unsettled: The state is as it was.

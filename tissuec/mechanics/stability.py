@@ -55,7 +55,7 @@ def is_firm(balance: Balance, x: Floats) -> bool:
 
 
 def _resistance(balance: Balance, bars: Bars) -> tuple[Stiffness, float]:
-    """Return K, and the largest stiffness of a node without what weakens it [N/m]."""
+    """Return K, and the largest stiffness of a node without negative parts [N/m]."""
     top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
     return balance.matrix(bars, exact=True), top
 

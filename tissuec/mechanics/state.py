@@ -362,12 +362,12 @@ class State(Struct, eq=False):
 
     @property
     def pressures(self) -> "tuple[SurfacePressure, ...]":
-        """Return the pressures on surfaces, without what is torn."""
+        """Return the pressures on surfaces, without torn faces."""
         return tuple(each.intact(self.alive) for each in self.of_kind("pressure"))
 
     @property
     def supplied(self) -> tuple[Field, ...]:
-        """Return the fields whose forces do work that is supplied from outside."""
+        """Return the fields whose forces do external work."""
         return (*self.jets.values(), *self.pressures)
 
     @property
@@ -395,7 +395,7 @@ class State(Struct, eq=False):
         """Remove torn cells and cavities, which keep no pressure; jets pass through tears.
 
         Returns:
-            What they were of, as it was, each with the number of cells that it loses.
+            The volumes before, each with the number of cells that it loses.
         """
         found: list[tuple[KeptVolumes, int]] = []
         for enclosure in self.kept_volumes:

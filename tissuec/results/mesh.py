@@ -58,7 +58,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
         faces: Numbers of these triangles in the skin of the network, shape (triangle,).
-        edges: What holds the edges of each triangle, shape (triangle, 3).
+        edges: Supports of the edges of each triangle, shape (triangle, 3).
     """
 
     nodes: NDArray[np.integer]

@@ -49,12 +49,12 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
         contact: what takes part in contact: nothing, threads and tools with a shape, also
             bodies with one another, or also bodies with themselves
         contact_places: where bodies are touched; by default on their faces if they are made of
-            elements and no contact stiffness of each node is written, else at their nodes
+            elements and no contact stiffness is written, else at their nodes
         friction: coefficient of friction in contact
         contact_stiffness: contact force of a node per depth of penetration; by default the
             stiffness of its springs
-        contact_surface_stiffness: contact pressure per depth of penetration; by default of
-            faces, it follows from the tissue
+        contact_surface_stiffness: contact pressure per depth of penetration; on faces, it
+            follows from the tissue by default
         contact_thickness: distance from the surface of a body at which contact begins; by
             default a quarter of a spring's length
         contact_layer: depth over which the contact stiffness increases to its full value; by
@@ -146,7 +146,7 @@ def _is_plane(item: s.Item) -> TypeGuard[s.Sentence]:
 def _refuse_contact_twice(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
 ) -> None:
-    """Reject entries of contact that exclude each other."""
+    """Reject contact entries that exclude each other."""
     if "contact stiffness" in places and "contact surface stiffness" in places:
         scope.findings.reject(
             "TIS306",

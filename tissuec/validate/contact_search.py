@@ -48,7 +48,7 @@ class NearbyContact:
         return self._contact.between is not None
 
     def slip(self, position: Floats, velocity: Floats) -> None:
-        """Cut bristles, in the velocities of all nodes [m/s], shape (node, 3)."""
+        """Cut bristles, which are among the velocities of all nodes [m/s], shape (node, 3)."""
         self._force.slip(position, velocity, self._near(position))
 
     def energy(self, time: float, position: Floats) -> float:

@@ -15,7 +15,7 @@ Indices = NDArray[np.int64]
 
 
 class RelaxingFields:
-    """The unknowns of all fields that remember; see ``validate.forces.relaxing``.
+    """The unknowns of all fields with internal variables; see ``validate.forces.relaxing``.
 
     Args:
         fields: All of the net.

@@ -296,7 +296,7 @@ class EnergyField:
         return pushed[self.free].ravel()
 
     def frozen_force(self, moved: Floats) -> Floats:
-        """Return the forces on the nodes that move with frozen ones [N], shape (3 free,)."""
+        """Return the forces on free nodes, with the frozen ones [N], shape (3 free,)."""
         if not (self._jets or self._pressures):
             return self.force(moved)
         return self.force(moved) - self._blown(moved) + self._frozen

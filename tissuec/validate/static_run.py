@@ -1,6 +1,6 @@
 """The reference of a static run: equilibria by SciPy's minimisers, from time to time.
 
-Nothing is integrated, so work is what energies lack of their change.
+Nothing is integrated, so the work is the unexplained part of the change of energies.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ CLOSE = 1e-7  # of the duration: to this, times of ruptures and triggers are fou
 
 
 class StillEquations(Equations):
-    """Equations of a net whose holders move so slowly that dashpots bear nothing."""
+    """Equations of a net whose holders move so slowly that dashpots exert no force."""
 
     def spread(self, time: float, y: Floats) -> tuple[Floats, Floats]:
         """Return displacements [m] of all nodes, and no velocities, shape (node, 3) each."""
@@ -33,7 +33,7 @@ class StaticRun(ReferenceRun):
         return StillEquations(self.state, stop)
 
     def _at_once(self, equations: Equations) -> Ending | None:
-        """Return nothing: what breaks is known when the net is at rest."""
+        """Return nothing: ruptures are determined when the net is at rest."""
         return None
 
     def _stretch(
@@ -56,7 +56,7 @@ class StaticRun(ReferenceRun):
     def _closed_in(
         self, equations: Equations, start: float, position: Floats, ending: Ending
     ) -> Ending:
-        """Return the first break or trigger after a time at which there was none [s]."""
+        """Return the first rupture or trigger after a time without one [s]."""
         state = self.state
         while ending.time - start > CLOSE * self.duration:
             middle = 0.5 * (start + ending.time)
@@ -70,7 +70,7 @@ class StaticRun(ReferenceRun):
         return self._rested(equations, ending.time) or ending
 
     def _rested(self, equations: Equations, time: float) -> Ending | None:
-        """Bring the state to equilibrium at a time [s]; return what happens there."""
+        """Bring the state to equilibrium at a time [s]; return the events there."""
         state = self.state
         state.time = time
         state.place_held()

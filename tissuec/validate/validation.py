@@ -71,7 +71,7 @@ def validate(
         progress: Called with a stage and the simulated time [s].
 
     Raises:
-        ReferenceFailure: SciPy's solver could not go on, or lacks a formula.
+        ReferenceFailure: SciPy's solver could not continue, or lacks a formula.
     """
     started = clock.monotonic()
     network, plan = compiled.network, compiled.plan

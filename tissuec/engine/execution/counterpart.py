@@ -76,7 +76,7 @@ def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[
 def _is_overdamped(network: Network) -> bool:
     """Return whether dashpots and not springs set the fastest rate, at the worst node.
 
-    Elements with viscosity are taken for such: the smallest ones mostly are.
+    Elements with viscosity are assumed to be overdamped: the smallest ones usually are.
     """
     if any(each.viscosity.any() for each in network.elements):
         return True

@@ -133,7 +133,7 @@ class RunLoop:
         )
 
     def notes(self) -> tuple[str, ...]:
-        """Return what a fixed step did to the energy, and how equilibria were lost."""
+        """Return notes on the effect of a fixed step on the energy, and on lost equilibria."""
         simulation = self.plan.simulation
         if simulation.is_static:
             return tuple(self.engine.remarks)

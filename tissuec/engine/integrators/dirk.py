@@ -130,12 +130,12 @@ def begin_stage(
     work: Work,
     net: Net,
 ) -> float:
-    """Set ``a``, positions and velocities to where Newton's method begins; return the time.
+    """Set ``a``, positions and velocities to the start of Newton's method; return the time.
 
     Args:
         time, h, stage, current, a, work, net: As of ``solve_stage``.
-        careful: Whether Newton's method begins where the nodes are, after it failed from where
-            the former accelerations lead.
+        careful: Whether Newton's method starts at the present positions, after it failed from
+            those to which the previous accelerations lead.
     """
     x, v, q = work.x[1 - current], work.v[1 - current], work.solver.made[0]
     scale(1.0, work.a[current] if stage == 1 else work.rows[stage], a)
@@ -149,7 +149,7 @@ def begin_stage(
 
 
 def stand_still(q: float, start: Floats, a: Floats, x: Floats, v: Floats, net: Net) -> None:
-    """Change the accelerations of free nodes such that they are where the step began."""
+    """Change the accelerations of free nodes so that they are at the start of the step."""
     for node in range(net.inverse_mass.size):
         if net.inverse_mass[node] > 0.0:
             for i in range(3 * node, 3 * node + 3):
@@ -188,7 +188,7 @@ def combine_errors(h: float, current: int, work: Work) -> None:
 
 
 def filter_errors(work: Work, net: Net) -> None:
-    """Multiply the errors of velocities by S⁻¹ M, which leaves slow motions as they are.
+    """Multiply the errors of velocities by S⁻¹ M, which leaves slow motions unchanged.
 
     Estimates are far too large for motions that are much faster than the step and that the
     method damps: of a flat tetrahedron, whose nodes follow all others. One of the frequency ω

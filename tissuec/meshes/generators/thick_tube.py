@@ -20,8 +20,8 @@ PARTS = {"whole": 1, "half": 2, "quarter": 4}
 class ThickTube(Struct, frozen=True, eq=False):
     """A tube whose wall is a solid of hexahedra, numbered ring by ring from the inside.
 
-    There are ``rings`` times ``sides`` times one more than ``layers`` nodes. Each ring begins
-    where that of a thin tube would; half of the tube, or a quarter, begins there as well and
+    A whole tube has ``rings`` times ``sides`` times one more than ``layers`` nodes. Each ring
+    begins where that of a thin tube would; half a tube, or a quarter, also begins there, and
     ends at a plane of symmetry. All layers are equally thick.
 
     A net of springs has springs along the edges of the cells, and across all of their faces.
@@ -33,7 +33,7 @@ class ThickTube(Struct, frozen=True, eq=False):
         rings: Number of rings of nodes, both ends included.
         sides: Number of cells around the axis of the whole tube.
         layers: Number of cells across the wall.
-        part: What of the tube is drawn: whole, half or quarter.
+        part: The part of the tube that is drawn: whole, half or quarter.
     """
 
     axis: Points
@@ -65,12 +65,12 @@ class ThickTube(Struct, frozen=True, eq=False):
 
     @property
     def _columns(self) -> int:
-        """Return how many nodes are beside one another around the axis."""
+        """Return the number of nodes around the axis in one layer of a ring."""
         return self.sides // PARTS[self.part] + (self.part != "whole")
 
     @property
     def is_solid(self) -> bool:
-        """Return whether it encloses volume: always."""
+        """Return whether the tube encloses volume: always."""
         return True
 
     def element_size(self) -> tuple[int, int]:

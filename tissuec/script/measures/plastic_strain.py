@@ -13,11 +13,11 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("plastic strain")
 class PlasticStrain(ScalarMeasure):
-    """The largest plastic strain at the nodes of A, each the mean of the elements around it.
+    """The largest plastic strain at the nodes of A, each averaged over the elements around it.
 
-    It is the equivalent logarithmic strain √(2/3) |log U| of what elements have flowed by: of a
-    bar, the logarithm of how many times as long it would be without stress. It is 0 where
-    nothing yields.
+    It is the equivalent logarithmic strain √(2/3) |log U| of the plastic deformation: for a
+    bar, the logarithm of its unloaded length over its drawn length. It is 0 where nothing
+    yields.
     """
 
     form = "plastic strain(A)"

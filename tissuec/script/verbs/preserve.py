@@ -47,10 +47,10 @@ class Preserve(Struct, frozen=True):
     counted as *switched*. In a lattice, only cells that lose a spring leak. The event log says
     when a body leaks, and what tore it.
 
-    With ``inside of``, each space within the body is a cavity with a pressure of its own. They
-    may be in a solid of elements, such as the lumen of a thick tube. Caps close the open ends
-    of a tube. A set is a cavity if its triangles enclose one, so that chambers of one body can
-    be filled one by one.
+    With ``inside of``, each space within the body is a cavity with a pressure of its own. Such
+    a space may lie in a solid of elements, such as the lumen of a thick tube. Caps close the
+    open ends of a tube. A set is a cavity if its triangles enclose one, so that chambers of one
+    body can be filled one by one.
 
     The enclosed fluid has neither mass nor weight, unless a density follows ``weighing``.
     Then it weighs this density times the volume that is preserved, and rests on the wall with
@@ -86,7 +86,7 @@ class Preserve(Struct, frozen=True):
         return cls(group, modulus, order.span, is_inside, order.has(CAPS), density)
 
     def is_fluid(self, network: Network) -> bool:
-        """Return whether cavities are filled, and not cells or the one inside of a surface."""
+        """Return whether this fills cavities, rather than cells or a closed surface."""
         if self.is_inside or self.has_caps or self.density:
             return True
         return all(body.name != self.group.name for body in network.bodies)
@@ -95,8 +95,8 @@ class Preserve(Struct, frozen=True):
         """Return the enclosed volumes.
 
         Raises:
-            NoSide: Cavities are asked for, but there are none.
-            ValueError: There is nothing else, either.
+            NoSide: Cavities are requested, but there are none.
+            ValueError: There is no other volume to preserve.
         """
         if not self.is_fluid(network):
             return Enclosure.of(network, self.group.name, self.modulus, self.span)
@@ -128,7 +128,7 @@ class Preserve(Struct, frozen=True):
         )
 
     def flaw(self, network: Network) -> str:
-        """Return why a volume cannot be kept, empty if it can."""
+        """Return the reason why a volume cannot be kept; empty if it can be."""
         try:
             self.made(network)
         except ValueError as error:

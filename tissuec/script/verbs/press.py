@@ -25,7 +25,7 @@ _FROM = " from "
 
 
 class EndPress(Struct, frozen=True):
-    """The end of a pressure for an interval, unless it was stopped before."""
+    """The end of a pressure for an interval, unless it was stopped earlier."""
 
     key: str
     span: Span
@@ -41,14 +41,14 @@ class EndPress(Struct, frozen=True):
 class Press(Struct, frozen=True):
     """Applies a pressure to a surface, for the interval or until ``stop pressing``.
 
-    The pressure acts at right angles to the faces as they are at each moment. It pushes a wall
+    The pressure always acts normal to the faces as they move. It pushes a wall
     outwards, from the space that the wall encloses. It pushes a solid from outside; ``inside
     of`` a solid is the part of its skin that faces a space within, such as the lumen of a thick
     tube. A wall that encloses nothing, such as a sheet, needs the direction ``along`` which
-    it is pushed. Of a set, the pressure acts on the triangles of surfaces all of whose corners
-    are in the set.
+    it is pushed. For a set, the pressure acts on the surface triangles all of whose corners are
+    in the set.
 
-    The pressure is that above the pressure on the other side, and may be negative. It is
+    The pressure is relative to that on the other side, and may be negative. It is
     constant or follows the profile after ``using``. Pressures on one surface add up. With
     caps, each open end is closed by a light plug that passes the force of the pressure on to
     the rim.
@@ -97,7 +97,7 @@ class Press(Struct, frozen=True):
         return Pressed(self.group.name, self.group.indices, self.is_inside, self.along)
 
     def flaw(self, network: Network) -> str:
-        """Return why nothing can be pressed, empty if it can."""
+        """Return the reason why nothing can be pressed; empty if it can be."""
         try:
             self.made(network, "", self.profile)
         except NoSide as error:

@@ -88,5 +88,5 @@ class SideParts:
         return f"{self.network.springs.ids[number]} of {self.network.owner(number).name}"
 
     def broken(self, number: int) -> str:
-        """Return what the number of a spring stands for: "spring" or "element"."""
+        """Return the kind of item that a number of springs refers to: "spring" or "element"."""
         return "spring" if number < self.network.first_mark else "element"

@@ -1,12 +1,12 @@
 """Contact that rests on too few nodes for the curvature of a tool.
 
-A tool presses on nodes. Its force converges as the contact radius becomes large beside the
-distance of nodes: a ball on one node alone presses with half the force of theory at the same
-depth (H. Hertz, J. reine angew. Math. 92:156, 1881), on four or more nodes within some 15 %.
-The side of a capsule is curved across its line only, and needs more than one row of nodes.
-Where contact acts on faces, these take the place of nodes: a ball touches six triangles or more
-if its contact radius is about the size of a face. Tools that are thin beside it are left out.
-Looked at is the state of the largest force.
+A tool presses on nodes. Its force converges as the contact radius becomes large compared with
+the distance of nodes: a ball on one node alone presses with half the force of theory at the
+same depth (H. Hertz, J. reine angew. Math. 92:156, 1881), on four or more nodes within some
+15 %. The side of a capsule is curved across its line only, and needs more than one row of
+nodes. Where contact acts on faces, these take the place of nodes: a ball touches six triangles
+or more if its contact radius is about the size of a face. Tools that are thin compared with it
+are left out. The check is made at the largest force.
 """
 
 from collections.abc import Iterator

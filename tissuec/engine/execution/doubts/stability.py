@@ -1,7 +1,7 @@
 """Elements that are strained beyond the stability of their law.
 
-There a small further strain needs less stress than before, so it gathers in single elements and
-depends on the mesh. Only bodies with a law that is not stable everywhere are looked at.
+Beyond it, a further strain needs less stress, so it localises in single elements and depends on
+the mesh. Only bodies with a law that is not stable everywhere are checked.
 """
 
 from collections.abc import Iterator, Sequence
