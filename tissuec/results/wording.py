@@ -117,7 +117,7 @@ def accuracy(promise: Promise) -> str:
     if promise.state == "not checked":
         reason = f": {promise.reason}" if promise.reason else ""
         if error and not isfinite(allowed):
-            return f"{error} (fixed steps: no tolerance)"
+            return f"{error} apart from a run with half the step (no tolerance)"
         apart = f", {error} apart" if error else ""
         return f"not checked{reason}{apart}{limit}"
     by = f", checked by {promise.method}" if promise.differs else ""
