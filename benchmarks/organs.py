@@ -125,21 +125,21 @@ def _divided(x: Floats, cells: Indices, across: int) -> Indices:
 
 
 class Prestretched:
-    """A law of the library, of what is stretched along x as drawn."""
+    """A law of the library for a material that is stretched along x as drawn."""
 
     def __init__(self, law: Any):
         self._law, self.x = law, law.x
         self.stretch_by(1.0)
 
     def stretch_by(self, stretch: float) -> None:
-        """Set by how much."""
+        """Set the stretch."""
         self._first = np.diag([stretch, stretch**-0.5, stretch**-0.5])
 
     def _of(self, x: Any) -> list[Any]:
         return [np.einsum("iK...,KJ->iJ...", x[0], self._first), *x[1:]]
 
     def gradient(self, x: Any) -> list[Any]:
-        """Return P by the drawn places [kPa]."""
+        """Return P relative to the drawn shape [kPa]."""
         found, *more = self._law.gradient(self._of(x))
         return [np.einsum("iK...,KJ->iJ...", found, self._first), *more]
 
@@ -150,7 +150,7 @@ class Prestretched:
 
 
 def wound_by_library(factor: int) -> Answers:
-    """Return the same of an eighth, for elements along half of a wound."""
+    """Return the same from an eighth of the skin, by elements along half of a wound."""
     far = LONG - towards(LONG, factor)[::-1]
     hole = np.concatenate([towards(10.0, factor), 10.0 + far[1:] * (1.0 - 10.0 / LONG)])
     y = np.concatenate([towards(10.0, factor), 20.0 - towards(10.0, factor)[-2::-1]])
@@ -210,7 +210,7 @@ def balloon(subdivisions: int) -> Answers:
 
 
 def balloon_by_library(factor: int) -> Answers:
-    """Return the same of a ring of quadrilaterals with nine nodes, from pole to equator."""
+    """Return the same from a ring of nine-node quadrilaterals, from pole to equator."""
     inner, middle, outer = 9.95, 10.0, 10.05
     mesh = felupe.Grid(np.linspace(inner, outer, 3), np.linspace(0.0, 0.5 * np.pi, factor + 1))
     mesh = mesh.add_midpoints_edges().add_midpoints_faces()
@@ -272,7 +272,7 @@ def modes(shape: str, across: int, folder: Path) -> Answers:
 
 
 def modes_by_library(factor: int) -> Answers:
-    """Return the same of the whole bar, with elements across it."""
+    """Return the same from the whole bar, with elements across it."""
     x = 60.0 * np.linspace(0.0, 1.0, 3 * factor + 1) ** 1.3
     solid = Solid(CASES["cantilever"], [x, *[between(10.0, factor, 1.3)] * 2])
     body = felupe.SolidBody(solid.body.umat, solid.field, density=1e-6)  # [kg/mm³]

@@ -1,4 +1,4 @@
-"""Time and memory of solid elements beside felupe and the flexes of MuJoCo.
+"""Time and memory of solid elements compared with felupe and the flexes of MuJoCo.
 
 Each run is a process of its own with one thread, whose whole processor time counts, with
 imports and the loading of kernels. felupe solves the same load steps on the same hexahedra with
@@ -32,7 +32,7 @@ KNOWN = Path(__file__).parents[1] / "tests" / "forces" / "solid_references.json"
 
 
 def case_of(name: str) -> Case:
-    """Return a case without the loads whose answers are not known."""
+    """Return a case without the loads for which no answers are known."""
     case, known = CASES[name], json.loads(KNOWN.read_text(encoding="utf-8"))[name]
     shown = {k: shown for k, shown in case.shown.items() if shown in known}
     return replace(case, shown=shown, steps=case.steps[: max(shown) + 1])
@@ -71,7 +71,7 @@ def measured(by: str, name: str, cells: int, times: int) -> dict[str, Any]:
 
 
 def rows(times: int) -> Iterator[tuple[str, ...]]:
-    """Yield the rows of the table beside felupe."""
+    """Yield the rows of the comparison with felupe."""
     for name, cells in RUNS:
         own, other = (measured(by, name, cells, times) for by in ("tissuec", "felupe"))
         apart = max(abs(own["shown"][k] / v - 1.0) for k, v in other["shown"].items())
@@ -83,7 +83,7 @@ def rows(times: int) -> Iterator[tuple[str, ...]]:
 
 
 def flex_rows(times: int) -> Iterator[tuple[str, ...]]:
-    """Yield the rows of the table beside MuJoCo: the cantilever."""
+    """Yield the rows of the comparison with MuJoCo: the cantilever."""
     known = json.loads(KNOWN.read_text(encoding="utf-8"))["cantilever"]
     for cells in FLEXES:
         for by in ("tissuec", "mujoco"):

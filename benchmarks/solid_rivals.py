@@ -1,4 +1,4 @@
-"""A load series on a block by felupe or MuJoCo: a process of its own, without any of tissuec.
+"""A load series on a block by felupe or MuJoCo, in a separate process without tissuec.
 
 Reads a JSON object from the command line and prints one.
 """
@@ -89,7 +89,7 @@ def _moved(kind: str, x: Any, total: float) -> Any:
 
 
 def by_mujoco(case: dict[str, Any]) -> dict[str, float]:
-    """Return how far the end of a bar sinks [mm] that consists of linear tetrahedra.
+    """Return how far the end of a bar of linear tetrahedra sinks [mm].
 
     Args:
         case: As before, with the time ``step`` [s].

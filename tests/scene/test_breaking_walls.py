@@ -1,4 +1,4 @@
-"""Walls of elements that break: when, what is lost with a triangle, and what is told."""
+"""Walls of elements that break: limits, the effects of a broken triangle, and reports."""
 
 import numpy as np
 import pytest

@@ -1,11 +1,11 @@
 """Statics: equilibria by Newton's method, along a path of adaptive load steps.
 
-From one equilibrium the next follows as held nodes and loads move on. While the path is smooth,
-nothing is lost on it: the work of all that acts is the change of the energy. A step whose work,
-by the trapezoidal rule, differs from that is repeated as two halves. Where it differs however
-small the step, there is no equilibrium near the one before (a limit point): the net snaps to
-another, and what it loses is booked as dissipated and remarked. Ruptures and conditions are
-closed in on in the same way.
+Held nodes and loads change step by step, and each equilibrium is found from the one before.
+While the path is smooth, nothing is lost on it: the work of all that acts is the change of the
+energy. A step whose work, by the trapezoidal rule, differs from that is repeated as two halves.
+Where it differs however small the step, there is no equilibrium near the one before (a limit
+point): the net snaps to another, and what it loses is booked as dissipated and remarked.
+Ruptures and conditions are located in the same way.
 
 Newton's method begins where the path leads, on the straight line through the last two states.
 """
@@ -34,7 +34,7 @@ MOST_REMARKS = 8
 
 
 class Attempt(NamedTuple):
-    """What came of a step.
+    """The outcome of a step.
 
     Attributes:
         failure: Why there is no equilibrium at its end; None if there is one.
@@ -165,7 +165,7 @@ class Equilibria(QuasiStatic):
         """Bring a state to equilibrium.
 
         Args:
-            before: What energies were before the step.
+            before: The energies before the step.
             guess: Where the equilibrium may be [m], shape (node, 3).
             watch: Condition that interrupts.
             patiently: As for ``settle``.
@@ -180,7 +180,7 @@ class Equilibria(QuasiStatic):
         return Attempt(None, remarks, self._happens(state, watch), seen, *before.until(seen))
 
     def _allowed(self, state: State, attempt: Attempt, before: Look, span: float) -> float:
-        """Return by how much the work in a step may differ from energies [J]."""
+        """Return the allowed difference between work and change of energies in a step [J]."""
         sizes = abs(attempt.work), abs(self._work + attempt.work), abs(before.energy)
         self._scale = max(self._scale, *sizes)
         allowed = ALLOWED * self._scale * span / self.method.duration
@@ -200,7 +200,7 @@ class Equilibria(QuasiStatic):
             self._size = self._usual = max(self._size, 2.0 * span)
 
     def _guess(self, position: Floats, span: float) -> Floats | None:
-        """Return where the path leads after a time, if known [m], shape (node, 3).
+        """Return the extrapolated path after a time, if it is known [m], shape (node, 3).
 
         Args:
             position: In the present equilibrium [m], shape (node, 3).
@@ -211,7 +211,7 @@ class Equilibria(QuasiStatic):
         return position + (span / self._span) * (position - self._before)
 
     def _note(self, time: float, remarks: Sequence[Remark], lost: float) -> None:
-        """Remark what is new about an equilibrium, and energy [J] that a jump to it lost."""
+        """Remark on news about an equilibrium, and on energy [J] lost in a jump to it."""
         texts = [remark.message for remark in remarks]
         known = [text for text in texts if any(one.startswith(text) for one in self.remarks)]
         said = [f"{text} (first at {show(time, TIME)})" for text in texts if text not in known]

@@ -1,14 +1,14 @@
 """Quasi-static runs: a net that is in equilibrium again and again while its holders move.
 
-Free nodes have no velocity. Times that count are those of outputs and of the script, and as
-many between them as the step asks for; nothing is known of what is between. What the energy
-loses on the way is booked as dissipated.
+Free nodes have no velocity. The net is in equilibrium at the times of outputs and of the
+script, and at as many between them as the step requires; nothing is computed in between. Energy
+that is lost on the way is booked as dissipated.
 
 The procedure of the paper is here, the first of its two ways of propagation: at each time that
 counts, the net is relaxed to the local minimum of its energy from where it is. Its second step
-calculates the activities of the nodes for the next time. Where it is asked for, velocity
-neurons hold v = Δx / Δt of the way that a node has come, and its next way begins at x + v Δt,
-which is what position neurons make of it (equations 1 to 3). Statics by Newton's method are
+calculates the activities of the nodes for the next time. On request, velocity neurons hold v =
+Δx / Δt of the last displacement of a node, and its next one begins at x + v Δt, which is what
+position neurons make of it (equations 1 to 3). Statics by Newton's method are
 ``engine.equilibria``.
 """
 
@@ -166,7 +166,7 @@ class QuasiStatic:
         self._stale = False
 
     def _next(self, time: float, until: float) -> float:
-        """Return the next time that counts [s], at most ``until``."""
+        """Return the next time of an equilibrium [s], at most ``until``."""
         count = np.ceil((until - self._begun) / self.step * (1.0 - 1e-12))
         size = (until - self._begun) / max(count, 1.0)
         frames = self._begun + size * (np.floor((time - self._begun) / size + 1e-9) + 1.0)
@@ -188,7 +188,7 @@ class QuasiStatic:
     def _go(
         self, state: State, time: float, watch: Watch | None, pause: Pause | None
     ) -> Interruption | None:
-        """Advance to a time [s] and to equilibrium there; return what interrupts on the way.
+        """Advance to a time [s] and to equilibrium there; return an interruption on the way.
 
         Args:
             pause: As for ``advance``, for where this takes several steps.
@@ -196,7 +196,7 @@ class QuasiStatic:
         raise NotImplementedError
 
     def _arrive(self, state: State, time: float) -> float:
-        """Bring the holders of a state to a time; return how much later that is [s]."""
+        """Move the holders of a state to a time; return the time that has passed [s]."""
         span = time - state.time
         state.time, self._stale = time, False
         state.place_held()
@@ -205,14 +205,14 @@ class QuasiStatic:
         return span
 
     def _count(self, span: float) -> None:
-        """Count a step [s] that is accepted."""
+        """Count an accepted step [s]."""
         self._accepted += 1
         if span > 0.0:
             self._smallest = min(self._smallest, span)
             self._largest = max(self._largest, span)
 
     def _happens(self, state: State, watch: Watch | None) -> Interruption | None:
-        """Return what interrupts in a state, if anything does."""
+        """Return the interruption in a state, if there is one."""
         if self.method.watch_strength:
             broken = failures.overloaded(state)
             if len(broken):
@@ -222,7 +222,7 @@ class QuasiStatic:
         return None
 
     def _look(self, state: State) -> "Look":
-        """Return what energies are booked from."""
+        """Return the quantities from which work and energy are booked."""
         position, still = state.position, np.zeros_like(state.velocity)
         held = state.held
         force = np.zeros_like(position)
@@ -252,7 +252,7 @@ class QuasiStatic:
 
 
 class Look(NamedTuple):
-    """What work and energy are made of.
+    """The quantities from which work and energy are booked.
 
     Attributes:
         time: [s].

@@ -1,8 +1,8 @@
-"""Fluids in cavities: volumes that are kept by pressure, and a weight that acts on the wall.
+"""Fluids in cavities: volumes kept by pressure, and a weight that acts on the wall.
 
-A cavity is bounded by faces and caps (see ``pressed_faces``). With the drawn volume V0, the due
-volume Vt, the bulk modulus K, and the density ρ of the fluid without pressure, its mass is
-m = ρ Vt and it stores
+A cavity is bounded by faces and caps (see ``pressed_faces``). With the drawn volume V0, the
+target volume Vt, the bulk modulus K, and the density ρ of the fluid without pressure, its mass
+is m = ρ Vt and it stores
 
     E = ½ K (V - Vt)²/V0 - m g · c,        c = ∫ x dV / V.
 
@@ -12,7 +12,7 @@ its forces add up to its weight m g. Of triangles with corners a, b, c and D = a
     V = Σ w D/6,        g · ∫ x dV = Σ w D g · (a + b + c)/24,
 
 as seen from any point, because the surface is closed. The fluid has weight but no inertia. A
-pump that lets Vt grow puts in (p - ρ g · c) per volume.
+pump that increases Vt does the work p - ρ g · c per volume.
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ class FluidCavities(KeptVolumes, frozen=True):
     """The cavities of a set or body, each with a pressure of its own; its items are cavities.
 
     Attributes:
-        triples: Weighted triangles that look out of the cavities, cavity by cavity; the
+        triples: Weighted triangles that face out of the cavities, cavity by cavity; the
             triangles of a cavity are one face of these.
         caps: On their rims, cavity by cavity.
         cap_first: Caps of a cavity, shape (cavity + 1,).
@@ -70,14 +70,14 @@ class FluidCavities(KeptVolumes, frozen=True):
         *,
         has_caps: bool,
     ) -> Self:
-        """Return the cavities inside of faces.
+        """Return the cavities enclosed by faces.
 
         Args:
             network: The network.
             name: Of the set or body.
-            faces: They look out of the cavities.
+            faces: They face out of the cavities.
             modulus, density, span: See the classes.
-            has_caps: Whether caps close the rims of the faces, which have none otherwise.
+            has_caps: Whether caps close the rims of the faces, which must otherwise be closed.
 
         Raises:
             NoSide: A cavity is open or encloses nothing.
@@ -125,7 +125,7 @@ class FluidCavities(KeptVolumes, frozen=True):
     # --- volumes and moments ------------------------------------------------------------------
 
     def _triangles(self) -> tuple[Indices, Floats, Indices]:
-        """Return all triangles, with those of caps, whose middles are behind all nodes.
+        """Return all triangles, with those of caps, whose middles are numbered after all nodes.
 
         Returns:
             Corners, shape (triangle, 3), of which middles are -1 - cap; weights and cavities,
@@ -211,7 +211,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         return x, normal, tilt
 
     def _ways(self, slopes: Floats, number: Indices, size: int) -> "csr_matrix":
-        """Return Σ w slope of each cavity by the nodes that move, shape (3 size, cavity)."""
+        """Return Σ w slope of each cavity by free coordinates, shape (3 size, cavity)."""
         from scipy.sparse import csr_matrix
 
         corners, weight, cavity = self._triangles()
@@ -227,13 +227,13 @@ class FluidCavities(KeptVolumes, frozen=True):
         return csr_matrix(self._follow(number, size).T @ wider)
 
     def _numbers(self, corners: Indices, number: Indices, size: int) -> Indices:
-        """Return the numbers of corners, those of middles behind all others."""
+        """Return the numbers of corners; those of middles follow all others."""
         if not self.caps.count:
             return number[corners]
         return np.where(corners < 0, size - 1 - corners, number[np.maximum(corners, 0)])
 
     def _follow(self, number: Indices, size: int) -> "csr_matrix":
-        """Return how nodes and middles of caps follow from nodes that move."""
+        """Return the matrix from nodes that move to nodes and middles of caps."""
         from scipy.sparse import csr_matrix, identity, vstack
 
         caps = self.caps
@@ -249,7 +249,7 @@ class FluidCavities(KeptVolumes, frozen=True):
     def bending(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> "csr_matrix":
-        """Return what pressure and weight add where surfaces turn [N/m].
+        """Return the geometric stiffness of pressure and weight [N/m].
 
         It is -Σ p ∂²V/∂x∂x - (m/V) ∂²(g · ∫ x dV)/∂x∂x, as seen from the centroid. Arguments
         and shape are those of ``matrix``.
@@ -302,8 +302,8 @@ class FluidCavities(KeptVolumes, frozen=True):
     ) -> "tuple[coo_matrix, Floats]":
         """Return ``matrix`` with large cavities apart, each as one column; see ``Effect``.
 
-        Of large cavities, what is subtracted from the square of the column is left out: it is
-        as small beside the weight as the pressure of the height of the fluid is beside K.
+        For large cavities, the term subtracted from the square of the column is left out: its
+        ratio to the weight is that of the hydrostatic pressure to K.
         """
         from scipy.sparse import coo_matrix
 

@@ -70,7 +70,7 @@ def hold_fluids(
 
 
 def content(cavity: int, o: int, x: Floats, table: FluidTable) -> tuple[float, float]:
-    """Return the volume V of a cavity [m³] and g·∫ x dV as seen from a node [m⁵/s²].
+    """Return the volume V of a cavity [m³] and g·∫ x dV relative to a node [m⁵/s²].
 
     Args:
         cavity: Number of the cavity.
@@ -95,7 +95,7 @@ def content(cavity: int, o: int, x: Floats, table: FluidTable) -> tuple[float, f
 
 
 def seen(i: int, o: int, x: Floats) -> tuple[float, float, float]:
-    """Return the place of a node as seen from another one [m].
+    """Return the position of a node relative to another one [m].
 
     Args:
         i, o: Indices of their first components in ``x``.
@@ -105,7 +105,7 @@ def seen(i: int, o: int, x: Floats) -> tuple[float, float, float]:
 
 
 def middle_of_cap(cap: int, o: int, x: Floats, table: FluidTable) -> tuple[float, float, float]:
-    """Return the mean of the nodes of a rim, as seen from a node [m].
+    """Return the mean of the nodes of a rim, relative to a node [m].
 
     Args:
         cap: Number of the cap.
@@ -128,7 +128,7 @@ def cone(
     c: tuple[float, float, float],
     gravity: Floats,
 ) -> tuple[float, float]:
-    """Return a · (b × c) [m³], and it times g · (a + b + c) [m⁵/s²].
+    """Return a · (b × c) [m³], and its product with g · (a + b + c) [m⁵/s²].
 
     Args:
         a, b, c: Corners of a triangle [m].

@@ -1,4 +1,4 @@
-"""Volumes that pressure keeps, and their changes.
+"""Volumes that pressure preserves, and their changes.
 
 Of a drawn volume V0, the due volume is Vt = V0 (1 + s), where s is what it swells by. With the
 bulk modulus K, the pressure in the present volume V is p = K (Vt - V)/V0.
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Swelling(Struct, frozen=True, eq=False):
-    """A change of due volumes, relative to the drawn ones."""
+    """A change of target volumes, relative to the drawn ones."""
 
     amount: float
     profile: TimeProfile
@@ -69,7 +69,7 @@ class KeptVolumes(WalledField, frozen=True):
     def bending(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> "csr_matrix":
-        """Return what pressure adds where surfaces turn [N/m], shape (3 size, 3 size).
+        """Return the geometric stiffness of pressure [N/m], shape (3 size, 3 size).
 
         Args:
             time: [s].
@@ -79,7 +79,7 @@ class KeptVolumes(WalledField, frozen=True):
         """
 
     def swollen(self, amount: float, profile: TimeProfile, since: float = 0.0) -> Self:
-        """Return the same with another due volume in place of the present one.
+        """Return the same with another target volume in place of the present one.
 
         Args:
             amount: How much more than drawn is due in the end, as a part of it.
@@ -94,7 +94,7 @@ class KeptVolumes(WalledField, frozen=True):
         return replace(self, swellings=(so_far, change))
 
     def swell(self, time: float) -> tuple[float, float]:
-        """Return how much more than drawn is due, as a part of it, and its rate [1/s]."""
+        """Return the relative excess of the target volume, and its rate [1/s]."""
         value = rate = 0.0
         for swelling in self.swellings:
             factor, slope = swelling.profile.at(time)
@@ -108,7 +108,7 @@ class KeptVolumes(WalledField, frozen=True):
         return [(swelling.amount, swelling.profile) for swelling in self.swellings]
 
     def due(self, time: Floats | float) -> Floats:
-        """Return the due volumes [m³], shape (…, item)."""
+        """Return the target volumes [m³], shape (…, item)."""
         times = np.asarray(time, dtype=float)
         swell = np.array([self.swell(float(t))[0] for t in times.ravel()]).reshape(times.shape)
         return self.drawn * (1.0 + swell[..., None])
@@ -123,5 +123,5 @@ class KeptVolumes(WalledField, frozen=True):
         return self.modulus * (self.due(time) - self.volumes(position)) / self.drawn
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
+        """Return a bound on the negative eigenvalues that ``bending`` may cause [N/m]."""
         return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())

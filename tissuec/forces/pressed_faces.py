@@ -1,17 +1,17 @@
-"""Faces of skins that pressure acts on, as weighted triangles, and the rims where they end.
+"""Faces of skins on which pressure acts, as weighted triangles, and their rims.
 
 The volume under a face whose shape functions N_i are polynomials is
 
     V = ⅓ ∫ x · (∂x/∂ξ × ∂x/∂η) dξ dη = Σ w_T det(x_i, x_j, x_k) / 6
 
-over triples T of its nodes: one of weight 1 for a triangle, four of weight ½ for four corners
-(both ways to divide them), and 20 for the six nodes of a side of a tetrahedron with ten nodes.
-A third of the force p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of its nodes.
-On a closed surface, that is p ∂V/∂x; on a face with straight sides, also at the end of a
-surface, it is the force p ∫ N_i n dA of finite elements.
+over triples T of its nodes: one of weight 1 for a triangle, four of weight ½ for a
+quadrilateral (both ways to divide it), and 20 for the six nodes of a side of a tetrahedron with
+ten nodes. A third of the force p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of
+its nodes. On a closed surface, that is p ∂V/∂x; on a face with straight sides, also at the end
+of a surface, it is the force p ∫ N_i n dA of finite elements.
 
-The pairs of nodes at which triples do not cancel are the rim of a surface. Its cap is the fan
-of the rim to the mean of its nodes.
+The pairs of nodes at which triples do not cancel form the rim of a surface. Its cap is the fan
+of triangles from the mean of its nodes to the rim.
 """
 
 from collections.abc import Iterator, Sequence
@@ -76,7 +76,7 @@ class Rims(Struct, frozen=True, eq=False):
 
     Attributes:
         edges: Pairs of nodes in the direction of the surface, shape (edge, 2).
-        weight: By which each counts, shape (edge,).
+        weight: Of each edge, shape (edge,).
         first: The edges of a rim are first[rim]:first[rim + 1], shape (rim + 1,).
         nodes: Nodes of each rim, shape (node,).
         node_first: Those of a rim are node_first[rim]:node_first[rim + 1], shape (rim + 1,).
@@ -177,14 +177,14 @@ class WeightedTriangles(Struct, frozen=True, eq=False):
         return WeightedTriangles(self.corners[rows], self.weight[rows], first)
 
     def turned(self, turns: NDArray[np.bool_]) -> "WeightedTriangles":
-        """Return the same with some faces seen from their other side, shape (face,)."""
+        """Return the same with some faces reversed, shape (face,)."""
         corners = self.corners.copy()
         own = turns[self.face]
         corners[own] = corners[own][:, ::-1]
         return WeightedTriangles(corners, self.weight, self.first)
 
     def rims(self) -> Rims:
-        """Return where the faces end, the rims in the order of their first node."""
+        """Return the rims of the faces, in the order of their first node."""
         pairs = self.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         weight, size = np.repeat(self.weight, 3), int(self.corners.max(initial=0)) + 1
         low, high = pairs.min(axis=1), pairs.max(axis=1)
@@ -210,7 +210,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
     Attributes:
         corners: Nodes of their triangles of the skin, shape (triangle, 3).
-        rows: Where these are among all triangles of the skin, shape (triangle,).
+        rows: Their numbers among all triangles of the skin, shape (triangle,).
         face: The face that each of them belongs to, shape (triangle,).
         triples: Their weighted triangles.
         ends: Nodes of each spring of the network, shape (spring, 2).
@@ -230,7 +230,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         return PressedFaces(self.corners[own], self.rows[own], face, triples, self.ends)
 
     def turned(self, turns: NDArray[np.bool_]) -> "PressedFaces":
-        """Return the same with some faces seen from their other side, shape (face,)."""
+        """Return the same with some faces reversed, shape (face,)."""
         triples = self.triples.turned(turns)
         return PressedFaces(self.corners, self.rows, self.face, triples, self.ends)
 
@@ -244,7 +244,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def rims(self) -> Rims:
-        """Return where the faces end."""
+        """Return the rims of the faces."""
         return self.triples.rims()
 
     @cached_property
@@ -253,7 +253,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
 
 def faces_of(network: Network, rows: Indices) -> PressedFaces:
-    """Return the faces that triangles of the skin make up.
+    """Return the faces that triangles of the skin form.
 
     Triangles that divide one side of a solid element are one face if all of them are there;
     every other triangle is a face of its own.

@@ -1,4 +1,4 @@
-"""Which faces pressure acts on, and towards which side it pushes them.
+"""The faces on which pressure acts, and the side towards which it pushes them.
 
 Pressure pushes a solid from outside. It pushes a wall from within: away from the space that the
 wall encloses once its rims are closed by flat caps. A wall that encloses nothing, such as a
@@ -21,7 +21,7 @@ _MOST_NODES = 4  # that are named
 
 
 class NoSide(ValueError):
-    """Pressure cannot act, and why, as a sentence without its end.
+    """Pressure cannot act; the message is a sentence without its full stop.
 
     Attributes:
         hint: The way out.
@@ -37,12 +37,12 @@ class NoInside(NoSide):
 
 
 class Pressed(NamedTuple):
-    """What is pressed.
+    """A set or body that is pressed.
 
     Attributes:
         name: Of the set or body.
         nodes: Its nodes, ascending, shape (n,).
-        is_inside: Whether only what faces a space within is pressed.
+        is_inside: Whether only faces towards a space within are pressed.
         along: Direction in which a sheet is pressed, shape (3,); None without one.
     """
 
@@ -53,10 +53,10 @@ class Pressed(NamedTuple):
 
 
 def pressed_faces(network: Network, pressed: Pressed) -> PressedFaces:
-    """Return the faces on which pressure acts, which look where it pushes.
+    """Return the faces on which pressure acts, oriented along its push.
 
     Raises:
-        NoSide: There are none, or it is not known where pressure pushes.
+        NoSide: There are none, or the direction of the push is not known.
     """
     chosen = np.zeros(network.node_count, dtype=bool)
     chosen[pressed.nodes] = True
@@ -88,13 +88,13 @@ def pressed_faces(network: Network, pressed: Pressed) -> PressedFaces:
 def _of_body(
     network: Network, part: BodyPart, rows: Indices, pressed: Pressed
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which triangles of a body are pressed, and which of them against their normal.
+    """Return the pressed triangles of a body, and which are pressed against their normal.
 
     Args:
         network: The network.
         part: The body.
-        rows: Its triangles among those of the skin that are asked for, shape (n,).
-        pressed: What is pressed.
+        rows: The requested triangles of its skin, shape (n,).
+        pressed: The pressed set or body.
     """
     start, stop = part.nodes.start, part.nodes.stop
     inside = (network.skin >= start) & (network.skin < stop)
@@ -122,7 +122,7 @@ def _of_body(
         volume = _volume(position, corners[own])
         if abs(volume) <= _smallest(position, corners[own]):
             raise NoInside(
-                f"{part.name} encloses no space, so that no side of it is its inside",
+                f"{part.name} encloses no space, so that it has no inside",
                 "write the direction in which the pressure pushes: along (0, 0, 1)",
             )
         turns[own] = volume < 0.0
@@ -191,7 +191,7 @@ def is_solid(part: BodyPart) -> bool:
 
 
 def components(corners: Indices) -> Indices:
-    """Return the component of each triangle; those that share an edge are of one.
+    """Return the component of each triangle; triangles that share an edge belong to one.
 
     Args:
         corners: Nodes of the triangles, shape (triangle, 3).
@@ -220,8 +220,8 @@ def _joined_at(pairs: Indices, holds: NDArray[np.bool_]) -> Indices:
 def _faces_a_space(position: Floats, corners: Indices) -> NDArray[np.bool_]:
     """Return which triangles of the skin of a solid face a space within it.
 
-    The skin is parted at its sharp edges; a patch faces a space if its normals, which point out
-    of the solid, point into the volume that the patch encloses with caps on its rims.
+    The skin is divided at its sharp edges; a patch faces a space if its normals, which point
+    out of the solid, point into the volume that the patch encloses with caps on its rims.
 
     Args:
         position: Of all nodes [m], shape (node, 3).
@@ -278,7 +278,7 @@ def enclosed(position: Floats, triples: WeightedTriangles, *rims: Rims) -> Float
 
 
 def _smallest(position: Floats, corners: Indices) -> float:
-    """Return below which volume triangles enclose nothing [m³]."""
+    """Return the volume below which triangles count as enclosing nothing [m³]."""
     a, b, c = position[corners].swapaxes(0, 1)
     area = 0.5 * np.linalg.norm(cross(b - a, c - a), axis=1).sum()
     return float(FLAT * area**1.5)
@@ -293,11 +293,11 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
         faces: The faces.
 
     Raises:
-        NoSide: There is no rim, or one that is no single loop.
+        NoSide: There is no rim, or one is not a single loop.
     """
     if not faces.rims.count:
         raise NoSide(
-            f"{name} is closed, so that there is nothing for caps to close",
+            f"{name} is closed, so there is nothing for caps to close",
             'remove "with caps"',
         )
     pairs = faces.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)

@@ -113,7 +113,7 @@ class Press(Struct, frozen=True):
             profile: Of the pressure.
 
         Raises:
-            NoSide: There is no surface, or it is not known where pressure pushes.
+            NoSide: There is no surface, or the direction of the push is not known.
         """
         from tissuec.forces.pressed_sides import closed_by_caps
         from tissuec.forces.pressure import SurfacePressure

@@ -1,9 +1,9 @@
 """Forces of shapes on nodes in contact: pressure, contact damping and friction.
 
-The formulas are those of docs/numerics.md, "Contact", with its symbols. Which pairs of nodes
-and shapes are near, and how often each counts, is given; where nodes are in shapes is found
-here. Points between nodes are x_q = Σ N_a x_a, by a matrix N; a force on them acts as Nᵀ times
-it on nodes.
+The formulas are those of docs/numerics.md, "Contact", with its symbols. The pairs of nodes and
+shapes that are near, and their weights, are given; the positions of nodes in shapes are found
+here. Points between nodes are x_q = Σ N_a x_a, by a matrix N; a force f on them acts on nodes
+as Nᵀ f.
 """
 
 from typing import TYPE_CHECKING

@@ -34,8 +34,8 @@ class ElementSolid:
     Args:
         elements: Read for nodes, moduli and laws.
         drawn: Places of all nodes as drawn [m], shape (node, 3).
-        velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones say how far elements
-            have flowed, as which they count for ``matrix``.
+        velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones give the plastic
+            strain of the elements, which ``matrix`` uses.
     """
 
     def __init__(
@@ -171,7 +171,7 @@ class ElementSolid:
         """Return the energy of each element [J], the work of the stress along a straight way.
 
         Each law is integrated from the drawn state on, where it stores nothing. Where elements
-        yield, laws are left out, because their energy depends on how far.
+        yield, laws are left out, because their energy depends on the plastic strain.
         """
         f, j, _ = self._strained(position)
         near = np.maximum(j, LEAST)
@@ -235,7 +235,7 @@ class ElementSolid:
         return g[..., None, None] * np.einsum("eqxk,eqxl->eqkl", f, f)
 
     def give_way(self, position: Floats, velocity: Floats, free: Indices) -> None:
-        """Store that the branches of elements at some nodes gave way for good.
+        """Relax the branches of elements at some nodes completely.
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).

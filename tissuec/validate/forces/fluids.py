@@ -38,7 +38,7 @@ class FluidField:
         self._cavity = np.concatenate([fluids.triples.face, of_cap[caps.of_edge]])
 
     def _follow(self, nodes: int) -> sparse.csr_matrix:
-        """Return how nodes, and behind them the middles of caps, follow from the nodes."""
+        """Return the map from nodes to nodes, followed by the middles of caps."""
         if self._known is not None and self._known.shape[1] == nodes:
             return self._known
         caps = self._fluids.caps
@@ -52,7 +52,7 @@ class FluidField:
         return self._known
 
     def _due(self, time: float) -> tuple[Floats, Floats]:
-        """Return due volumes [m³] and their rates [m³/s], shape (cavity,) each."""
+        """Return target volumes [m³] and their rates [m³/s], shape (cavity,) each."""
         parts = [(s.amount, *s.profile.at(time)) for s in self._fluids.swellings]
         drawn = self._fluids.drawn
         return (
@@ -61,7 +61,7 @@ class FluidField:
         )
 
     def _sums(self, position: Floats) -> tuple[Floats, Floats, Floats, Indices]:
-        """Return volumes, centroids, corners, and the numbers of these behind the nodes."""
+        """Return volumes, centroids, corners, and the numbers of these after the nodes."""
         nodes = len(position)
         places = np.where(self._corners < 0, nodes - 1 - self._corners, self._corners)
         x = np.asarray(self._follow(nodes) @ position)[places]
@@ -110,7 +110,7 @@ class FluidField:
         return stored - fluids.density * float(due @ (centre @ fluids.gravity))
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that whoever changes the volumes puts in [W]."""
+        """Return the power of the pumps that change the volumes [W]."""
         fluids = self._fluids
         volume, centre, _, _ = self._sums(position)
         heights = fluids.density * (centre @ fluids.gravity)

@@ -58,7 +58,7 @@ class MembraneWall:
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            kept: What branches do; None without them.
+            kept: The state of the branches; None without them.
         """
         f = np.einsum("eax,eak->exk", position[self._nodes], self._slope)
         key = f if kept is None else np.concatenate([f, kept.inside, kept.outside], axis=None)
@@ -160,7 +160,7 @@ class MembraneWall:
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            kept: What branches do; None without them.
+            kept: The state of the branches; None without them.
         """
         _, c, across = self._strained(position, kept)
         g, _, j, _, first, second = self._invariants(c, across)
@@ -179,11 +179,11 @@ class MembraneWall:
 
     @property
     def kept(self) -> tuple[RelaxingWall, ...]:
-        """Return what has unknowns."""
+        """Return the parts that have unknowns."""
         return () if self.branches is None else (self.branches,)
 
     def remembered_energy(self, position: Floats, velocity: Floats) -> float:
-        """Return what branches add to ``energy`` [J], also by the thickness that they change.
+        """Return the energy of branches [J], including their effect through the thickness.
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
@@ -201,7 +201,7 @@ class MembraneWall:
         return self.branches.rates(*self._unimodular(position, self._kept(velocity)), velocity)
 
     def give_way(self, position: Floats, velocity: Floats, free: Indices) -> None:
-        """Store that the branches of triangles at some nodes gave way for good.
+        """Relax the branches of triangles at some nodes completely.
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
@@ -220,7 +220,7 @@ class MembraneWall:
 
     @property
     def marks(self) -> Indices:
-        """Return the springs that die with triangles that break, shape (triangle,)."""
+        """Return the springs that mark the triangles, shape (triangle,)."""
         none = np.zeros(0, dtype=np.int64)
         return none if self._limits is None else np.asarray(self._limits.marks)
 

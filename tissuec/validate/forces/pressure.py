@@ -38,7 +38,7 @@ class PressedSkin:
         self._known: dict[tuple[int, ...], tuple[sparse.csr_matrix, Indices, Floats]] = {}
 
     def _wider(self, nodes: int, *rims: "Rims") -> tuple[sparse.csr_matrix, Indices, Floats]:
-        """Return how nodes and middles follow from the nodes, with triangles and weights.
+        """Return the map from nodes to nodes and middles, with triangles and weights.
 
         Args:
             nodes: Number of nodes.
@@ -102,7 +102,7 @@ class PressedSkin:
         return -self._pressure(time) * float(weight @ np.linalg.det(places)) / 6.0
 
     def wayward(self, time: float, position: Floats) -> Floats:
-        """Return what the forces differ by from those of the potential [N], shape (node, 3).
+        """Return the difference of the forces from those of the potential [N], shape (node, 3).
 
         Args:
             time: [s].
@@ -112,7 +112,7 @@ class PressedSkin:
         return own - self._pushes(time, position, self._caps, self._openings)
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that whoever keeps the pressure puts in [W]."""
+        """Return the power of the source of the pressure [W]."""
         return float(np.vdot(self._pushes(time, position, self._caps), velocity))
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:

@@ -1,14 +1,14 @@
 """Elements that relax and yield, for the reference: their own unknowns and formulas.
 
-The unknowns are the inverses A of the tensors Ci by which branches gave way (see
+The unknowns are the inverses A of the tensors Ci of the inelastic strain of branches (see
 ``forces.solid_branches``), and those of Cp (``forces.solid_yield``), six numbers for each
 branch and point. With B = det(A)^(-1/3) A and the unimodular C', a branch stores
 μk/2 (tr(C' B) - 3), and
 
     dA/dt = -(A C' A - tr(C' B)/3 A)/τ - (M A + A Mᵀ),    M = λ dev(S C),
 
-S being the stress 2 ∂W/∂C of laws and branches. Of Cp⁻¹ there is the last part alone, and laws
-have the invariants of C B.
+S being the stress 2 ∂W/∂C of laws and branches. The rate of Cp⁻¹ is the last part alone, and
+laws use the invariants of C B.
 
 Shared arguments:
     right: C' of all elements, dimensionless, shape (element, point, 3, 3).
@@ -65,7 +65,7 @@ class KeptTensors:
         return _full(given.reshape(-1, self._points, 6))
 
     def _carrying(self, own: Floats, carried: Floats) -> Floats:
-        """Return what flow adds to dA/dt [1/s], shape (tensor, point, 3, 3).
+        """Return the part of flow in dA/dt [1/s], shape (tensor, point, 3, 3).
 
         Args:
             own: A, dimensionless, of that shape.
@@ -83,7 +83,7 @@ class KeptTensors:
 
 
 class PlasticElements(KeptTensors):
-    """What the elements of one body flow by.
+    """The plastic strain of the elements of one body.
 
     Args:
         elements: Read for how they yield.
@@ -128,7 +128,7 @@ class PlasticElements(KeptTensors):
 
     @property
     def slowing(self) -> Floats:
-        """Return half of the derivatives of rates of what flows [1/s], shape (count,).
+        """Return half of the derivatives of the rates of flow [1/s], shape (count,).
 
         Newton's iteration converges with them whether or not an element flows.
         """

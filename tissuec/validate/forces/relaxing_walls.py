@@ -1,8 +1,8 @@
 """Walls that relax, for the reference: their own unknowns and formulas.
 
-The unknowns are the inverses A of the plane tensors P by which branches gave way (see
+The unknowns are the inverses A of the plane tensors P of the inelastic strain of branches (see
 ``forces.membrane_branches``), three numbers for each branch of a triangle. Across, the inverse
-is 1 / det A. With C' = g C and what it is across, c = g C33, a branch stores
+is 1 / det A. With C' = g C and its component across the wall, c = g C33, a branch stores
 μk/2 (tr(C' A) + c / det A - 3), and
 
     dA/dt = -(A C' A - T/3 A)/τ,    T = tr(C' A) + c / det A.
@@ -21,7 +21,7 @@ _UPPER = (np.array([0, 1, 0]), np.array([0, 1, 1]))
 
 
 class Kept(NamedTuple):
-    """What branches do at once.
+    """The present state of branches.
 
     Attributes:
         inside: Σ μk A [Pa], shape (triangle, 2, 2).
@@ -70,7 +70,7 @@ class RelaxingWall:
         velocity.reshape(-1)[self._place] = self._rate * own[:, *_UPPER]
 
     def given_way(self, inside: Floats, chosen: Any, velocity: Floats) -> None:
-        """Store that the branches of some triangles gave way for good.
+        """Relax the branches of some triangles completely.
 
         Args:
             chosen: Mask of the triangles, shape (triangle,).
@@ -81,7 +81,7 @@ class RelaxingWall:
         self.write(own[:, *_UPPER].ravel(), velocity)
 
     def kept(self, velocity: Floats) -> Kept:
-        """Return what branches do at once."""
+        """Return the present state of the branches."""
         own = _full(self.read(velocity).reshape(-1, 3))
         inside, outside = np.zeros((self._triangles, 2, 2)), np.zeros(self._triangles)
         np.add.at(inside, self._triangle, self._shear[:, None, None] * own)
@@ -143,7 +143,7 @@ def _full(three: Floats) -> Floats:
 
 
 def _inverse(tensors: Floats) -> Floats:
-    """Return inverses; of what is singular or no number, no numbers."""
+    """Return inverses; NaN for matrices that are singular or not finite."""
     turned = np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] * np.eye(2) - tensors
     with np.errstate(all="ignore"):
         return np.asarray(turned / np.linalg.det(tensors)[..., None, None])
