@@ -55,7 +55,7 @@ def given_way(made, position, size=0.3, seed=8):
     random = np.random.default_rng(seed)
     tensors = own_tensors(random, size, (made.item_count, 2, 2))
     velocity = np.zeros_like(position)
-    made.branches.keep(velocity, tensors, np.arange(made.item_count))
+    made.branches.keep(velocity, tensors[:, None], np.arange(made.item_count))
     scatter(made, velocity, random)
     return velocity
 
@@ -129,7 +129,7 @@ def test_stress_and_rates_are_those_of_a_solid_without_stress_across(way, ratio)
     turned = axes @ gone[:2, :2] @ axes.swapaxes(1, 2)
     gone[2, 2] = 1.0 / np.linalg.det(gone[:2, :2])
     velocity = np.zeros_like(position)
-    made.branches.keep(velocity, turned, np.arange(made.item_count))
+    made.branches.keep(velocity, turned[:, None], np.arange(made.item_count))
 
     def stress(thickness):
         f = in_space(plane, thickness)
@@ -149,7 +149,7 @@ def test_stress_and_rates_are_those_of_a_solid_without_stress_across(way, ratio)
     change = (c - np.trace(c @ np.linalg.inv(gone)) / 3.0 * gone) / TIMES[0]
     step = velocity.copy()
     step[made.hidden] += 1e-3 * rates(made, position, velocity)
-    was, became = (made.branches.tensors(v)[0] for v in (velocity, step))
+    was, became = (made.branches.tensors(v, 1)[0, :, 0] for v in (velocity, step))
     by_kernel = (became - was) / 1e-3
     np.testing.assert_allclose(
         by_kernel, axes @ change[:2, :2] @ axes.swapaxes(1, 2),
@@ -163,7 +163,9 @@ def test_branches_that_gave_way_for_good_leave_no_stress_and_lose_nothing(case):
     made, drawn = relaxing(law, ratio=ratio, **more)
     position, velocity = moved(made, drawn, 3e-4), given_way(made, drawn)
     give_way_for_good(made, position, velocity, force=1e-8, energy=1e-9, lost=1e-15)
-    give_way_beside_what_stays(made, position, given_way(made, drawn), 0, made.branches.tensors)
+    give_way_beside_what_stays(
+        made, position, given_way(made, drawn), 0, lambda v: made.branches.tensors(v, 1)
+    )
 
 
 def test_triangles_of_parts_keep_their_branches():

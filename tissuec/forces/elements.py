@@ -44,13 +44,14 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Items, acts_of
 from tissuec.forces.branch_tangents import branch_tangents
+from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.memory import MemoryTangents
-from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_columns
+from tissuec.forces.solid_branches import RelaxingStress, SolidBranches
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain

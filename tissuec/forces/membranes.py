@@ -42,6 +42,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Items, acts_of
+from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.matrices import without_negative
@@ -49,7 +50,6 @@ from tissuec.forces.membrane_branches import MembraneBranches, RelaxingPlane
 from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membranes_kernel import MembraneTable, relax_membranes, stretch_membranes
-from tissuec.forces.solid_branches import branch_columns
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import DERIVATIVES
@@ -320,7 +320,7 @@ class Membranes(MaterialField, frozen=True):
     @property
     def hidden(self) -> Indices:
         """Return the hidden nodes of the branches; see ``Field``."""
-        return np.zeros(0, dtype=np.int64) if self.branches is None else self.branches.nodes
+        return np.zeros(0, dtype=np.int64) if self.branches is None else self.branches.nodes(1)
 
     @property
     def unsolved(self) -> str:
@@ -340,7 +340,7 @@ class Membranes(MaterialField, frozen=True):
             fastest: A bound of the angular frequencies of the net [1/s].
         """
         assert self.branches is not None
-        branches = self.branches.stored(3 * first, fastest, np.sqrt(self.area))
+        branches = self.branches.stored(3 * first, 1, fastest, np.sqrt(self.area))
         return replace(self, branches=branches)
 
     def fastest(self, mass: Floats) -> float:
@@ -376,7 +376,7 @@ class Membranes(MaterialField, frozen=True):
             items = part[moved[self.nodes[part]].any(axis=1)]
             own = self.only(items).relaxed
             right, _ = MembraneStrain(own, own.deformations(position)).isochoric
-            self.branches.keep(velocity, right, items)
+            self.branches.keep(velocity, right[:, None], items)
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats

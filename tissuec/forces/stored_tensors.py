@@ -1,11 +1,12 @@
 """Symmetric tensors at the points of elements, which change in the course of a run.
 
 A tensor T that begins as 1 is kept as T - 1 in the velocities of hidden nodes, six numbers for
-each point, times a ``rate``, so that it is stepped, stored and resumed like all other motion.
+each point, or three in the plane of a wall, times a ``rate``, so that it is stepped, stored and
+resumed like all other motion.
 """
 
 from abc import abstractmethod
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from msgspec import Struct
@@ -28,10 +29,18 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         slot: Place of the first number of T - 1 among the components of all velocities, those
             of the other points behind it, shape (row, element); -1 where there is none.
         rate: What T - 1 is multiplied by there [m/s], shape (row, element).
+        at: Rows and columns of the numbers that tell a tensor, shape (2, number).
     """
+
+    at: ClassVar[Indices] = np.stack([ROWS, COLUMNS])
 
     slot: Indices
     rate: Floats
+
+    @property
+    def numbers(self) -> int:
+        """Return how many numbers tell a tensor."""
+        return len(self.at[0])
 
     @property
     @abstractmethod
@@ -59,7 +68,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         """
         element, row = self.exists.T
         slot = np.full(self.slot.shape, -1)
-        slot[row, element] = first + SIX * points * np.arange(len(element))
+        slot[row, element] = first + self.numbers * points * np.arange(len(element))
         return replace(self, slot=slot, rate=size * np.maximum(self.slowest, fastest))
 
     def nodes(self, points: int) -> Indices:
@@ -70,11 +79,13 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         """
         element, row = self.exists.T
         first = self.slot[row, element] // 3
-        nodes = first[:, None] + np.arange(SIX * points // 3)
+        nodes = first[:, None] + np.arange(self.numbers * points // 3)
         return nodes[first >= 0].ravel()
 
     def tensors(self, velocity: Floats, points: int) -> Floats:
-        """Return T, dimensionless, shape (…, row, element, point, 3, 3); 1 without storage.
+        """Return T, dimensionless, shape (…, row, element, point, n, n); 1 without storage.
+
+        n is 3, or 2 in a plane.
 
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
@@ -84,32 +95,36 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         place = self.places(points)
         has = (self.slot >= 0)[..., None, None]
         kept = flat[..., np.where(has, place, 0)] / self.rate[..., None, None]
-        six = np.where(has, kept, 0.0)
-        found = np.empty((*six.shape[:-1], 3, 3))
-        found[..., ROWS, COLUMNS] = found[..., COLUMNS, ROWS] = six
-        return found + np.eye(3)
+        told = np.where(has, kept, 0.0)
+        rows, columns = self.at
+        size = int(rows.max()) + 1
+        found = np.empty((*told.shape[:-1], size, size))
+        found[..., rows, columns] = found[..., columns, rows] = told
+        return found + np.eye(size)
 
     def keep(self, velocity: Floats, tensors: Floats, items: Indices) -> None:
         """Set T of some elements, in the velocities of all nodes.
 
         Args:
             velocity: Changed in place [m/s], shape (node, 3).
-            tensors: The same of all rows, dimensionless, shape (item, point, 3, 3).
+            tensors: The same of all rows, dimensionless, shape (item, point, n, n).
             items: Indices of the elements, shape (item,).
         """
         flat, places = velocity.reshape(-1), self.places(tensors.shape[1])[:, items]
-        six = (tensors - np.eye(3))[..., ROWS, COLUMNS]
+        rows, columns = self.at
+        told = (tensors - np.eye(tensors.shape[-1]))[..., rows, columns]
         for slot, place, rate in zip(self.slot, places, self.rate, strict=True):
             has = slot[items] >= 0
-            flat[place[has]] = (rate[items, None, None] * six)[has]
+            flat[place[has]] = (rate[items, None, None] * told)[has]
 
     def places(self, points: int) -> Indices:
-        """Return places of the six numbers, shape (row, element, point, 6).
+        """Return places of the numbers, shape (row, element, point, number).
 
         Args:
             points: Of each element.
         """
-        return self.slot[..., None, None] + np.arange(SIX * points).reshape(points, SIX)
+        own = np.arange(self.numbers * points).reshape(points, self.numbers)
+        return self.slot[..., None, None] + own
 
 
 def unimodular_inverse(tensors: Floats) -> Floats:
