@@ -196,9 +196,8 @@ class FluidCavities(KeptVolumes, frozen=True):
         Returns:
             Shapes (triangle, 3, 3) each.
         """
-        _, _, cavity = self._triangles()
+        _, weight, cavity = self._triangles()
         _, x = self._seen(position)
-        _, weight, _ = self._triangles()
         six = weight * np.einsum("tk,tk->t", x[:, 0], cross(x[:, 1], x[:, 2]))
         moment = np.zeros((self.item_count, 3))
         np.add.at(moment, cavity, (six / 24.0)[:, None] * x.sum(axis=1))
