@@ -131,7 +131,7 @@ def test_without_another_equilibrium_the_run_ends_with_the_time(tmp_path):
         tissuec.run(tmp_path / "weak.tis", strict=True)
     # The largest force is 100 N/m 10 mm / e = 0.367879 N.
     assert "stopped at 367.8" in str(failure.value)
-    assert "no equilibrium is near the one before" in str(failure.value)
+    assert "there is no equilibrium near the previous one" in str(failure.value)
 
 
 def test_springs_rupture_when_their_tension_reaches_the_strength():

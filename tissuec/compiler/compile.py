@@ -189,7 +189,7 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
         said = f"{name} does not support {what} that relax or yield: it ignores time"
         hint = "write integrator is automatic, or the name of another method such as dop853"
     elif implicit and (unsolved := [e.unsolved for e in network.elements if e.unsolved]):
-        said = f"{name} does not support {unsolved[0]}: its matrix does not contain this"
+        said = f"{name} does not support {unsolved[0]}: its matrix does not include them"
         hint = "write integrator is automatic, or an explicit one such as dop853 or rkc2"
     else:
         return

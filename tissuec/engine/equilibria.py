@@ -73,7 +73,7 @@ class Equilibria(QuasiStatic):
     def finish(self, state: State) -> None:
         """Record the sample at the final time, in equilibrium after every event there."""
         if self._stale and self._go(state, state.time, None, None) is not None:
-            self.remarks.append("there is no equilibrium after what happens at the end")
+            self.remarks.append("there is no equilibrium after the events at the end")
         super().finish(state)
 
     def checkpoint(self) -> dict[str, Any]:
@@ -218,7 +218,7 @@ class Equilibria(QuasiStatic):
         if lost:
             said.append(
                 f"at {show(time, TIME, digits=6)} the net snapped to another equilibrium, "
-                f"because none was near the one before; {show(lost, ENERGY)} were dissipated"
+                f"because none was near the previous one; {show(lost, ENERGY)} was dissipated"
             )
         self.remarks = [*self.remarks, *said][:MOST_REMARKS]
 
@@ -231,6 +231,6 @@ def _limit(state: State, time: float) -> str:
     ]
     under = f" under {' and '.join(loads)}" if loads else ""
     return (
-        f"no equilibrium is near the one before{under}; prescribe a motion or a volume "
+        f"there is no equilibrium near the previous one{under}; prescribe a motion or a volume "
         "instead of a force or pressure, or use a dynamic method"
     )

@@ -36,7 +36,7 @@ class KeptVolumes(WalledField, frozen=True):
         name: Of the body or set.
         drawn: Drawn volumes V0 [m³], shape (item,); positive.
         modulus: Bulk modulus K [Pa].
-        swellings: What due volumes differ by from the drawn ones: where they were when the
+        swellings: Differences of the target volumes from the drawn ones: at the time when the
             latest change was ordered, and this change.
         span: The sentence.
     """

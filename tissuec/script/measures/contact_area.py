@@ -1,4 +1,4 @@
-"""Over how much of a surface something touches."""
+"""The area of contact."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ class ContactArea(ScalarMeasure):
 
 
 def contact_extent(subject: Subject, snapshot: Snapshot) -> tuple[ArrayLike, ArrayLike]:
-    """Return over which area [m²] and how deep [m] things touch that nodes of a subject carry.
+    """Return the area [m²] and the depth [m] of contact of what a subject carries.
 
     Each is of shape (…), or 0 where nothing can touch.
     """

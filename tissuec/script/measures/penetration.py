@@ -1,4 +1,4 @@
-"""How deep contact lets something sink in."""
+"""The depth of penetration in contact."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from tissuec.script.measures.snapshot import Snapshot
 @MEASURES.member("penetration")
 class Penetration(ScalarMeasure):
     """The largest depth to which the tool A has sunk into what it touches, or anything into the
-    body A, because contact gives way.
+    body A, because contact is compliant.
     """
 
     form = "penetration(A)"

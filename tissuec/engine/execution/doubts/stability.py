@@ -63,7 +63,7 @@ class LawStability:
                     where = self._place(field.nodes[beyond[0]])
             yield Finding(
                 body.name, count,
-                f"elements of {body.name} are strained beyond the stability of their law",
+                f"elements of {body.name} are strained beyond the stable range of their law",
                 where, "element",
                 "results depend on the mesh there; strain the body less, or choose a law whose "
                 "stress keeps rising", body.span,
