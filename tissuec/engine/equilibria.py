@@ -39,8 +39,8 @@ class Attempt(NamedTuple):
     Attributes:
         failure: Why there is no equilibrium at its end; None if there is one.
         remarks: On the equilibrium.
-        found: What interrupts there.
-        seen: What energies are there; None if there is no equilibrium.
+        found: The interruption there.
+        seen: The energies there; None if there is no equilibrium.
         work, lost: Work in the step, and how much of it energies lack [J].
     """
 

@@ -47,7 +47,7 @@ class QuasiStatic:
         record: Called with each sample.
 
     Attributes:
-        remarks: What the summary of the run says of the equilibria that were found.
+        remarks: Remarks of the summary of the run on the equilibria that were found.
     """
 
     name: ClassVar[str]
@@ -259,7 +259,7 @@ class Look(NamedTuple):
         position: Of all nodes [m], shape (node, 3).
         force: From outside, that does work on them [N], shape (node, 3).
         rest: Rest lengths of threads that are drawn in or paid out [m], shape (piece,).
-        pull: What does work on these: minus their tensions [N], shape (piece,).
+        pull: Forces that do work on these: minus their tensions [N], shape (piece,).
         energy: [J].
         changing: Fields with parameters that change in time, such as a volume that is inflated.
     """

@@ -23,9 +23,9 @@ velocity u and slips where it bears no more. With N now the sum over all shapes,
 So the force is μN where the bristle slips (r = 1), and never more. A bristle under a steady
 load below μN does not creep, as a friction that depends on velocity alone does; and since a
 bristle unbends as κ grows, κ z²/2 grows by work alone. (One-sided form of the model of
-P. R. Dahl, The Aerospace Corporation TOR-0158, 1968.) What a surface is rubbed with acts on it
-at the nearest point, a distance away from the node; the couple of both is taken up by the
-touched faces, and the rotation of these counts in the sliding velocity.
+P. R. Dahl, The Aerospace Corporation TOR-0158, 1968.) Friction acts on a surface at the nearest
+point, a distance away from the node; the couple of both forces is taken up by the touched
+faces, whose rotation counts in the sliding velocity.
 
 All of this holds for points between nodes as well (``forces.contact_points``): those
 on faces of bodies, and on axes of tools that are thinner than these. Where there are any, φ is

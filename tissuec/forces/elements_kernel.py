@@ -350,7 +350,7 @@ def bear(
         pressure: Derivative of the volumetric energy by J [Pa].
         point: Number of the point.
         v: Velocities of all nodes [m/s], flat; those of hidden ones keep Cp - 1.
-        here: The state there; see ``deform``. P is also set behind it, to be set apart.
+        here: The state there; see ``deform``. A copy of P follows it, to be set apart.
         solid: The elements.
     """
     i, s = solid.yield_slot[e] + 6 * point, 1.0 / solid.yield_rate[e]

@@ -1,7 +1,7 @@
 """Volumes that pressure preserves, and their changes.
 
-Of a drawn volume V0, the due volume is Vt = V0 (1 + s), where s is what it swells by. With the
-bulk modulus K, the pressure in the present volume V is p = K (Vt - V)/V0.
+The target of a drawn volume V0 is Vt = V0 (1 + s), with its relative change s. With the bulk
+modulus K, the pressure in the present volume V is p = K (Vt - V)/V0.
 """
 
 from abc import abstractmethod
@@ -82,8 +82,8 @@ class KeptVolumes(WalledField, frozen=True):
         """Return the same with another target volume in place of the present one.
 
         Args:
-            amount: How much more than drawn is due in the end, as a part of it.
-            profile: Leads there from what is due now.
+            amount: Final excess of the target over the drawn volume, relative to the latter.
+            profile: Of the change from the present target.
             since: Present time [s].
         """
         present = self.swell(since)[0]

@@ -150,7 +150,7 @@ def _refuse_branches(network: Network, part: BodyPart, corners: Indices) -> None
     """Reject a skin that is not a surface with two sides.
 
     Raises:
-        NoSide: An edge has more than two triangles, or triangles beside it face different ways.
+        NoSide: An edge has more than two triangles, or its triangles face different ways.
     """
     pairs = corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     if met := _met_by_more(network, pairs, np.sort(pairs, axis=1), 2):

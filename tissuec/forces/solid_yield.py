@@ -63,7 +63,7 @@ class SolidYield(StoredTensors, frozen=True):
 
     @property
     def slowest(self) -> Floats:
-        """Return that nothing but the net measures them [1/s], shape (1, element)."""
+        """Return zero, as the net alone sets their scale [1/s], shape (1, element)."""
         return np.zeros(self.slot.shape)
 
     @property

@@ -26,8 +26,8 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     """Places of tensors, of which each element has up to one in each row.
 
     Attributes:
-        slot: Place of the first number of T - 1 among the components of all velocities, those
-            of the other points behind it, shape (row, element); -1 where there is none.
+        slot: Place of the first number of T - 1 among the components of all velocities,
+            followed by those of the other points, shape (row, element); -1 where there is none.
         rate: What T - 1 is multiplied by there [m/s], shape (row, element).
         at: Rows and columns of the numbers that tell a tensor, shape (2, number).
     """

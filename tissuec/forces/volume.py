@@ -58,8 +58,8 @@ class Enclosure(KeptVolumes, frozen=True):
         corners: Nodes of the faces, cell by cell, shape (face, 4); a triangle names its last
             corner twice.
         first: Where each cell begins among them and, last, where all end, shape (cell + 1,).
-        share: The part of what is within its faces that belongs to a cell; as much as this does
-            a cell grow by.
+        share: The part of the volume within its faces that belongs to a cell, and by which the
+            cell grows.
     """
 
     corners: Indices

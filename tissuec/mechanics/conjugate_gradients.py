@@ -32,7 +32,7 @@ class ConjugateGradients:
         self._inverse = np.linalg.inv(block) if self.is_definite else block
 
     def solve(self, vector: Floats) -> Floats:
-        """Return K⁻¹ times a vector in any unit, shape (n,); no numbers if that fails."""
+        """Return K⁻¹ times a vector in any unit, shape (n,); NaN if that fails."""
         found, residual = np.zeros_like(vector), vector.copy()
         refined = self._refined(residual)
         search, product = refined.copy(), _inner(refined, residual)
