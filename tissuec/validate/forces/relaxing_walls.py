@@ -143,7 +143,7 @@ def _full(three: Floats) -> Floats:
 
 
 def _inverse(tensors: Floats) -> Floats:
-    """Return inverses; NaN for matrices that are singular or not finite."""
+    """Return inverses; not finite for matrices that are singular or not finite."""
     turned = np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] * np.eye(2) - tensors
     with np.errstate(all="ignore"):
         return np.asarray(turned / np.linalg.det(tensors)[..., None, None])
