@@ -50,7 +50,7 @@ class SolidNet(NamedTuple):
         assert mesh.volume is not None, "a solid has a volume"
         own, behaviour = acting_springs(part, drawing, state)
         cells = None
-        if (enclosure := state.enclosure(part.name)) is not None:
+        if (enclosure := state.enclosures.get(part.name)) is not None:
             number = np.full(network.node_count, -1)
             size = part.nodes.stop - part.nodes.start
             number[part.nodes] = np.arange(size)
