@@ -98,6 +98,20 @@ def test_a_wall_is_pushed_outwards_and_a_solid_inwards_however_triangles_are_lis
         assert (sign * along > 0.0).all()
 
 
+def test_a_solid_is_pushed_inwards_whatever_it_is_made_of():
+    tube = "axis from (0, 0, 0) mm to (0, 0, 20) mm; inner radius = 3 mm; outer radius = 5 mm"
+    for made in ("elements", "springs"):
+        network = compiled_scene(
+            f"language 1\ntissue flesh {{ {TISSUE}; retardation time = 1 ms }}\n"
+            f"body duct {{ tissue is flesh; made of {made}\n"
+            f"  mesh is thick tube {{ {tube}; rings = 9; sides = 12 }} }}\n"
+            "environment { gravity = (0, 0, 0) m/s^2 }\nsimulate { duration = 1 ms }\n"
+        ).network
+        found, x = forces(pressure_on(network, "duct"), network.position), network.position
+        outer = np.hypot(x[:, 0], x[:, 1]) > 4.9e-3
+        assert (found * x)[outer, :2].sum(axis=1).max() < 0.0
+
+
 def test_an_open_tube_pushes_no_cap_and_its_matrix_is_the_symmetric_part():
     network = network_of("tube")
     open_tube, capped = (pressure_on(network, "tube", caps=caps) for caps in (False, True))

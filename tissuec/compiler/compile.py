@@ -310,6 +310,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         body.mesh.tetrahedra,
         elements=sum(len(one.nodes) for one in body.elements),
         is_wall=body.body.is_wall,
+        is_solid=body.mesh.volume is not None,
     )
 
 

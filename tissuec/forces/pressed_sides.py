@@ -102,7 +102,7 @@ def _of_body(
     corners, position = network.skin[every].astype(np.int64), network.position
     place = np.searchsorted(every, rows)
     _refuse_branches(network, part, corners)
-    if is_solid(part):
+    if part.is_solid:
         if pressed.along is not None:
             raise NoSide(
                 f"pressure on the solid {part.name} acts from outside and takes no direction",
@@ -181,13 +181,6 @@ def _met_by_more(network: Network, pairs: Indices, alike: Indices, most: int) ->
         return ""
     one, other = network.node_ids[pairs[first[np.argmax(count > most)]]]
     return f"{one} and {other}"
-
-
-def is_solid(part: BodyPart) -> bool:
-    """Return whether a body is filled."""
-    if part.is_made_of_elements:
-        return not part.is_wall
-    return part.cells is not None or part.tetrahedra is not None
 
 
 def components(corners: Indices) -> Indices:

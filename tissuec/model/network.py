@@ -105,6 +105,7 @@ class BodyPart(Struct, frozen=True, eq=False):
         elements: How many finite elements resist its deformation; where there are any, its
             springs are their edges, without any stiffness.
         is_wall: Whether these are triangles of a wall.
+        is_solid: Whether its mesh fills a volume, whatever it is made of.
     """
 
     name: str
@@ -119,6 +120,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     divided: NDArray[np.int64] | None = None
     elements: int = 0
     is_wall: bool = False
+    is_solid: bool = False
 
     @property
     def is_made_of_elements(self) -> bool:

@@ -106,13 +106,12 @@ class Preserve(Struct, frozen=True):
             NoSide,
             Pressed,
             closed_by_caps,
-            is_solid,
             pressed_faces,
         )
 
         name = self.group.name
         part = next((body for body in network.bodies if body.name == name), None)
-        if part is not None and is_solid(part) and not self.is_inside:
+        if part is not None and part.is_solid and not self.is_inside:
             raise NoSide(
                 f"{name} is solid, and only a space within it can hold a fluid",
                 f"write: preserve volume inside of {name}",
