@@ -12,6 +12,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.evidence import KNOWN, UNVERIFIED
 from tissuec.scene.force_numbers import ForceNumbers, numbers_of
+from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
 from tissuec.scene.quantities import Spread
 from tissuec.scene.resolve import ResolvedProgram
@@ -106,10 +107,16 @@ def tissue_rows(tissue: Tissue) -> list[ProvenanceRow]:
             )
             for one in tissue.known
         ),
+        *(
+            ProvenanceRow(
+                "known", f"{KNOWN} {one.name}", one.shown, cited(one), (_at(one.span.place),)
+            )
+            for one in tissue.curves
+        ),
     ]
 
 
-def cited(known: KnownQuantity) -> str:
+def cited(known: KnownQuantity | KnownCurve) -> str:
     """Return the source of evidence, and whether it could not be looked up."""
     return known.source if known.is_verified else f"{known.source} ({UNVERIFIED})"
 
@@ -159,6 +166,7 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
             for word, law in tissue.laws.items()
         },
         "known": [_known(one) for one in tissue.known],
+        "curves": [curve_as_dict(one) for one in tissue.curves],
         "missing": dict(tissue.missing),
     }
 
@@ -169,6 +177,19 @@ def _known(known: KnownQuantity) -> dict[str, Any]:
         "stated": list(known.stated),
         "low": known.low,
         "high": known.high,
+        "source": known.source,
+        "verified": known.is_verified,
+        "place": known.span.place,
+    }
+
+
+def curve_as_dict(known: KnownCurve) -> dict[str, Any]:
+    """Return evidence on a curve as plain data, in SI units."""
+    return {
+        "of": known.name,
+        "places": list(known.places),
+        "low": list(known.low),
+        "high": list(known.high),
         "source": known.source,
         "verified": known.is_verified,
         "place": known.span.place,

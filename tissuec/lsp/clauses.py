@@ -23,6 +23,7 @@ _STANDS_FOR = {
     "BODY": Expected(names=("body",)),
     "UNIT": Expected(unit=True, dimension=units.LENGTH),
     "SET": Expected(names=NODES),
+    "MODE": Expected((v.MODE_TERMS,)),
     "SOURCE": Expected((v.SOURCE_TERMS,)),
     "SPREAD": Expected((v.SPREADS,)),
     "TIME": number()._replace(dimension=units.TIME),

@@ -60,7 +60,11 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ),
     ("tissue", ""): ("NAME is WORD", "NAME = NUMBER per LENGTH"),
     ("tissue", "described"): ("described in RULES",),
-    ("tissue", "known"): ("known NAME = NUMBER by SOURCE", "known NAME from NUMBER to NUMBER",),
+    ("tissue", "known"): (
+        "known NAME = NUMBER by SOURCE", "known NAME from NUMBER to NUMBER",
+        "known stress in MODE at LIST from LIST to LIST by SOURCE",
+        "known relaxation at LIST from LIST to LIST by SOURCE",
+    ),
     ("law", ""): ("NAME is LAW",),
     ("body", "region"): ("region NAME where CONDITION",),
     ("body", "made"): tuple(f"made of {word}" for word in MADE_OF),

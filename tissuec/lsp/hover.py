@@ -240,6 +240,10 @@ def _tissue(view: View, symbol: Symbol) -> Iterator[str]:
         f"{_place(view, one.span)}"
         for one in tissue.known
     ]
+    known += [
+        f"- known {one.name}: {code(one.shown)}, {cited(one)}, {_place(view, one.span)}"
+        for one in tissue.curves
+    ]
     missing = [f"- {name}: none, {reason}" for name, reason in tissue.missing.items()]
     yield "\n".join([*laws, *known, *missing])
 

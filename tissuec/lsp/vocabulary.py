@@ -28,6 +28,7 @@ from tissuec.lsp.terms import (
 from tissuec.scene import meanings
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.known_curves import MODES, RELAXATION, STRESS
 from tissuec.scene.laws import FORMS
 from tissuec.scene.learn_entries import (
     ADJUSTED,
@@ -251,7 +252,17 @@ KNOWN_TERMS = {
         f'known {quantity.name} from … to … by "…"', " from ", quantity.dimension,
     )
     for key, quantity in KNOWABLE.items()
-}  # fmt: skip
+} | by_label([
+    Term(
+        STRESS, ENTRY, "Nominal stress over strain, with its scatter, from a source.",
+        'known stress in tension at […] from […] to […] by "…"', " in ", PRESSURE,
+    ),
+    Term(
+        RELAXATION, ENTRY, "The share of the stress that is left, over time, from a source.",
+        'known relaxation at […] from […] to […] by "…"', " at ", NUMBER,
+    ),
+])  # fmt: skip
+MODE_TERMS = plain(CHOICE, MODES, "How the tissue is loaded.")
 SOURCE_TERMS = by_label(
     [Term("unverified", CHOICE, "The source was not checked.", "", IN_QUOTES)]
 )

@@ -28,8 +28,8 @@ from tissuec.scene.quantities import (
 from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
-_SOURCE = 'by "AUTHOR YEAR"'
-_CITE = f'cite it as {_SOURCE}, or by {UNVERIFIED} "AUTHOR YEAR" if you have not checked it'
+SOURCE = 'by "AUTHOR YEAR"'
+CITE = f'cite it as {SOURCE}, or by {UNVERIFIED} "AUTHOR YEAR" if you have not checked it'
 
 
 def is_evidence(name: s.Name) -> bool:
@@ -44,13 +44,13 @@ def read_known(item: s.Sentence | s.Assign, scope: Scope) -> KnownQuantity:
     words = [clause.word for clause in item.clauses]
     if words == forms:
         message = f"the source of the evidence on {quantity.name} is missing"
-        scope.findings.reject("TIS304", message, item.span, hint=_CITE)
+        scope.findings.reject("TIS304", message, item.span, hint=CITE)
     if words != [*forms, "by"] or not _is_plain(item):
         scope.findings.reject(
             "TIS312", "evidence needs a range or a number, and a source", item.span,
             hint=f"for example: {_example(quantity)}",
         )  # fmt: skip
-    source, is_verified = _source(item.clauses[-1], scope)
+    source, is_verified = read_source(item.clauses[-1], scope)
     values = [clause.value for clause in item.clauses[:-1]]
     values += [item.value] if isinstance(item, s.Assign) else []
     kind, what = _limits(quantity), f"known {quantity.name}"
@@ -105,7 +105,7 @@ def _limits(quantity: TissueQuantity) -> Real:
     return limits_of(quantity)
 
 
-def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
+def read_source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
     """Return the source that a clause names, and whether it could be looked up."""
     name = clause.value
     if isinstance(name, s.Name) and name.quoted and name.words.lower() in ("", UNVERIFIED):
@@ -117,14 +117,14 @@ def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
         source = " ".join(words[1:] if is_unverified else words)
         rest = f'{UNVERIFIED} "{source}"' if is_unverified else f'"{source}"'
         quoted.append(Edit(rest, name.span))
-    hint = Hint(_CITE, *quoted)
+    hint = Hint(CITE, *quoted)
     scope.findings.reject("TIS312", "a source must be in quotes", clause.span, hint=hint)
 
 
 def _example(quantity: TissueQuantity) -> str:
     unit = suggested_unit(quantity.dimension)
     low, high = (f"{number} {unit}".rstrip() for number in ("0.3", "0.4"))
-    return f"{KNOWN} {quantity.name} from {low} to {high} {_SOURCE}"
+    return f"{KNOWN} {quantity.name} from {low} to {high} {SOURCE}"
 
 
 def refuse_contradiction(

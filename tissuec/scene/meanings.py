@@ -43,7 +43,7 @@ ENTRIES = {
         "described": "The rules that define the words of this tissue: described in RULES.",
         "colour": 'The colour in pictures, in hexadecimal digits: colour = "#7a3b34".',
         "gloss": "How much it shines in pictures, from 0 to 1.",
-        "known": "Evidence from a source on a quantity, as a range or a number.",
+        "known": "Evidence from a source on a quantity or a curve, as ranges or a number.",
         "spring law": "The law of the springs by name, instead of linear springs.",
         "viscosity law": "The law of the dashpots by name, instead of linear dashpots.",
         "solid law": "The law of bodies made of elements by name, instead of neo-Hookean ones.",

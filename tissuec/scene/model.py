@@ -16,6 +16,7 @@ from tissuec.meshes.generators import Generator
 from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.metadata import Metadata
 from tissuec.scene.parameters import Constants
@@ -143,6 +144,7 @@ class Tissue(Struct, frozen=True):
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
         concluded: What rules conclude, also where a number is written, by quantity.
         known: Evidence, quantity by quantity.
+        curves: Evidence on curves, mode by mode.
     """
 
     name: str
@@ -154,6 +156,7 @@ class Tissue(Struct, frozen=True):
     concluded: Mapping[str, float]
     laws: WrittenLaws
     known: tuple[KnownQuantity, ...]
+    curves: tuple[KnownCurve, ...]
     appearance: Appearance
     span: Span
 

@@ -18,6 +18,7 @@ from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE, read_appearance
+from tissuec.scene.curve_evidence import is_curve, read_curve, refuse_crossing, refuse_fibres
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.entry_meanings import left_side, quantity_meant
 from tissuec.scene.entry_overrides import SET
@@ -30,6 +31,7 @@ from tissuec.scene.evidence import (
 )
 from tissuec.scene.expressions import Scope
 from tissuec.scene.idle_words import CONCLUDED, Answers, TissueWords
+from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import (
     Appearance,
@@ -41,7 +43,7 @@ from tissuec.scene.model import (
     WrittenLaw,
     WrittenLaws,
 )
-from tissuec.scene.quantities import LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
+from tissuec.scene.quantities import FIBRE_MODULUS, LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.words import NamedScale, read_word
@@ -68,6 +70,7 @@ class _Written(Struct):
     known: dict[str, list[KnownQuantity]] = field(
         default_factory=dict[str, list[KnownQuantity]]
     )
+    curves: dict[str, list[KnownCurve]] = field(default_factory=dict[str, list[KnownCurve]])
     appearance: Appearance = field(default_factory=Appearance)
     inherited: "_Written | None" = None
 
@@ -79,6 +82,7 @@ class _Written(Struct):
             numbers=dict(self.numbers),
             laws=dict(self.laws),
             known=dict(self.known),
+            curves=dict(self.curves),
             inherited=self,
         )
 
@@ -117,6 +121,9 @@ class TissueReader:
         self._scale_stress(written.laws, given)
         assert isinstance(declared.item, s.Block)
         known = tuple(one for several in written.known.values() for one in several)
+        curves = tuple(one for several in written.curves.values() for one in several)
+        if FIBRE_MODULUS not in given:
+            refuse_fibres(curves, declared.item.head, self.findings)
         warn_of_contradictions(known, given, declared.item.head, self.findings)
         self._warn_of_unusual_numbers(declared.name.text, written, given)
         vocabulary = written.rules.name if written.rules else ""
@@ -130,6 +137,7 @@ class TissueReader:
             concluded,
             written.laws,
             known,
+            curves,
             written.appearance,
             declared.item.head,
         )
@@ -246,6 +254,9 @@ class TissueReader:
     def _entry(
         self, item: s.Item, written: _Written, entries: dict[str, Span], declared: Declared
     ) -> None:
+        if isinstance(item, _NAMED) and is_curve(item.name):
+            self._curve(item, written, entries)
+            return
         law = BY_ENTRY.get(item.name.key) if isinstance(item, _NAMED) else None
         if not isinstance(item, s.Sentence | s.Assign) and law is None:
             hint = f"write {item.name.text} = …" if isinstance(item, s.Function) else ""
@@ -295,6 +306,16 @@ class TissueReader:
         entries[entry] = item.span
         refuse_contradiction(known, written.known[key], self.findings)
         written.known[key].append(known)
+
+    def _curve(self, item: _NAMED, written: _Written, entries: dict[str, Span]) -> None:
+        """Add evidence on a curve; what the parent has on the same curve is left out."""
+        known = read_curve(item, self.scope)
+        entry = f"{KNOWN} {known.name}"
+        if entry not in entries:
+            written.curves[known.name] = []
+        entries[entry] = item.span
+        refuse_crossing(known, written.curves[known.name], self.findings)
+        written.curves[known.name].append(known)
 
     def _replace_rivals(
         self, item: s.Sentence | s.Assign, key: str, written: _Written, entries: dict[str, Span]
