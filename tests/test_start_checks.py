@@ -201,3 +201,24 @@ def test_a_body_falls_as_far_as_its_warning_says(damping):
         result = tissuec.run(text.replace("set side = nodes of block where x < 1 mm", ""))
     heights = result.logs["position of top"].value[:, 2]
     assert heights[0] - heights[-1] == pytest.approx(said, rel=5e-3)  # three digits
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "warns"), [("13", "29", False), ("12.9", "28.9", True)]
+)
+def test_bodies_that_touch_to_rounding_do_not_overlap(low, high, warns):
+    # Surfaces are a quarter of a cell thick: 1 mm above the slab they begin to touch.
+    text = f"""language 1
+tissue gel {{ Young's modulus = 6 kPa; density = 1000 kg/m^3; retardation time = 20 ms }}
+body cube {{
+  mesh is lattice {{ cell = 4 mm; box from (-10, -8, {low}) mm to (10, 8, {high}) mm }}
+  tissue is gel
+}}
+body slab {{
+  mesh is lattice {{ cell = 4 mm; box from (-20, -20, 0) mm to (20, 20, 12) mm }}
+  tissue is gel
+}}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too }}
+simulate {{ duration = 1 ms }}
+"""
+    assert ("W406" in codes(text)) is warns

@@ -39,6 +39,8 @@ SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
 STRIDE = 0.5  # the same, as the way that nodes may go in a step
 ONE_GRAM = 1e-3  # mass of what no force moves [kg]
+#: Of the extent of the network: overlaps within the rounding of coordinates.
+TOUCHING = 1e-12
 
 
 def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
@@ -342,8 +344,11 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
     """Warn of what touches before anything moves: it is pushed apart at once."""
     contact = contact.intact(network.present)
     pairs = contact.near(network.position, 0.0)
+    depth = contact.places(network.position, pairs).depth
+    overlaps = depth > TOUCHING * network.extent
+    pairs = pairs.some(overlaps)
     if len(pairs.node):
-        deepest = show(float(contact.places(network.position, pairs).depth.max()), LENGTH)
+        deepest = show(float(depth[overlaps].max()), LENGTH)
         findings.add(
             "W406",
             "bodies or tools overlap at the start at "
