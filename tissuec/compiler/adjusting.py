@@ -18,7 +18,7 @@ from tissuec.scene.declarations import without
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
 from tissuec.scene.model import Tissue, WrittenForce
-from tissuec.scene.quantities import LISTED, QUANTITIES
+from tissuec.scene.quantities import LISTED, QUANTITIES, STIFFENING
 from tissuec.scene.schema import entries_of
 from tissuec.scene.written_numbers import limits_of
 from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WORDS, Adjust, Per
@@ -159,8 +159,11 @@ class AdjustReader:
     def _of_tissue(self, name: s.Name, tissue: Tissue) -> Found:
         """Return a quantity of a tissue, or a constant of its laws."""
         key = name.key
-        if key in QUANTITIES:
-            given = tissue.given.get(key)
+        given = tissue.given.get(key)
+        if key == STIFFENING and given is not None and given.value == given.quantity.none:
+            given = None
+        constants = constants_of(tissue, self.scene)
+        if key in QUANTITIES and not (given is None and key in constants):
             if given is None or np.isinf(given.value):
                 reason = tissue.missing.get(key, "")
                 self.findings.reject(
@@ -176,7 +179,6 @@ class AdjustReader:
                     name.span,
                 )
             return Found(key, tissue.name, "tissue", NONE, limits_of(QUANTITIES[key]))
-        constants = constants_of(tissue, self.scene)
         if key not in constants:
             quantities = (one for one in LISTED if key_of(one) in ADJUSTED)
             known = (*quantities, *constants)

@@ -214,6 +214,6 @@ def _concluded(adjusts: Sequence[Adjust], scene: Scene) -> Iterator[tuple[Span, 
     for one in adjusts:
         if one.per != "tissue" or one.what not in QUANTITIES:
             continue
-        given = scene.tissues[s.key_of(one.of)].given[one.what]
-        if one.what in words and given.how != "written":
+        given = scene.tissues[s.key_of(one.of)].given.get(one.what)  # None: of a law
+        if one.what in words and given is not None and given.how != "written":
             yield words[one.what], one

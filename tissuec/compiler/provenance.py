@@ -95,7 +95,7 @@ def tissue_rows(tissue: Tissue) -> list[ProvenanceRow]:
         ),
         *(
             ProvenanceRow("law", word, law.name, "", (_at(law.span.place),))
-            for word, law in tissue.laws.items()
+            for word, law in tissue.written_laws.items()
         ),
         *(
             ProvenanceRow(
@@ -163,7 +163,7 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
         "quantities": {e.quantity: as_data(e) for e in explain_tissue(tissue)},
         "laws": {
             word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
-            for word, law in tissue.laws.items()
+            for word, law in tissue.written_laws.items()
         },
         "known": [_known(one) for one in tissue.known],
         "curves": [curve_as_dict(one) for one in tissue.curves],

@@ -233,7 +233,7 @@ def _tissue(view: View, symbol: Symbol) -> Iterator[str]:
     yield "\n\n".join(_given(view, tissue, quantity) for quantity in tissue.given)
     laws = [
         f"- {word}: {code(law.name)}, {_place(view, law.span)}"
-        for word, law in tissue.laws.items()
+        for word, law in tissue.written_laws.items()
     ]
     known = [
         f"- known {one.quantity.name}: {code(one.shown)}, {cited(one)}, "

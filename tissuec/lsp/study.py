@@ -63,7 +63,7 @@ def varying(program: ResolvedProgram) -> set[str]:
     """Return the entries of ``varied`` that blocks of a scene have, or could have."""
     declarations, found = program.declarations, set[str]()
     for tissue in program.tissues.values():
-        found |= tissue.given.keys() | tissue.laws.keys()
+        found |= tissue.given.keys() | tissue.written_laws.keys()
     for kind in dict.fromkeys(_OWNERS.values()):
         for declared in declarations.of(kind).values():
             if kind != "tissue" and isinstance(declared.item, s.Block):

@@ -103,7 +103,9 @@ def _adjusted_elsewhere(view: View) -> Collection[str]:
     """Return constants of laws that no tissue of the text has, and numbers of forces."""
     if view.words is None or not view.words.tissues:
         return ()
-    laws = [law for tissue in view.words.tissues.values() for law in tissue.laws.values()]
+    laws = [
+        law for tissue in view.words.tissues.values() for law in tissue.written_laws.values()
+    ]
     own = {name for law in laws if law.law is not None for name in entries_of(type(law.law))}
     families = (SPRING_LAWS, VISCOSITY_LAWS, SOLID_LAWS)
     every = {name for family in families for law in family.values() for name in entries_of(law)}

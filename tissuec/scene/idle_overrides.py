@@ -42,5 +42,6 @@ def tissues_in_use(scene: Scene) -> tuple[Tissue, ...]:
 def _entries(tissue: Tissue) -> Iterator[Span]:
     """Yield where the entries are written that a tissue has or inherits."""
     evidence = (*tissue.known, *tissue.curves)
-    for several in (tissue.facts, tissue.given.values(), tissue.laws.values(), evidence):
+    laws = tissue.written_laws.values()
+    for several in (tissue.facts, tissue.given.values(), laws, evidence):
         yield from (one.span for one in several)

@@ -12,6 +12,7 @@ from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
 from tissuec.laws.solid import SolidLaw
+from tissuec.laws.stiffening import Stiffening
 from tissuec.meshes.generators import Generator
 from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
@@ -20,7 +21,7 @@ from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.metadata import Metadata
 from tissuec.scene.parameters import Constants
-from tissuec.scene.quantities import Spread, TissueQuantity
+from tissuec.scene.quantities import STIFFENING, Spread, TissueQuantity
 from tissuec.scene.study_model import Study
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
@@ -118,11 +119,13 @@ class WrittenLaw(Struct, frozen=True):
     name: str
     force: Formula
     span: Span
-    law: SpringLaw | ViscosityLaw | SolidLaw | None = None
+    law: SpringLaw | ViscosityLaw | SolidLaw | Stiffening | None = None
 
 
 #: Laws that are not the usual ones, by "spring law", "viscosity law" and "solid law".
 WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
+#: Laws that say how a tissue stiffens when it is stretched, by entry.
+STRETCHED = frozenset(("spring law", "solid law"))
 
 
 class Appearance(Struct, frozen=True):
@@ -143,6 +146,7 @@ class Tissue(Struct, frozen=True):
     Attributes:
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
         concluded: What rules conclude, also where a number is written, by quantity.
+        written_laws: Laws that are written.
         known: Evidence, quantity by quantity.
         curves: Evidence on curves, mode by mode.
     """
@@ -154,11 +158,25 @@ class Tissue(Struct, frozen=True):
     given: Mapping[str, AssignedQuantity]
     missing: Mapping[str, str]
     concluded: Mapping[str, float]
-    laws: WrittenLaws
+    written_laws: WrittenLaws
     known: tuple[KnownQuantity, ...]
     curves: tuple[KnownCurve, ...]
     appearance: Appearance
     span: Span
+
+    @property
+    def laws(self) -> WrittenLaws:
+        """Return all laws, also that of the stiffening."""
+        given = self.given.get(STIFFENING)
+        if (
+            given is None
+            or given.value == given.quantity.none
+            or STRETCHED & self.written_laws.keys()
+        ):
+            return self.written_laws
+        law = Stiffening(given.value)
+        found = WrittenLaw(STIFFENING, law.force(), given.span, law)
+        return {**self.written_laws, "spring law": found}
 
 
 class Region(Struct, frozen=True):

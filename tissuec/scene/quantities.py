@@ -18,6 +18,8 @@ SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
 YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
 FIBRE_MODULUS, RETARDATION_TIME = "fibre modulus", "retardation time"
 SHEAR_MODULUS = "shear modulus"
+#: Of the law of matter that stiffens when it is stretched.
+STIFFENING = "stiffening"
 #: Of fibres in solids that consist of elements.
 FIBRE_STIFFENING, FIBRE_DISPERSION = "fibre stiffening", "fibre dispersion"
 Spread = Literal["each spring", "each node", "whole body", "matter"]
@@ -116,6 +118,7 @@ QUANTITIES: dict[str, TissueQuantity] = {
         _springs(VISCOSITY, units.VISCOSITY, -1, inf),
         _matter("Young's modulus", units.PRESSURE, "spring constant", "stiffness"),
         _matter("Poisson's ratio", units.NUMBER, "", ""),
+        _matter(STIFFENING, units.NUMBER, "", "", none=0.0),
         _matter("fibre modulus", units.PRESSURE, "", ""),
         _matter(FIBRE_STIFFENING, units.NUMBER, "", "", may_be_zero=True),
         _matter(FIBRE_DISPERSION, units.NUMBER, "", "", may_be_zero=True),

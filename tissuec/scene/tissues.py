@@ -34,6 +34,7 @@ from tissuec.scene.idle_words import CONCLUDED, Answers, TissueWords
 from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import (
+    STRETCHED,
     Appearance,
     AssignedQuantity,
     Fired,
@@ -43,7 +44,14 @@ from tissuec.scene.model import (
     WrittenLaw,
     WrittenLaws,
 )
-from tissuec.scene.quantities import FIBRE_MODULUS, LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
+from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
+    LISTED,
+    QUANTITIES,
+    STIFFENING,
+    YOUNGS_MODULUS,
+    rivals,
+)
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.words import NamedScale, read_word
@@ -116,7 +124,7 @@ class TissueReader:
         if written.rules is not None:
             answers = written.rules.base.infer({fact.property: fact.number for fact in facts})
             concluded = {key: a.value for key, a in answers.items() if isinstance(a, Inference)}
-            self._conclude(written.rules, answers, given, missing)
+            self._conclude(written, answers, given, missing)
             self._check_words(declared, written, facts, answers)
         self._scale_stress(written.laws, given)
         assert isinstance(declared.item, s.Block)
@@ -276,6 +284,8 @@ class TissueReader:
         entries[key] = item.span
         if law is not None:
             written.laws[key] = read = read_law(law, item, self.scope)
+            if key in STRETCHED:
+                self._refuse_stiffening(item, key, written, entries)
             if stress_in(read.force) is not None:  # an inherited spring constant is outdone
                 for rival in set(rivals(YOUNGS_MODULUS)) - set(entries):
                     written.numbers.pop(rival, None)
@@ -289,6 +299,8 @@ class TissueReader:
             pass  # read before all others
         elif key in QUANTITIES:
             self._replace_rivals(item, key, written, entries)
+            if key == STIFFENING:
+                self._replace_laws(item, written, entries)
             self._number(item, key, written)
         elif written.rules is not None and key in self.vocabulary.properties:
             written.facts[key] = item
@@ -323,16 +335,36 @@ class TissueReader:
         """Leave out inherited numbers that say the same; reject one beside the other."""
         for rival in rivals(key):
             if rival in entries:
-                self.findings.reject(
-                    "TIS306",
-                    f'"{QUANTITIES[key].name}" and "{QUANTITIES[rival].name}" exclude each '
-                    "other in "
-                    "a tissue",
-                    item.span,
-                    hint=leaving_out("remove one of them", item.span, entries[rival]),
-                    notes=(Note("the other entry", entries[rival]),),
+                self._exclude(
+                    item.span, QUANTITIES[rival].name, QUANTITIES[key].name, entries[rival]
                 )
             written.numbers.pop(rival, None)
+
+    def _refuse_stiffening(
+        self, item: _NAMED, law: str, written: _Written, entries: Mapping[str, Span]
+    ) -> None:
+        """Leave out an inherited stiffening beside a law; reject one of the same tissue."""
+        if STIFFENING in entries:
+            self._exclude(item.span, STIFFENING, law, entries[STIFFENING])
+        written.numbers.pop(STIFFENING, None)
+
+    def _replace_laws(
+        self, item: s.Item, written: _Written, entries: Mapping[str, Span]
+    ) -> None:
+        """Leave out inherited laws beside a stiffening; reject one of the same tissue."""
+        for law in STRETCHED:
+            if law in entries:
+                self._exclude(item.span, law, STIFFENING, entries[law])
+            written.laws.pop(law, None)
+
+    def _exclude(self, span: Span, first: str, second: str, other: Span) -> NoReturn:
+        self.findings.reject(
+            "TIS306",
+            f'"{second}" and "{first}" exclude each other in a tissue',
+            span,
+            hint=leaving_out("remove one of them", span, other),
+            notes=(Note("the other entry", other),),
+        )
 
     def _unknown(
         self, item: s.Sentence | s.Assign, rules: RulesBlock | None, declared: Declared
@@ -465,13 +497,16 @@ class TissueReader:
 
     def _conclude(
         self,
-        rules: RulesBlock,
+        written: _Written,
         answers: Answers,
         given: dict[str, AssignedQuantity],
         missing: dict[str, str],
     ) -> None:
         """Add what the rules conclude where nothing was written."""
-        said = set(given)
+        rules, said = written.rules, set(given)
+        assert rules is not None
+        if STRETCHED & written.laws.keys():
+            said.add(STIFFENING)  # a written law takes precedence
         for key, answer in answers.items():
             if said & {key, *rivals(key)}:
                 continue

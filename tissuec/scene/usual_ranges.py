@@ -80,6 +80,7 @@ USUAL: dict[str, Usual] = {
         PRESSURE, 100.0, 1e9, "brain", "single fibrils", (1e3, 150e6), _PRESSURES
     ),
     "breaking strain": Usual(NUMBER, 0.01, 10.0, "bone", "gels", (0.05, 3.0), ("%",)),
+    "stiffening": Usual(NUMBER, 0.05, 150.0, "nearly linear", "tendon", (0.3, 80.0), ("%",)),
     "retardation time": Usual(
         TIME, 1e-6, 1000.0, "ultrasound", "creep", (1e-4, 10.0), ("us", "ms", "s")
     ),

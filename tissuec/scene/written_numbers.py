@@ -4,6 +4,7 @@ from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
+from tissuec.laws.stiffening import LARGEST_STIFFENING
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import AssignedQuantity
@@ -12,6 +13,7 @@ from tissuec.scene.quantities import (
     POISSONS_RATIO,
     QUANTITIES,
     SHARES,
+    STIFFENING,
     TissueQuantity,
 )
 from tissuec.scene.ranges import refuse_range
@@ -31,6 +33,8 @@ def limits_of(quantity: TissueQuantity) -> Real:
         return Real(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
     if key_of(quantity.name) == FIBRE_DISPERSION:
         return Real(quantity.dimension, at_least=0.0, at_most=LARGEST_DISPERSION)
+    if quantity.name == STIFFENING:
+        return Real(quantity.dimension, above=0.0, at_most=LARGEST_STIFFENING)
     if quantity.may_be_zero:
         return Real(quantity.dimension, at_least=0.0)
     return Real(quantity.dimension, above=0.0)

@@ -21,6 +21,8 @@ def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
     plan, network = shaping.compiled.plan, shaping.compiled.network
     if reason := refusal_of_script(plan, network, at_rest=at_rest):
         return reason
+    if shaping.stiffens_by_words:
+        return "words change the stiffening of tissues"
     if shaping.moves and any(isinstance(e.action, Inflate) for e in plan.every_event):
         return "start positions change the volumes that are inflated"
     if (

@@ -12,7 +12,7 @@ from tissuec.core.names import key_of
 from tissuec.learn.parameters.substitution import ForcePlace, UsePlace
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.model import Scene, Tissue
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import QUANTITIES, STIFFENING
 from tissuec.scene.schema import entries_of
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
 
@@ -45,7 +45,8 @@ class ParameterBlock(Struct, frozen=True, eq=False):
     def is_constant(self) -> bool:
         """Return whether these are constants of laws."""
         what = self.adjust.what
-        return not self.is_of_force and what not in QUANTITIES and what not in ARRAYS
+        is_known = what in ARRAYS or (what in QUANTITIES and what != STIFFENING)
+        return not self.is_of_force and not is_known
 
     @property
     def is_of_force(self) -> bool:
@@ -143,11 +144,12 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
             (UsePlace(key_of(adjust.of)),),
             (f"{_called(adjust.what)} of {adjust.of}",),
         )
-    if adjust.what in QUANTITIES:
+    is_given = adjust.what in QUANTITIES and all(adjust.what in t.given for t in tissues)
+    if is_given:
         start = np.array([t.given[adjust.what].value for t in tissues])
     else:
         start = np.array([_constant_of(t, adjust.what, scene) for t in tissues])
-    may_turn = adjust.what == "prestress" or adjust.what not in QUANTITIES
+    may_turn = adjust.what == "prestress" or not is_given
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
     return ParameterBlock(adjust, names, start, scale, places=places, parts=whose)

@@ -27,6 +27,7 @@ from tissuec.learn.parameters.priors import Prior
 from tissuec.learn.parameters.substitution import Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
+from tissuec.scene.quantities import STIFFENING
 from tissuec.script.fit_problem import WORDS, FitProblem
 from tissuec.script.verbs.end import without_end
 
@@ -122,6 +123,15 @@ class Parametrisation:
     def moves(self) -> bool:
         """Return whether start positions are learnt."""
         return any(block.array == "position" for block in self.blocks if not block.places)
+
+    @property
+    def stiffens_by_words(self) -> bool:
+        """Return whether words change the laws of tissues."""
+        if self.words is None:
+            return False
+        pairs, slopes = self.words.jacobian(np.zeros(self.words.size))
+        rows = [key == STIFFENING for _, key in pairs]
+        return bool(np.nan_to_num(slopes[np.array(rows, dtype=bool)], nan=1.0).any())
 
     @property
     def groups(self) -> Indices:

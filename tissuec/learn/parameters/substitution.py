@@ -122,11 +122,11 @@ def _changed_tissue(
         **old.given,
         **{name: replace(old.given[name], value=float(v)) for name, v in quantities.items()},
     }
-    laws = {
-        word: _changed_law(law, inner, scene) if inner else law
-        for word, law in old.laws.items()
-    }
-    return replace(old, given=new, laws=laws)
+    found = replace(old, given=new)
+    if not inner:
+        return found
+    laws = {word: _changed_law(law, inner, scene) for word, law in found.laws.items()}
+    return replace(found, written_laws=laws)
 
 
 def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene) -> WrittenLaw:

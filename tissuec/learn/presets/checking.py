@@ -84,8 +84,8 @@ def _differs(tissue: Tissue, draft: Draft, moved: bool) -> str | None:
             continue
         if not _is_same(tissue.given.get(name), old, draft.numbers.get(name)):
             return name
-    for word, law in draft.original.laws.items():
-        new = tissue.laws.get(word)
+    for word, law in draft.original.written_laws.items():
+        new = tissue.written_laws.get(word)
         if new is None or (law.law is None) != (new.law is None):
             return word
         if not changed_constants(law, draft.constants) and new.force != law.force:

@@ -42,7 +42,9 @@ class Draft(Struct):
 
     def add(self, what: str, number: LearntNumber) -> None:
         """Enter a number that was learnt."""
-        (self.numbers if what in QUANTITIES else self.constants)[what] = number
+        # A law has a stiffening, too.
+        is_given = what in QUANTITIES and what in self.original.given
+        (self.numbers if is_given else self.constants)[what] = number
 
 
 def drafts_of(learnt: Learnt, scene: Scene) -> list[Draft]:

@@ -78,7 +78,7 @@ class TissueWriter(Struct, frozen=True):
         return [n for n, one in given.items() if one.how == "written" or n in draft.numbers]
 
     def _laws(self, draft: Draft, form: str) -> Iterator[str]:
-        for word, law in draft.original.laws.items():
+        for word, law in draft.original.written_laws.items():
             changed = changed_constants(law, draft.constants)
             if form == LIKE and not changed:
                 continue

@@ -93,7 +93,7 @@ def _preset(tissue: Tissue, words: ResolvedProgram, file: str) -> dict[str, Any]
             for fact in tissue.facts
         },
         "numbers": [_number(given) for given in written],
-        "laws": list(tissue.laws),
+        "laws": list(tissue.written_laws),
     }
 
 
