@@ -43,8 +43,8 @@ def skin_areas(network: Network) -> Floats:
 
 def _exposed(skin: Indices, network: Network) -> Indices:
     """Return triangles without those between a body and its mirror image, shape (n, 3)."""
-    for nodes in network.mirrored:
-        skin = skin[~np.isin(skin, nodes).all(axis=1)]
+    for plane in network.mirrored:
+        skin = skin[~np.isin(skin, plane.nodes).all(axis=1)]
     return skin
 
 

@@ -155,7 +155,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
         from tissuec.compiler.symmetry import read_planes  # where there are any
 
         planes = read_planes(scene, joined, findings)
-        joined = replace(joined, mirrored=tuple(one.nodes for one in planes))
+        joined = replace(joined, mirrored=tuple(one.mirror for one in planes))
     braked = with_drag(joined, scene.environment, findings)
     network = with_memory(with_tools(braked, tools, scene.environment))
     network = with_element_memory(network)

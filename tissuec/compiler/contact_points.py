@@ -185,8 +185,8 @@ def _faces(network: Network, body: BodyPart) -> Indices:
     """Return the surface triangles of a body that are not in a plane of symmetry."""
     inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
     mirrored = np.zeros(len(inside), dtype=bool)
-    for nodes in network.mirrored:
-        mirrored |= np.isin(network.skin, nodes).all(axis=1)
+    for plane in network.mirrored:
+        mirrored |= np.isin(network.skin, plane.nodes).all(axis=1)
     return np.flatnonzero(inside.all(axis=1) & ~mirrored)
 
 

@@ -13,7 +13,7 @@ from tissuec.core.units import LENGTH, show
 from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Scene
 from tissuec.scene.settings import PLANE_FORM, SYMMETRIC
@@ -36,6 +36,11 @@ class WrittenPlane(Struct, frozen=True, eq=False):
     plane: Blade
     nodes: Indices
     span: Span
+
+    @property
+    def mirror(self) -> MirrorPlane:
+        """Return the plane without its sentence."""
+        return MirrorPlane(self.plane.origin, self.plane.normal, self.nodes)
 
 
 def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[WrittenPlane, ...]:

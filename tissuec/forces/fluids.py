@@ -11,8 +11,9 @@ its forces add up to its weight m g. Of triangles with corners a, b, c and D = a
 
     V = Σ w D/6,        g · ∫ x dV = Σ w D g · (a + b + c)/24,
 
-as seen from any point, because the surface is closed. The fluid has weight but no inertia. A
-pump that increases Vt does the work p - ρ g · c per volume.
+as seen from any point, because the surface is closed; where it ends at planes of symmetry, from
+any point on these. c is then the centroid of the fluid with its mirror images. The fluid has
+weight but no inertia. A pump that increases Vt does the work p - ρ g · c per volume.
 """
 
 from collections.abc import Callable
@@ -28,8 +29,9 @@ from tissuec.forces import SECONDS, Items, Resisting
 from tissuec.forces.fluids_kernel import FluidTable, hold_fluids
 from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.matrices import assembled
-from tissuec.forces.pressed_faces import PressedFaces, Rims, WeightedTriangles
+from tissuec.forces.pressed_faces import PressedFaces, WeightedTriangles
 from tissuec.forces.pressed_sides import NoSide, components
+from tissuec.forces.rims import Crossing, Rims
 from tissuec.forces.volume import LARGE
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
@@ -49,6 +51,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         caps: On their rims, cavity by cavity.
         cap_first: Caps of a cavity, shape (cavity + 1,).
         density: ρ [kg/m³]; 0 of a fluid without weight.
+        crossing: Of the planes of symmetry at which the triangles end.
         gravity: g [m/s²], shape (3,).
     """
 
@@ -56,6 +59,7 @@ class FluidCavities(KeptVolumes, frozen=True):
     caps: Rims
     cap_first: Indices
     density: float
+    crossing: Crossing
     gravity: Floats
 
     @classmethod
@@ -102,7 +106,8 @@ class FluidCavities(KeptVolumes, frozen=True):
         walls, walled = np.unique(np.stack([walls, component[which // 3]]), axis=1)
         found = cls(
             walls, walled, name, np.zeros(count), modulus, (), span, triples,
-            rims.some(np.argsort(at, kind="stable")), cap_first, density, np.zeros(3),
+            rims.some(np.argsort(at, kind="stable")), cap_first, density, faces.crossing,
+            np.zeros(3),
         )  # fmt: skip
         drawn = found.volumes(network.position)
         if not (drawn > 0.0).all():
@@ -141,13 +146,16 @@ class FluidCavities(KeptVolumes, frozen=True):
         )
 
     def _seen(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return a node of each cavity, and the corners of all triangles from there [m].
+        """Return a point of each cavity, and the corners of all triangles from there [m].
+
+        It is a node, or the point nearest to this on all planes of symmetry.
 
         Returns:
             Shapes (…, cavity, 3) and (…, triangle, 3, 3).
         """
         corners, _, cavity = self._triangles()
-        from_here = position[..., self.triples.corners[self.triples.first[:-1], 0], :]
+        node = self.triples.corners[self.triples.first[:-1], 0]
+        from_here = self.crossing.at(position[..., node, :])
         wider = position
         if self.caps.count:
             middles = self.caps.means(position)[..., ::-1, :]
@@ -202,7 +210,8 @@ class FluidCavities(KeptVolumes, frozen=True):
         moment = np.zeros((self.item_count, 3))
         np.add.at(moment, cavity, (six / 24.0)[:, None] * x.sum(axis=1))
         total = np.bincount(cavity, six / 6.0, self.item_count)
-        x = x - (moment / total[:, None])[cavity, None]
+        # The whole has its centroid on the planes of symmetry.
+        x = x - (moment @ self.crossing.within / total[:, None])[cavity, None]
         normal = cross(np.roll(x, -1, axis=1), np.roll(x, -2, axis=1))
         fall = (x.sum(axis=1) * self.gravity).sum(axis=-1)
         triple = np.einsum("tk,tk->t", x[:, 0], normal[:, 0])
@@ -235,15 +244,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         """Return the matrix from nodes that move to nodes and middles of caps."""
         from scipy.sparse import csr_matrix, identity, vstack
 
-        caps = self.caps
-        counts = np.diff(caps.node_first)
-        rim, own = np.repeat(np.arange(caps.count), counts), number[caps.nodes]
-        moves = own >= 0
-        rows = (3 * rim[moves, None] + np.arange(3)).ravel()
-        columns = (3 * own[moves, None] + np.arange(3)).ravel()
-        values = np.repeat(1.0 / counts[rim[moves]], 3)
-        means = csr_matrix((values, (rows, columns)), shape=(3 * caps.count, 3 * size))
-        return csr_matrix(vstack([identity(3 * size), means]))
+        return csr_matrix(vstack([identity(3 * size), self.caps.slopes(number, size)]))
 
     def bending(
         self, time: float, position: Floats, number: Indices, size: int
@@ -396,7 +397,12 @@ class FluidCavities(KeptVolumes, frozen=True):
             caps.weight,
             caps.first,
             np.ascontiguousarray(place[caps.nodes]),
+            caps.shares,
             caps.node_first,
+            caps.within,
+            caps.fixed,
+            self.crossing.within,
+            self.crossing.fixed,
             self.drawn,
             self.modulus,
             self.density if self.weighs else 0.0,

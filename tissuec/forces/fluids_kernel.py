@@ -2,9 +2,16 @@
 
 from typing import NamedTuple
 
-from tissuec.forces.pressure_kernel import add_push
+from tissuec.forces.pressure_kernel import add_push, turned
 from tissuec.kernels.boundary_conditions import total
-from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Integers
+from tissuec.kernels.records import (
+    BoundaryConditions,
+    Floats,
+    IntegerRows,
+    Integers,
+    Rows,
+    Stack,
+)
 
 
 class FluidTable(NamedTuple):
@@ -19,7 +26,12 @@ class FluidTable(NamedTuple):
     rim_weight: Floats  # shape (edge,)
     rim_first: Integers  # edges of a cap, shape (cap + 1,)
     rim_nodes: Integers  # shape (node,)
+    rim_shares: Floats  # of these in the middle of a cap, shape (node,)
     rim_node_first: Integers  # nodes of a cap, shape (cap + 1,)
+    within: Stack  # projection of the middles of caps, shape (cap, 3, 3)
+    fixed: Rows  # added to these [m], shape (cap, 3)
+    crossing: Rows  # projection of points onto all planes of symmetry, shape (3, 3)
+    crossing_at: Floats  # added to these [m], shape (3,)
     drawn: Floats  # volumes [m³], shape (cavity,)
     modulus: float  # [Pa]
     density: float  # [kg/m³]
@@ -37,13 +49,13 @@ def hold_fluids(
     swell, _, _, rate, _, _ = total(0, time, table.acts)
     g0, g1, g2 = table.gravity[0], table.gravity[1], table.gravity[2]
     for cavity in range(table.drawn.size):
-        o = 3 * table.corners[table.first[cavity], 0]
+        o = origin_of(cavity, x, table)
         volume, lean = content(cavity, o, x, table)
         drawn = table.drawn[cavity]
         due = drawn * (1.0 + swell)
         pressure = table.modulus * (due - volume) / drawn
         middle = lean / volume if volume != 0.0 else 0.0
-        height = middle + g0 * x[o] + g1 * x[o + 1] + g2 * x[o + 2]
+        height = middle + g0 * o[0] + g1 * o[1] + g2 * o[2]
         power[0] += drawn * rate * (pressure - table.density * height)
         thin = table.density * due / volume if volume != 0.0 else 0.0
         # Of a sixth of the triple product, and of a sixth of it times the sum of corners.
@@ -58,23 +70,40 @@ def hold_fluids(
         for cap in range(table.cap_first[cavity], table.cap_first[cavity + 1]):
             m = middle_of_cap(cap, o, x, table)
             start, stop = table.rim_node_first[cap], table.rim_node_first[cap + 1]
-            part = 1.0 / (stop - start)
             for n in range(table.rim_first[cap], table.rim_first[cap + 1]):
                 i, j = 3 * table.rim_edges[n, 1], 3 * table.rim_edges[n, 0]
                 w, at_i, at_j = table.rim_weight[n], seen(i, o, x), seen(j, o, x)
                 lean_on(i, w, base, tilt, at_i, at_j, m, table.gravity, f)
                 lean_on(j, w, base, tilt, at_j, m, at_i, table.gravity, f)
+                l0, l1, l2 = leaning(w, base, tilt, m, at_i, at_j, table.gravity)
+                l0, l1, l2 = turned(table.within[cap], l0, l1, l2)
                 for node in range(start, stop):
-                    place = 3 * table.rim_nodes[node]
-                    lean_on(place, part * w, base, tilt, m, at_i, at_j, table.gravity, f)
+                    place, part = 3 * table.rim_nodes[node], table.rim_shares[node]
+                    add_push(place, part * l0, part * l1, part * l2, f)
 
 
-def content(cavity: int, o: int, x: Floats, table: FluidTable) -> tuple[float, float]:
-    """Return the volume V of a cavity [m³] and g·∫ x dV relative to a node [m⁵/s²].
+def origin_of(cavity: int, x: Floats, table: FluidTable) -> tuple[float, float, float]:
+    """Return the point from which a cavity is seen [m]: a node, on all planes of symmetry.
 
     Args:
         cavity: Number of the cavity.
-        o: Index of the first component of the node in ``x``.
+        x: Positions of all nodes [m], flat, shape (3 node,).
+        table: The cavities.
+    """
+    i = 3 * table.corners[table.first[cavity], 0]
+    o0, o1, o2 = turned(table.crossing, x[i], x[i + 1], x[i + 2])
+    at = table.crossing_at
+    return o0 + at[0], o1 + at[1], o2 + at[2]
+
+
+def content(
+    cavity: int, o: tuple[float, float, float], x: Floats, table: FluidTable
+) -> tuple[float, float]:
+    """Return the volume V of a cavity [m³] and g·∫ x dV relative to a point [m⁵/s²].
+
+    Args:
+        cavity: Number of the cavity.
+        o: The point [m].
         x: Positions of all nodes [m], flat, shape (3 node,).
         table: The cavities.
     """
@@ -94,32 +123,35 @@ def content(cavity: int, o: int, x: Floats, table: FluidTable) -> tuple[float, f
     return volume / 6.0, lean / 24.0
 
 
-def seen(i: int, o: int, x: Floats) -> tuple[float, float, float]:
-    """Return the position of a node relative to another one [m].
+def seen(i: int, o: tuple[float, float, float], x: Floats) -> tuple[float, float, float]:
+    """Return the position of a node relative to a point [m].
 
     Args:
-        i, o: Indices of their first components in ``x``.
+        i: Index of its first component in ``x``.
+        o: The point [m].
         x: Positions of all nodes [m], flat, shape (3 node,).
     """
-    return x[i] - x[o], x[i + 1] - x[o + 1], x[i + 2] - x[o + 2]
+    return x[i] - o[0], x[i + 1] - o[1], x[i + 2] - o[2]
 
 
-def middle_of_cap(cap: int, o: int, x: Floats, table: FluidTable) -> tuple[float, float, float]:
-    """Return the mean of the nodes of a rim, relative to a node [m].
+def middle_of_cap(
+    cap: int, o: tuple[float, float, float], x: Floats, table: FluidTable
+) -> tuple[float, float, float]:
+    """Return the middle of a cap, relative to a point on the planes that it reaches [m].
 
     Args:
         cap: Number of the cap.
-        o: Index of the first component of the node in ``x``.
+        o: The point [m].
         x: Positions of all nodes [m], flat, shape (3 node,).
         table: The cavities.
     """
     start, stop = table.rim_node_first[cap], table.rim_node_first[cap + 1]
     m0, m1, m2 = 0.0, 0.0, 0.0
     for n in range(start, stop):
+        part = table.rim_shares[n]
         a0, a1, a2 = seen(3 * table.rim_nodes[n], o, x)
-        m0, m1, m2 = m0 + a0, m1 + a1, m2 + a2
-    part = 1.0 / (stop - start)
-    return part * m0, part * m1, part * m2
+        m0, m1, m2 = m0 + part * a0, m1 + part * a1, m2 + part * a2
+    return turned(table.within[cap], m0, m1, m2)
 
 
 def cone(
@@ -158,26 +190,42 @@ def lean_on(
     gravity: Floats,
     f: Floats,
 ) -> None:
-    """Add w times base (b × c) + tilt ∂/∂a (a · (b × c) g · (a + b + c)) to a node.
+    """Add ``leaning`` to a node, whose first component is at ``place``.
 
     Args:
         place: Index of its first component.
+        w, base, tilt, a, b, c, gravity: As there.
+        f: Forces on all nodes [N], flat, shape (3 node,).
+    """
+    l0, l1, l2 = leaning(w, base, tilt, a, b, c, gravity)
+    add_push(place, l0, l1, l2, f)
+
+
+def leaning(
+    w: float,
+    base: float,
+    tilt: float,
+    a: tuple[float, float, float],
+    b: tuple[float, float, float],
+    c: tuple[float, float, float],
+    gravity: Floats,
+) -> tuple[float, float, float]:
+    """Return w times base (b × c) + tilt ∂/∂a (a · (b × c) g · (a + b + c)) [N].
+
+    Args:
         w: Weight of the triangle.
         base: [Pa].
         tilt: [kg/m³].
         a, b, c: The corner of the node and the others in turn [m].
         gravity: g [m/s²], shape (3,).
-        f: Forces on all nodes [N], flat, shape (3 node,).
     """
     n0, n1, n2 = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
     fall = gravity[0] * (a[0] + b[0] + c[0])
     fall += gravity[1] * (a[1] + b[1] + c[1]) + gravity[2] * (a[2] + b[2] + c[2])
     along = w * (base + tilt * fall)
     down = w * tilt * (a[0] * n0 + a[1] * n1 + a[2] * n2)
-    add_push(
-        place,
+    return (
         along * n0 + down * gravity[0],
         along * n1 + down * gravity[1],
         along * n2 + down * gravity[2],
-        f,
     )

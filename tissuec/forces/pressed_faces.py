@@ -1,4 +1,4 @@
-"""Faces of skins on which pressure acts, as weighted triangles, and their rims.
+"""Faces of skins on which pressure acts, as weighted triangles.
 
 The volume under a face whose shape functions N_i are polynomials is
 
@@ -9,27 +9,24 @@ quadrilateral (both ways to divide it), and 20 for the six nodes of a side of a 
 ten nodes. A third of the force p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of
 its nodes. On a closed surface, that is p ∂V/∂x; on a face with straight sides, also at the end
 of a surface, it is the force p ∫ N_i n dA of finite elements.
-
-The pairs of nodes at which triples do not cancel form the rim of a surface. Its cap is the fan
-of triangles from the mean of its nodes to the rim.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import cached_property
 from typing import cast
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
+from tissuec.forces.rims import Crossing, Rims, are_parallel, planes_at, rims_of
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.triangle_index import TriangleIndex
-from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.topology import pieces
+from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 
-_NONE = 1e-9  # of a weight: less is what rounding left
 _TRIANGLE = ((0, 1, 2),)
 _QUAD = ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3))
 
@@ -71,81 +68,6 @@ _NODES = {
 }
 
 
-class Rims(Struct, frozen=True, eq=False):
-    """Closed rims of a surface, one after the other.
-
-    Attributes:
-        edges: Pairs of nodes in the direction of the surface, shape (edge, 2).
-        weight: Of each edge, shape (edge,).
-        first: The edges of a rim are first[rim]:first[rim + 1], shape (rim + 1,).
-        nodes: Nodes of each rim, shape (node,).
-        node_first: Those of a rim are node_first[rim]:node_first[rim + 1], shape (rim + 1,).
-    """
-
-    edges: Indices
-    weight: Floats
-    first: Indices
-    nodes: Indices
-    node_first: Indices
-
-    @property
-    def count(self) -> int:
-        """Return the number of rims."""
-        return len(self.first) - 1
-
-    @property
-    def of_edge(self) -> Indices:
-        """Return the rim of each edge, shape (edge,)."""
-        return np.repeat(np.arange(self.count), np.diff(self.first))
-
-    def nodes_of(self, rim: int) -> Indices:
-        """Return the nodes of a rim, ascending, shape (n,)."""
-        return self.nodes[self.node_first[rim] : self.node_first[rim + 1]]
-
-    def means(self, position: Floats) -> Floats:
-        """Return the means of the nodes of rims [m], shape (…, rim, 3).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
-        if not self.count:
-            return np.zeros((*position.shape[:-2], 0, 3))
-        total = np.add.reduceat(position[..., self.nodes, :], self.node_first[:-1], axis=-2)
-        return np.asarray(total / np.diff(self.node_first)[:, None])
-
-    def some(self, rims: Indices) -> "Rims":
-        """Return some of the rims, by indices of shape (n,)."""
-        return joined(
-            [
-                (
-                    self.edges[self.first[rim] : self.first[rim + 1]],
-                    self.weight[self.first[rim] : self.first[rim + 1]],
-                    self.nodes_of(rim),
-                )
-                for rim in rims.tolist()
-            ]
-        )
-
-
-def joined(parts: Sequence[tuple[Indices, Floats, Indices]]) -> Rims:
-    """Return rims from the parts of each.
-
-    Args:
-        parts: Edges, shape (edge, 2), weights without a unit, shape (edge,), and nodes, shape
-            (node,), rim by rim.
-    """
-    none = np.zeros((0, 2), dtype=np.int64)
-    counts = np.array([[len(edges), len(nodes)] for edges, _, nodes in parts] or none)
-    first, node_first = np.vstack([[0, 0], counts.cumsum(axis=0)]).astype(np.int64).T
-    return Rims(
-        np.concatenate([none, *(edges for edges, _, _ in parts)]),
-        np.concatenate([np.zeros(0), *(weight for _, weight, _ in parts)]),
-        np.ascontiguousarray(first),
-        np.concatenate([none[:, 0], *(nodes for _, _, nodes in parts)]),
-        np.ascontiguousarray(node_first),
-    )
-
-
 class WeightedTriangles(Struct, frozen=True, eq=False):
     """Triples of nodes with weights, face by face.
 
@@ -183,27 +105,6 @@ class WeightedTriangles(Struct, frozen=True, eq=False):
         corners[own] = corners[own][:, ::-1]
         return WeightedTriangles(corners, self.weight, self.first)
 
-    def rims(self) -> Rims:
-        """Return the rims of the faces, in the order of their first node."""
-        pairs = self.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        weight, size = np.repeat(self.weight, 3), int(self.corners.max(initial=0)) + 1
-        low, high = pairs.min(axis=1), pairs.max(axis=1)
-        keys, place = np.unique(low * size + high, return_inverse=True)
-        net = np.bincount(place, np.where(pairs[:, 0] == low, weight, -weight), len(keys))
-        stays = np.abs(net) > _NONE
-        low, high = np.divmod(keys[stays], size)
-        edges, net = np.stack([low, high], axis=1), net[stays]
-        edges[net < 0.0] = edges[net < 0.0][:, ::-1]
-        nodes, ends = np.unique(edges, return_inverse=True)
-        piece = pieces(len(nodes), ends.reshape(-1, 2).astype(np.int32))
-        of_edge = piece[ends.reshape(-1, 2)[:, 0]] if len(edges) else piece[:0]
-        return joined(
-            [
-                (edges[of_edge == rim], np.abs(net[of_edge == rim]), nodes[piece == rim])
-                for rim in range(int(piece.max(initial=-1)) + 1)
-            ]
-        )
-
 
 class PressedFaces(Struct, frozen=True, eq=False, dict=True):
     """Faces of the skin of a network.
@@ -214,6 +115,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         face: The face that each of them belongs to, shape (triangle,).
         triples: Their weighted triangles.
         ends: Nodes of each spring of the network, shape (spring, 2).
+        planes: Of symmetry, at which the faces end; no two are parallel.
     """
 
     corners: Indices
@@ -221,18 +123,19 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
     face: Indices
     triples: WeightedTriangles
     ends: NDArray[np.integer]
+    planes: tuple[MirrorPlane, ...] = ()
 
     def some(self, faces: Indices) -> "PressedFaces":
         """Return some of the faces, by ascending indices of shape (n,)."""
         own = np.flatnonzero(np.isin(self.face, faces))
         face = np.searchsorted(faces, self.face[own])
         triples = self.triples.some(faces)
-        return PressedFaces(self.corners[own], self.rows[own], face, triples, self.ends)
+        corners, rows = self.corners[own], self.rows[own]
+        return PressedFaces(corners, rows, face, triples, self.ends, self.planes)
 
     def turned(self, turns: NDArray[np.bool_]) -> "PressedFaces":
         """Return the same with some faces reversed, shape (face,)."""
-        triples = self.triples.turned(turns)
-        return PressedFaces(self.corners, self.rows, self.face, triples, self.ends)
+        return replace(self, triples=self.triples.turned(turns))
 
     def torn(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the faces that are cut or torn, ascending.
@@ -245,7 +148,12 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def rims(self) -> Rims:
         """Return the rims of the faces."""
-        return self.triples.rims()
+        return rims_of(self.triples.corners, self.triples.weight, self.planes)
+
+    @cached_property
+    def crossing(self) -> Crossing:
+        """Return what the planes of symmetry have in common at which the faces end."""
+        return Crossing.of(self.planes)
 
     @cached_property
     def _supported(self) -> SupportedTriangles:
@@ -284,7 +192,10 @@ def faces_of(network: Network, rows: Indices) -> PressedFaces:
         np.concatenate([np.zeros(0), *(weight for _, weight in triples)]),
         np.append(0, np.cumsum([len(weight) for _, weight in triples])).astype(np.int64),
     )
-    return PressedFaces(corners, rows, face.reshape(-1), found, network.springs.ends)
+    planes = tuple(one for one in network.mirrored if planes_at(corners.ravel(), [one]).any())
+    # Between parallel planes, no point closes the faces along all of them.
+    own = () if are_parallel(planes) else planes
+    return PressedFaces(corners, rows, face.reshape(-1), found, network.springs.ends, own)
 
 
 def _sides(network: Network, corners: Indices) -> Iterator[Indices]:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
-from tissuec.forces.pressed_faces import PressedFaces, Rims, WeightedTriangles, faces_of
+from tissuec.forces.pressed_faces import PressedFaces, WeightedTriangles, faces_of
+from tissuec.forces.rims import Crossing, Rims, are_parallel, planes_at, rims_of, within_planes
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.model.topology import pieces
 
@@ -247,24 +248,29 @@ def _faces_a_space(position: Floats, corners: Indices) -> NDArray[np.bool_]:
 def _volume(position: Floats, corners: Indices) -> float:
     """Return the volume that triangles enclose with caps on their rims [m³]."""
     triples = WeightedTriangles(corners, np.ones(len(corners)), np.arange(len(corners) + 1))
-    return float(enclosed(position, triples, triples.rims()))
+    return float(enclosed(position, triples, rims_of(corners, triples.weight)))
 
 
-def enclosed(position: Floats, triples: WeightedTriangles, *rims: Rims) -> Floats:
+def enclosed(
+    position: Floats, triples: WeightedTriangles, *rims: Rims, crossing: Crossing | None = None
+) -> Floats:
     """Return the volume between weighted triangles and caps on rims [m³], shape (…).
 
     Args:
         position: Of all nodes [m], shape (…, node, 3).
         triples: The triangles.
         rims: All rims of these.
+        crossing: Of the planes of symmetry at which the triangles end.
     """
-    # Seen from one of the nodes, volumes keep their digits far from the origin.
-    seen = position - position[..., triples.corners[:1, 0], :]
+    # Seen from near one of the nodes, volumes keep their digits far from the origin.
+    near = position[..., triples.corners[:1, 0], :]
+    from_here = near if crossing is None else crossing.at(near)
+    seen = position - from_here
     a, b, c = (seen[..., triples.corners[:, k], :] for k in range(3))
     six = (triples.weight * np.einsum("...k,...k->...", a, cross(b, c))).sum(axis=-1)
     for rim in rims:
         one, other = (seen[..., rim.edges[:, k], :] for k in range(2))
-        apex = rim.means(seen)[..., rim.of_edge, :]
+        apex = (rim.means(position) - from_here)[..., rim.of_edge, :]
         caps = np.einsum("...k,...k->...", apex, cross(other, one))
         six = six + (rim.weight * caps).sum(axis=-1)
     return np.asarray(six / 6.0)
@@ -288,16 +294,25 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
     Raises:
         NoSide: There is no rim, or one is not a single loop.
     """
-    if not faces.rims.count:
+    planes = network.mirrored
+    if are_parallel([one for one in planes if planes_at(faces.corners.ravel(), [one]).any()]):
         raise NoSide(
-            f"{name} is closed, so there is nothing for caps to close",
+            f"caps cannot close {name}, which reaches two parallel planes of symmetry",
+            "press without caps, and push or hold the ends",
+        )
+    if not faces.rims.count:
+        by = ", together with its mirror image" if faces.planes else ""
+        raise NoSide(
+            f"{name} is closed{by}, so there is nothing for caps to close",
             'remove "with caps"',
         )
     pairs = faces.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     low, high = pairs.min(axis=1), pairs.max(axis=1)
     keys, count = np.unique(low * network.node_count + high, return_counts=True)
-    ends = np.concatenate(np.divmod(keys[count == 1], network.node_count))
-    nodes, met = np.unique(ends, return_counts=True)
+    edges = np.stack(np.divmod(keys[count == 1], network.node_count), axis=1)
+    edges = edges[~within_planes(edges, faces.planes)]
+    nodes, met = np.unique(edges, return_counts=True)
+    met = met * 2 ** planes_at(nodes, faces.planes)
     if (met > 2).any():
         crossing = network.node_ids[nodes[np.argmax(met > 2)]]
         raise NoSide(
@@ -305,10 +320,4 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
             f"{crossing}",
             "each rim has to be a single loop: add the faces that are missing to the set, or "
             "press without caps",
-        )
-    if network.mirrored:
-        raise NoSide(
-            f"caps cannot close {name}, of which only a part is drawn beside a plane of "
-            "symmetry",
-            "press without caps, and push or hold the ends",
         )

@@ -3,7 +3,7 @@
 The force p n dA acts along the present normal of a face: a follower load. With
 T = (x_j - x_i) × (x_k - x_i) of each weighted triangle (see ``pressed_faces``), each of its
 three corners gets p w T/6. The same holds for the ends of each edge at the rim of a cap and, by
-equal shares, for the nodes whose mean is its middle.
+their shares, for the nodes that carry its middle (see ``rims``).
 
 The pressure is supplied from outside: it stores nothing, and its power is p dV/dt. On a surface
 that is closed, by itself or by caps, the force is p ∂V/∂x and its matrix -p ∂²V/∂x∂x. At an
@@ -23,9 +23,10 @@ from tissuec.core.source import Span
 from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import SECONDS, Field, Items
 from tissuec.forces.matrices import assembled
-from tissuec.forces.pressed_faces import PressedFaces, Rims
+from tissuec.forces.pressed_faces import PressedFaces
 from tissuec.forces.pressed_sides import enclosed
 from tissuec.forces.pressure_kernel import PressureTable, press_faces
+from tissuec.forces.rims import Rims
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -97,7 +98,9 @@ class SurfacePressure(Field, frozen=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        return enclosed(position, self.faces.triples, self.caps, self.openings)
+        faces = self.faces
+        rims = self.caps, self.openings
+        return enclosed(position, faces.triples, *rims, crossing=faces.crossing)
 
     # --- forces at rest -----------------------------------------------------------------------
 
@@ -119,8 +122,8 @@ class SurfacePressure(Field, frozen=True):
         push = (float(self.pressure(time)) / 6.0) * rims.weight[:, None] * cross(one, other)
         for end in rims.edges.T:
             np.subtract.at(found, end, push)
-        share = np.add.reduceat(push, rims.first[:-1]) / np.diff(rims.node_first)[:, None]
-        np.subtract.at(found, rims.nodes, np.repeat(share, np.diff(rims.node_first), axis=0))
+        total = np.add.reduceat(push, rims.first[:-1])[rims.of_node]
+        np.subtract.at(found, rims.nodes, np.einsum("nij,nj->ni", rims.parts, total))
         return found
 
     def matrix(
@@ -164,15 +167,7 @@ class SurfacePressure(Field, frozen=True):
         wider = _turning(fans, share * caps.weight, places, size + caps.count)
         from scipy.sparse import identity, vstack
 
-        own, part = number[caps.nodes], 1.0 / np.diff(caps.node_first)
-        rim = np.repeat(np.arange(caps.count), np.diff(caps.node_first))
-        moves = own >= 0
-        rows = (3 * rim[moves, None] + np.arange(3)).ravel()
-        columns = (3 * own[moves, None] + np.arange(3)).ravel()
-        means = csr_matrix(
-            (np.repeat(part[rim[moves]], 3), (rows, columns)), shape=(3 * caps.count, 3 * size)
-        )
-        follow = csr_matrix(vstack([identity(3 * size), means]))
+        follow = csr_matrix(vstack([identity(3 * size), caps.slopes(number, size)]))
         return csr_matrix(total + follow.T @ wider @ follow)
 
     # --- tears --------------------------------------------------------------------------------
@@ -253,7 +248,10 @@ class SurfacePressure(Field, frozen=True):
             caps.weight,
             caps.first,
             np.ascontiguousarray(place[caps.nodes]),
+            caps.shares,
             caps.node_first,
+            caps.within,
+            caps.fixed,
         )
 
 

@@ -3,7 +3,14 @@
 from typing import NamedTuple
 
 from tissuec.kernels.boundary_conditions import total
-from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Integers
+from tissuec.kernels.records import (
+    BoundaryConditions,
+    Floats,
+    IntegerRows,
+    Integers,
+    Rows,
+    Stack,
+)
 
 
 class PressureTable(NamedTuple):
@@ -16,7 +23,10 @@ class PressureTable(NamedTuple):
     rim_weight: Floats  # shape (edge,)
     rim_first: Integers  # edges of a cap, shape (cap + 1,)
     rim_nodes: Integers  # shape (node,)
+    rim_shares: Floats  # of these in the middle of a cap, shape (node,)
     rim_node_first: Integers  # nodes of a cap, shape (cap + 1,)
+    within: Stack  # projection of the middles of caps, shape (cap, 3, 3)
+    fixed: Rows  # added to these [m], shape (cap, 3)
 
 
 def press_faces(
@@ -38,12 +48,14 @@ def press_faces(
             power[0] += p0 * v[node] + p1 * v[node + 1] + p2 * v[node + 2]
     for cap in range(table.rim_first.size - 1):
         start, stop = table.rim_node_first[cap], table.rim_node_first[cap + 1]
-        part = 1.0 / (stop - start)
         m0, m1, m2, w0, w1, w2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for n in range(start, stop):
-            i = 3 * table.rim_nodes[n]
+            i, part = 3 * table.rim_nodes[n], table.rim_shares[n]
             m0, m1, m2 = m0 + part * x[i], m1 + part * x[i + 1], m2 + part * x[i + 2]
             w0, w1, w2 = w0 + part * v[i], w1 + part * v[i + 1], w2 + part * v[i + 2]
+        fixed = table.fixed[cap]
+        m0, m1, m2 = turned(table.within[cap], m0, m1, m2)
+        m0, m1, m2 = m0 + fixed[0], m1 + fixed[1], m2 + fixed[2]
         s0, s1, s2 = 0.0, 0.0, 0.0
         for n in range(table.rim_first[cap], table.rim_first[cap + 1]):
             # The fan closes the surface: it runs along its rim in the other direction.
@@ -54,9 +66,26 @@ def press_faces(
                 add_push(node, p0, p1, p2, f)
                 power[0] += p0 * v[node] + p1 * v[node + 1] + p2 * v[node + 2]
             s0, s1, s2 = s0 + p0, s1 + p1, s2 + p2
+        # A projection is its own transpose.
+        s0, s1, s2 = turned(table.within[cap], s0, s1, s2)
         power[0] += s0 * w0 + s1 * w1 + s2 * w2
         for n in range(start, stop):
+            part = table.rim_shares[n]
             add_push(3 * table.rim_nodes[n], part * s0, part * s1, part * s2, f)
+
+
+def turned(by: Rows, v0: float, v1: float, v2: float) -> tuple[float, float, float]:
+    """Return the product of a matrix and a vector.
+
+    Args:
+        by: The matrix, without a unit, shape (3, 3).
+        v0, v1, v2: Components of the vector.
+    """
+    return (
+        by[0, 0] * v0 + by[0, 1] * v1 + by[0, 2] * v2,
+        by[1, 0] * v0 + by[1, 1] * v1 + by[1, 2] * v2,
+        by[2, 0] * v0 + by[2, 1] * v1 + by[2, 2] * v2,
+    )
 
 
 def third_of_triangle(

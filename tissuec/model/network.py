@@ -202,6 +202,20 @@ class MemoryPart(Struct, frozen=True):
     nodes: slice
 
 
+class MirrorPlane(Struct, frozen=True, eq=False):
+    """A plane of symmetry.
+
+    Attributes:
+        origin: A point on it [m], shape (3,).
+        normal: A unit vector, shape (3,).
+        nodes: Those of bodies that lie on it, ascending, shape (n,).
+    """
+
+    origin: Floats
+    normal: Floats
+    nodes: Indices
+
+
 class Network(Struct, frozen=True, eq=False, dict=True):
     """All mass points and springs of a scene, in SI units.
 
@@ -224,8 +238,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
-        mirrored: Nodes of bodies on each plane of symmetry; triangles between them are no
-            surface of the whole.
+        mirrored: Planes of symmetry; triangles between the nodes on one are no surface of the
+            whole.
         provenance: Origins by array name ("mass", "stiffness", …).
     """
 
@@ -244,7 +258,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     drag: Floats | None = None
     marks: tuple[MarkPart, ...] = ()
     skin_marks: Indices | None = None
-    mirrored: tuple[Indices, ...] = ()
+    mirrored: tuple[MirrorPlane, ...] = ()
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):

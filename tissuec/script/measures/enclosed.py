@@ -21,13 +21,14 @@ def surface_of(network: Network, name: str) -> Enclosure | None:
 
 @kept_on_owner(16)
 def capped_surface_of(network: Network, name: str) -> PressedFaces | None:
-    """Return the faces of a wall whose open ends caps can close, None of any other body."""
+    """Return the faces of a wall that caps or planes of symmetry can close, else None."""
     part = next((body for body in network.bodies if body.name == name), None)
     if part is None:
         return None
     try:
         faces = pressed_faces(network, Pressed(name, numbers_in(part.nodes)))
-        closed_by_caps(network, name, faces)
+        if faces.rims.count or not faces.planes:
+            closed_by_caps(network, name, faces)
     except NoSide:
         return None
     return faces

@@ -37,4 +37,5 @@ class Volume(ScalarMeasure):
         faces = capped_surface_of(network, name)
         if faces is None:
             return one_column(0.0, snapshot)
-        return one_column(enclosed(snapshot.position, faces.triples, faces.rims), snapshot)
+        volume = enclosed(snapshot.position, faces.triples, faces.rims, crossing=faces.crossing)
+        return one_column(volume, snapshot)

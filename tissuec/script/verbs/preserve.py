@@ -2,6 +2,7 @@
 
 from typing import ClassVar, Self
 
+import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -12,7 +13,7 @@ from tissuec.core.units import VOLUME, show
 from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
-from tissuec.model.network import Network
+from tissuec.model.network import Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.measures.enclosed import capped_surface_of
 from tissuec.script.verbs import (
@@ -89,7 +90,11 @@ class Preserve(Struct, frozen=True):
         """Return whether this fills cavities, rather than cells or a closed surface."""
         if self.is_inside or self.has_caps or self.density:
             return True
-        return all(body.name != self.group.name for body in network.bodies)
+        own = next((body for body in network.bodies if body.name == self.group.name), None)
+        if own is None:
+            return True
+        nodes = numbers_in(own.nodes)
+        return own.is_wall and any(np.isin(nodes, one.nodes).any() for one in network.mirrored)
 
     def made(self, network: Network) -> KeptVolumes:
         """Return the enclosed volumes.

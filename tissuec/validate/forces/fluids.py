@@ -12,6 +12,7 @@ from scipy import sparse
 
 from tissuec.core.vectors import cross
 from tissuec.validate.forces import assembled
+from tissuec.validate.forces.pressure import middle_of
 
 if TYPE_CHECKING:
     from tissuec.forces.fluids import FluidCavities
@@ -38,16 +39,12 @@ class FluidField:
         self._cavity = np.concatenate([fluids.triples.face, of_cap[caps.of_edge]])
 
     def _follow(self, nodes: int) -> sparse.csr_matrix:
-        """Return the map from nodes to nodes, followed by the middles of caps."""
-        if self._known is not None and self._known.shape[1] == nodes:
+        """Return the map from coordinates of nodes to these and those of middles of caps."""
+        if self._known is not None and self._known.shape[1] == 3 * nodes:
             return self._known
         caps = self._fluids.caps
-        parts: list[sparse.spmatrix] = [sparse.identity(nodes)]
-        for cap in range(caps.count):
-            own = caps.nodes_of(cap)
-            share = np.full(len(own), 1.0 / len(own))
-            where = np.zeros(len(own), dtype=int), own
-            parts.append(sparse.csr_matrix((share, where), shape=(1, nodes)))
+        parts: list[sparse.spmatrix] = [sparse.identity(3 * nodes)]
+        parts += [middle_of(caps, cap, nodes) for cap in range(caps.count)]
         self._known = sparse.csr_matrix(sparse.vstack(parts))
         return self._known
 
@@ -64,17 +61,22 @@ class FluidField:
         """Return volumes, centroids, corners, and the numbers of these after the nodes."""
         nodes = len(position)
         places = np.where(self._corners < 0, nodes - 1 - self._corners, self._corners)
-        x = np.asarray(self._follow(nodes) @ position)[places]
+        wider = np.asarray(self._follow(nodes) @ position.ravel()).reshape(-1, 3)
+        wider[nodes:] += self._fluids.caps.fixed
+        x, crossing = wider[places], self._fluids.crossing
         count = len(self._fluids.drawn)
         apex = x[np.searchsorted(self._cavity[: len(self._fluids.triples.weight)],
                                  np.arange(count)), 0]  # fmt: skip
+        apex = crossing.at(apex)
         seen = x - apex[self._cavity][:, None]
         parts = self._weight * np.linalg.det(seen) / 6.0
         volume = np.bincount(self._cavity, parts, count)
         moment = np.zeros((count, 3))
         # The centroid of a tetrahedron is the mean of its corners, one of which is the apex.
         np.add.at(moment, self._cavity, parts[:, None] * seen.sum(axis=1) / 4.0)
-        return np.asarray(volume), apex + moment / volume[:, None], x, places
+        # That of the fluid with its mirror images, which is on the planes of symmetry.
+        centre: Floats = apex + (moment / volume[:, None]) @ crossing.within
+        return np.asarray(volume, dtype=np.float64), centre, x, places
 
     def volumes(self, position: Floats) -> Floats:
         """Return the volumes [m³], shape (cavity,)."""
@@ -99,7 +101,7 @@ class FluidField:
             push = (pressure / 6.0 + thin * heights.sum(axis=1) / 24.0)[:, None] * normal
             push += (thin * triple / 24.0)[:, None] * fluids.gravity
             np.add.at(found, places[:, corner], self._weight[:, None] * push)
-        to += np.asarray(self._follow(len(position)).T @ found)
+        to += np.asarray(self._follow(len(position)).T @ found.ravel()).reshape(-1, 3)
 
     def energy(self, time: float, position: Floats) -> float:
         """Return the stored energy [J]: ½ K (V - Vt)²/V0 - ρ Vt g · c over all cavities."""
@@ -165,7 +167,7 @@ class FluidField:
         mix = mix + mix.transpose(0, 3, 4, 1, 2)
         tilt = (self._weight * by_a[self._cavity] / 24.0)[:, None, None, None, None]
         total = total + assembled(steep * turning + tilt * mix, places, wider)
-        spread = sparse.kron(self._follow(nodes), sparse.identity(3))
+        spread = self._follow(nodes)
         moves = np.flatnonzero(number >= 0)
         order = moves[np.argsort(number[moves])]
         kept = (3 * order[:, None] + np.arange(3)).ravel()

@@ -2,18 +2,19 @@
 
 With the tensor ε of Levi-Civita, a triangle of the weight w has the force p w/6 ε x_j x_k,
 summed over its three sides, on each corner. A cap is a fan of triangles to the mean of its rim,
-each of whose nodes takes an equal share of what acts on that middle.
+each of whose nodes takes its share of what acts on that middle. Beside planes of symmetry, that
+is the mean of a rim with all of its mirror images.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 if TYPE_CHECKING:
-    from tissuec.forces.pressed_faces import Rims
     from tissuec.forces.pressure import SurfacePressure
+    from tissuec.forces.rims import Rims
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -21,6 +22,43 @@ Indices = NDArray[np.int64]
 EPSILON = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     EPSILON[_i, _j, _k], EPSILON[_i, _k, _j] = 1.0, -1.0
+
+
+class _Wider(NamedTuple):
+    """Nodes and middles of caps.
+
+    Attributes:
+        follow: The map from coordinates of nodes, shape (3 (node + cap), 3 node).
+        fixed: Added to these [m], shape (3 (node + cap),).
+        corners: Of triangles, shape (triangle, 3).
+        weight: Of these, shape (triangle,).
+    """
+
+    follow: sparse.csr_matrix
+    fixed: Floats
+    corners: Indices
+    weight: Floats
+
+    def places(self, position: Floats) -> Floats:
+        """Return where nodes and middles are [m], shape (node + cap, 3)."""
+        return np.asarray(self.follow @ position.ravel() + self.fixed).reshape(-1, 3)
+
+
+def middle_of(rims: "Rims", number: int, nodes: int) -> sparse.csr_matrix:
+    """Return the map from coordinates of nodes to the middle of a rim, less a constant.
+
+    Args:
+        rims: To which it belongs.
+        number: Of the rim.
+        nodes: How many nodes there are.
+
+    Returns:
+        Shape (3, 3 node).
+    """
+    own = slice(rims.node_first[number], rims.node_first[number + 1])
+    found = np.zeros((3, nodes, 3))
+    found[:, rims.nodes[own]] = np.einsum("n,ij->inj", rims.shares[own], rims.within[number])
+    return sparse.csr_matrix(found.reshape(3, -1))
 
 
 class PressedSkin:
@@ -35,9 +73,10 @@ class PressedSkin:
         self._amount, self._profile = pressed.amount, pressed.profile
         self._corners, self._weight = triples.corners, triples.weight
         self._caps, self._openings = pressed.caps, pressed.openings
-        self._known: dict[tuple[int, ...], tuple[sparse.csr_matrix, Indices, Floats]] = {}
+        self._crossing = pressed.faces.crossing
+        self._known: dict[tuple[int, ...], _Wider] = {}
 
-    def _wider(self, nodes: int, *rims: "Rims") -> tuple[sparse.csr_matrix, Indices, Floats]:
+    def _wider(self, nodes: int, *rims: "Rims") -> "_Wider":
         """Return the map from nodes to nodes and middles, with triangles and weights.
 
         Args:
@@ -48,21 +87,22 @@ class PressedSkin:
         if key in self._known:
             return self._known[key]
         corners, weight = [self._corners], [self._weight]
-        parts: list[sparse.spmatrix] = [sparse.identity(nodes)]
+        parts: list[sparse.spmatrix] = [sparse.identity(3 * nodes)]
+        fixed = [np.zeros(3 * nodes)]
         middle = nodes
         for rim in rims:
             for number in range(rim.count):
-                own = rim.nodes_of(number)
-                share = np.full(len(own), 1.0 / len(own))
-                where = np.zeros(len(own), dtype=int), own
-                parts.append(sparse.csr_matrix((share, where), shape=(1, nodes)))
+                parts.append(middle_of(rim, number, nodes))
+                fixed.append(rim.fixed[number])
                 edges = rim.edges[rim.first[number] : rim.first[number + 1]]
                 apex = np.full(len(edges), middle)
                 corners.append(np.column_stack([apex, edges[:, 1], edges[:, 0]]))
                 weight.append(rim.weight[rim.first[number] : rim.first[number + 1]])
                 middle += 1
-        follow = sparse.csr_matrix(sparse.vstack(parts))
-        self._known[key] = follow, np.concatenate(corners), np.concatenate(weight)
+        self._known[key] = _Wider(
+            sparse.csr_matrix(sparse.vstack(parts)), np.concatenate(fixed),
+            np.concatenate(corners), np.concatenate(weight),
+        )  # fmt: skip
         return self._known[key]
 
     def _pressure(self, time: float) -> float:
@@ -70,8 +110,8 @@ class PressedSkin:
 
     def _pushes(self, time: float, position: Floats, *rims: "Rims") -> Floats:
         """Return the forces on all nodes [N], shape (node, 3)."""
-        follow, corners, weight = self._wider(len(position), *rims)
-        places = np.asarray(follow @ position)
+        wider = self._wider(len(position), *rims)
+        places, corners, weight = wider.places(position), wider.corners, wider.weight
         found = np.zeros_like(places)
         x = places[corners]
         x = x - x[:, :1]
@@ -79,7 +119,7 @@ class PressedSkin:
         push *= self._pressure(time) / 6.0 * weight[:, None]
         for corner in range(3):
             np.add.at(found, corners[:, corner], push)
-        return np.asarray(follow.T @ found)
+        return np.asarray(wider.follow.T @ found.ravel()).reshape(-1, 3)
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
@@ -97,9 +137,10 @@ class PressedSkin:
             position: Of all nodes [m], shape (node, 3).
         """
         rims = self._caps, self._openings
-        follow, corners, weight = self._wider(len(position), *rims)
-        places = np.asarray(follow @ (position - position[self._corners[0, 0]]))[corners]
-        return -self._pressure(time) * float(weight @ np.linalg.det(places)) / 6.0
+        wider = self._wider(len(position), *rims)
+        from_here = self._crossing.at(position[self._corners[0, 0]])
+        places = (wider.places(position) - from_here)[wider.corners]
+        return -self._pressure(time) * float(wider.weight @ np.linalg.det(places)) / 6.0
 
     def wayward(self, time: float, position: Floats) -> Floats:
         """Return the difference of the forces from those of the potential [N], shape (node, 3).
@@ -128,9 +169,10 @@ class PressedSkin:
             number: Of each node among those that may move, -1 for others.
             size: How many may move.
         """
-        follow, corners, weight = self._wider(len(position), self._caps)
-        x = np.asarray(follow @ position)[corners]
-        count = follow.shape[0]
+        wider = self._wider(len(position), self._caps)
+        corners, weight = wider.corners, wider.weight
+        x = wider.places(position)[corners]
+        count = wider.follow.shape[0] // 3
         by = np.einsum(
             "t,abc,tjc->tjab", -self._pressure(time) / 6.0 * weight, EPSILON,
             np.roll(x, -1, axis=1) - np.roll(x, 1, axis=1),
@@ -141,7 +183,7 @@ class PressedSkin:
         values = np.broadcast_to(by[:, None], shape)
         places = (np.broadcast_to(each, shape).ravel() for each in (rows, columns))
         whole = sparse.csr_matrix((values.ravel(), tuple(places)), shape=(3 * count, 3 * count))
-        spread = sparse.kron(follow, sparse.identity(3))
+        spread = wider.follow
         moves = np.flatnonzero(number >= 0)
         order = moves[np.argsort(number[moves])]
         kept = (3 * order[:, None] + np.arange(3)).ravel()
