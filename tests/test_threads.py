@@ -559,13 +559,17 @@ SEWN = "joint seam { springs from strand to sheet; reach = 5 mm; tissue is silk 
 
 
 @pytest.mark.parametrize(
-    ("by", "joint", "noted"), [(-2.8, "", [0.01]), (-1, "", []), (-2.8, SEWN, [])]
+    ("by", "joint", "noted"), [(-2.8, "", 1), (-1, "", 0), (-2.8, SEWN, 0)]
 )
 def test_a_thread_that_goes_through_a_surface_is_noted_once(by, joint, noted):
     """Held nodes go where they are moved to, whatever touches them."""
     _, _, outcome = ran(SHEET.format(by=by, joint=joint))
     found = [time for time, note in outcome.logged_events if "passes through" in note.cause]
-    assert found == noted
+    assert len(found) == noted
+    # The lower end is 2 mm above the sheet: 6 t⁵ - 15 t⁴ + 10 t³ is 2/2.8 there.
+    ways = np.roots([6.0, -15.0, 10.0, 0.0, 0.0, -2.0 / 2.8])
+    reached = 10e-3 * min(abs(t) for t in ways if abs(t.imag) < 1e-9 and 0.0 < t.real < 1.0)
+    assert all(reached < time < reached + 0.5e-3 for time in found)
 
 
 def test_a_segment_goes_through_a_triangle_where_barycentric_coordinates_say_so():

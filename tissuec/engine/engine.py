@@ -44,6 +44,11 @@ from tissuec.model.network import Floats, Network
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 
 Pause = Callable[[float], bool]
+Follow = Callable[[float, Floats], None]
+
+
+def _overlook(time: float, position: Floats) -> None:
+    """Ignore a state."""
 
 
 class Engine:
@@ -66,6 +71,8 @@ class Engine:
 
     Attributes:
         stepper: What it steps, and calls the loop over steps on.
+        follow: Called with a time [s] and the positions of all nodes [m], shape (node, 3),
+            between two steps, as soon as nodes in contact may have met others.
         remarks: Nothing; see ``QuasiStatic``.
     """
 
@@ -96,6 +103,7 @@ class Engine:
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._closely = -np.inf  # until when steps are looked at one by one [s]
         self._loads: Loads | None = None  # of elements that may break
+        self.follow: Follow = _overlook
 
     @property
     def choice(self) -> MethodChoice:
@@ -367,6 +375,8 @@ class Engine:
             stepper.flush()
         elif reason == STRAYED and stepper.listed_at != stepper.progress.time:
             stepper.forget_net()
+            position = stepper.inputs.outwards(stepper.work.x[stepper.progress.current])
+            self.follow(stepper.progress.time, position)
         elif reason == OUTSIZE and failures.is_flight(
             stepper.work, stepper.progress, stepper.inputs
         ):

@@ -68,6 +68,7 @@ class QuasiStatic:
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
         self._viewed = np.zeros((0, 3)), np.zeros((0, 3))
+        self.follow: Callable[[float, Floats], None] = lambda time, position: None
 
     @property
     def statistics(self) -> Statistics:
@@ -122,6 +123,7 @@ class QuasiStatic:
                 return Interruption("viewed", view)
             if found := self._go(state, self._next(state.time, until), watch, pause):
                 return found
+            self.follow(state.time, state.position)
             if pause is not None and pause(state.time):
                 return Interruption("paused", state.time)
 

@@ -24,7 +24,7 @@ def crossings(segments: Floats, triangles: Floats) -> Indices:
     for first in range(0, len(segments), rows):
         some = segments[first : first + rows]
         pairs = np.argwhere(_boxes_overlap(some, triangles))
-        through = _go_through(some[pairs[:, 0]], triangles[pairs[:, 1]])
+        through = go_through(some[pairs[:, 0]], triangles[pairs[:, 1]])
         found.append(pairs[through] + [first, 0])
     return np.concatenate(found)
 
@@ -35,7 +35,7 @@ def _boxes_overlap(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
     return ((low <= triangles.max(axis=1)) & (triangles.min(axis=1) <= high)).all(axis=-1)
 
 
-def _go_through(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
+def go_through(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
     """Return whether each segment goes through the triangle of the same row, shape (row,)."""
     start, end = segments[:, None, 0], segments[:, None, 1]
     corners, following = triangles, np.roll(triangles, -1, axis=1)

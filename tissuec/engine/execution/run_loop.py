@@ -46,6 +46,7 @@ class RunLoop:
     def __init__(self, network: Network, plan: Plan, recorder: Recorder, threads: int):
         self.network, self.plan, self.recorder = network, plan, recorder
         self.engine = _make_engine(network, plan, recorder, threads)
+        self.engine.follow = recorder.follow
         self.ending: tuple[Kind, str] | None = None
         self._true: list[int] = []
         self._is_static = plan.simulation.is_static

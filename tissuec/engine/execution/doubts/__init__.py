@@ -6,7 +6,7 @@ log, the result and all reports, is the same for every kind. Looking changes not
 """
 
 from collections.abc import Iterator
-from typing import ClassVar, Protocol, Self
+from typing import ClassVar, Protocol, Self, runtime_checkable
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -62,6 +62,25 @@ class Watch(Protocol):
         ...
 
 
+@runtime_checkable
+class Follower(Watch, Protocol):
+    """A watch that must see a state whenever something has moved by some way.
+
+    Attributes:
+        memory: What it has seen, as a checkpoint holds it.
+    """
+
+    memory: Struct
+
+    def is_due(self, position: Floats) -> bool:
+        """Return whether something has moved so far that a look is needed.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        ...
+
+
 WATCHES: Family[type[Watch]] = Family("tissuec.engine.execution.doubts", "watch")
 
 
@@ -72,12 +91,14 @@ class DoubtMemory(Struct, eq=False):
         next: Time of the next look [s].
         found: Doubts by kind and subject.
         weights: Largest weight so far of findings that have one, by kind and subject.
+        kept: What watches that follow a motion have seen, by kind.
         fresh: Those of ``found`` that the event log does not contain yet, with their spans.
     """
 
     next: float = 0.0
     found: dict[str, Doubt] = field(default_factory=dict[str, Doubt])
     weights: dict[str, float] = field(default_factory=dict[str, float])
+    kept: dict[str, Struct] = field(default_factory=dict[str, Struct])
     fresh: list[tuple[Doubt, Span]] = field(default_factory=list[tuple[Doubt, Span]])
 
     def enter(self, kind: str, finding: Finding, time: float) -> None:
@@ -130,10 +151,29 @@ class Watcher:
             position: Of all nodes [m], shape (node, 3).
             memory: Takes what is found.
         """
+        for watch in self._at_work(memory):
+            self._ask(watch, state, time, position, memory)
+        memory.next = (time // self._apart + 1.0) * self._apart
+
+    def follow(self, state: State, time: float, position: Floats, memory: DoubtMemory) -> None:
+        """Look at a state for what may have passed since the last look; arguments as above."""
+        for watch in self._at_work(memory):
+            if isinstance(watch, Follower) and watch.is_due(position):
+                self._ask(watch, state, time, position, memory)
+
+    def _at_work(self, memory: DoubtMemory) -> list[Watch]:
+        """Return the watches of the run, with what they know."""
         if self._watches is None:
             made = (kind.of(self._network, self._plan) for kind in WATCHES.values())
             self._watches = [watch for watch in made if watch is not None]
         for watch in self._watches:
-            for finding in watch.look(state, position):
-                memory.enter(watch.kind, finding, time)
-        memory.next = (time // self._apart + 1.0) * self._apart
+            if isinstance(watch, Follower):
+                watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
+        return self._watches
+
+    @staticmethod
+    def _ask(
+        watch: Watch, state: State, time: float, position: Floats, memory: DoubtMemory
+    ) -> None:
+        for finding in watch.look(state, position):
+            memory.enter(watch.kind, finding, time)

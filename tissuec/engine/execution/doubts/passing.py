@@ -3,31 +3,185 @@
 Surfaces keep off the nodes of threads, and tools and threads keep off the nodes of bodies. What
 is thin beside the distance of nodes can pass between them, and what presses harder than contact
 bears goes through. Then its line crosses the surface; a ball has its centre inside. What no
-longer crosses is either drawn back, or has passed: then the middle of its line is on the other
-side of the nearest triangle than before it began to cross.
+longer crosses is either drawn back, or has passed: then the place on its line where it crossed
+first is on the other side of the surface than before.
+
+So that nothing passes unseen, states are looked at whenever a node has moved by a part of the
+size of a triangle, and what passed between two of them is found by ``geometry.sweeps``.
 """
 
 from collections.abc import Iterator
-from typing import Self, TypeAlias
+from typing import Self
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.edge_supports import SupportedTriangles
-from tissuec.geometry.edges import Edges
 from tissuec.geometry.inside import inside
-from tissuec.geometry.intersections import crossings
+from tissuec.geometry.sweeps import Passage, Surface, near, side_of, sweeps, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
-_Side: TypeAlias = tuple[int, bool]
-
 KIND = "passes through a surface"
+APART = 0.25  # of the median edge of a surface: way of a node between two looks
 _OBLIQUE = np.array([0.36, 0.48, 0.80])  # a unit vector that is at right angles to nothing
 _OF_THREADS = "use more pieces, or a larger thickness or contact stiffness"
 _OF_TOOLS = "use smaller cells, a thicker tool, or a larger contact stiffness"
+
+
+class Begun(Struct, frozen=True):
+    """The first crossing of what crosses now.
+
+    Attributes:
+        passage: Where the line crossed first.
+        is_in_front: Whether this place on the line was in front of the surface before.
+    """
+
+    passage: Passage
+    is_in_front: bool
+
+
+class PassingMemory(Struct):
+    """What was seen so far, as a checkpoint holds it.
+
+    Attributes:
+        before: Positions at the last look [m], shape (node, 3); None before the first one.
+        seen: Pairs of a line and a body that have crossed, by name.
+        begun: Those that cross now.
+    """
+
+    before: Floats | None = None
+    seen: list[str] = field(default_factory=list[str])
+    begun: dict[str, Begun] = field(default_factory=dict[str, Begun])
+
+
+class _Skin:
+    """The surface of a body, and what is left of it."""
+
+    def __init__(self, network: Network, body: BodyPart):
+        skin = network.skin_of(body)
+        self.body, self.surface = body, Surface.of(skin)
+        self.edge = float(
+            np.median(norm(np.diff(network.position[self.surface.edges.ends], axis=1)))
+        )
+        self._supported = SupportedTriangles(
+            network.springs.ends, skin, network.skin_marks_of(body)
+        )
+        self._alive: NDArray[np.bool_] | None = None
+        self._whole = np.ones(len(skin), dtype=bool)
+
+    @property
+    def triangles(self) -> Indices:
+        """Return the corners of all triangles, shape (triangle, 3)."""
+        return self.surface.triangles
+
+    def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which triangles are neither cut nor torn, shape (triangle,)."""
+        if self._alive is None or not np.array_equal(alive, self._alive):
+            self._alive, self._whole = alive.copy(), self._supported.whole(alive)
+        return self._whole
+
+
+class _Line:
+    """The axes of a tool, or a thread."""
+
+    def __init__(self, network: Network, part: BodyPart | ToolPart):
+        self.part, self.name = part, part.name
+        self.is_thread = isinstance(part, BodyPart)
+        if isinstance(part, ToolPart):
+            self.pieces, self._springs = _axes(part), None
+            thinnest = min(shape.radius for shape in part.shapes if shape.radius)
+            # Tools are often drawn in the middle of cells, and what goes through the edge of
+            # two triangles goes through neither.
+            self.aside = 1e-3 * thinnest * _OBLIQUE
+        else:
+            assert part.thread is not None
+            self._springs, self.aside = part.thread.pieces, np.zeros(3)
+            self.pieces = network.springs.ends[self._springs].astype(np.int64)
+        self.nodes = np.unique(self.pieces)
+
+    def there(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which pieces are there, shape (piece,)."""
+        return (
+            np.ones(len(self.pieces), bool) if self._springs is None else alive[self._springs]
+        )
+
+
+class _Pair:
+    """A line and the surface of a body that may stop it."""
+
+    def __init__(self, line: _Line, skin: _Skin):
+        self.line, self.skin = line, skin
+        self.key = f"{line.name} in {skin.body.name}"
+        self._is_closed = skin.surface.edges.is_closed
+        pieces = line.pieces
+        self._balls = pieces[pieces[:, 0] == pieces[:, 1], 0]
+
+    def passages(
+        self, before: Floats, now: Floats, alive: NDArray[np.bool_]
+    ) -> tuple[list[Passage], list[Passage]]:
+        """Return where the line crosses the surface now, and where it passed since before.
+
+        Args:
+            before, now: Positions of all nodes [m], shape (node, 3).
+            alive: Springs that are there, shape (spring,).
+        """
+        pieces, triangles = self.line.pieces, self.skin.triangles
+        before, now = self._beside(before), self._beside(now)
+        pairs = near(before, now, pieces, triangles)
+        if not len(pairs):
+            return [], []
+        holds = self.line.there(alive)[pairs[:, 0]] & self.skin.whole(alive)[pairs[:, 1]]
+        pairs = pairs[holds]
+        return (
+            through(now, pieces, triangles, pairs),
+            sweeps(before, now, pieces, self.skin.surface, pairs),
+        )
+
+    def balls_inside(self, now: Floats, alive: NDArray[np.bool_]) -> int:
+        """Return how many balls have their centre inside of the body; arguments as above."""
+        if not len(self._balls) or not self._is_closed or not self.skin.whole(alive).all():
+            return 0
+        return int(np.count_nonzero(inside(now[self._balls], now, self.skin.triangles)))
+
+    def holds(self, passage: Passage, alive: NDArray[np.bool_]) -> bool:
+        """Return whether both the piece and the triangle of a passage are there."""
+        return bool(
+            self.line.there(alive)[passage.piece] and self.skin.whole(alive)[passage.triangle]
+        )
+
+    def side(
+        self, passage: Passage, position: Floats, alive: NDArray[np.bool_]
+    ) -> tuple[bool, int]:
+        """Return whether a place on the line is in front of the surface, and the nearest node.
+
+        Args:
+            passage: At this place.
+            position: Of all nodes [m], shape (node, 3).
+            alive: Springs that are there, shape (spring,).
+        """
+        start, end = position[self.line.pieces[passage.piece]] + self.line.aside
+        place = start + passage.share * (end - start)
+        return side_of(place, position, self.skin.triangles[self.skin.whole(alive)])
+
+    def node(self, passage: Passage, position: Floats) -> int:
+        """Return the corner of a passage's triangle that is nearest to it."""
+        start, end = position[self.line.pieces[passage.piece]]
+        corners = self.skin.triangles[passage.triangle]
+        away = position[corners] - (start + passage.share * (end - start))
+        return int(corners[norm(away).argmin()])
+
+    def _beside(self, position: Floats) -> Floats:
+        """Return positions with the line moved aside a little [m], shape (node, 3)."""
+        if not self.line.aside.any():
+            return position
+        moved = position.copy()
+        moved[self.line.nodes] += self.line.aside
+        return moved
 
 
 @WATCHES.member(KIND)
@@ -36,22 +190,13 @@ class Passing:
 
     kind = KIND
 
-    def __init__(self, network: Network, lines: list[tuple[BodyPart | ToolPart, BodyPart]]):
-        self._network = network
-        bodies = {body.name: body for _, body in lines}
-        skins = {name: network.skin_of(body) for name, body in bodies.items()}
-        self._skins = {
-            name: SupportedTriangles(
-                network.springs.ends, skin, network.skin_marks_of(bodies[name])
-            )
-            for name, skin in skins.items()
-        }
-        self._closed = {name: Edges.among(skin).is_closed for name, skin in skins.items()}
-        self._lines = lines
-        self._passing = set[tuple[str, str]]()
-        self._before: Floats | None = None  # positions at the last look
-        #: Of what crosses now: the piece of its line, and on which side it was before.
-        self._begun = dict[tuple[str, str], _Side]()
+    def __init__(self, network: Network, pairs: list[_Pair]):
+        self._network, self._pairs = network, pairs
+        self.memory = PassingMemory()
+        skins = [pair.skin for pair in pairs]
+        self._apart = APART * min(skin.edge for skin in skins)
+        nodes = [skin.triangles.ravel() for skin in skins] + [pair.line.nodes for pair in pairs]
+        self._nodes = np.unique(np.concatenate(nodes))
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
@@ -61,150 +206,100 @@ class Passing:
         """
         if network.contact is None:
             return None
-        bodies = [body for body in network.bodies if body.thread is None]
         threads = [body for body in network.bodies if body.thread is not None]
-        tools = [tool for tool in network.tools if len(_axes(tool))]
-        lines: list[tuple[BodyPart | ToolPart, BodyPart]] = [
-            *((one, b) for b in bodies for one in threads if not network.are_joined(one, b)),
-            *((tool, body) for body in bodies for tool in tools),
-        ]
-        lines = [(line, body) for line, body in lines if len(network.skin_of(body))]
-        if not lines:
+        tools = [_Line(network, tool) for tool in network.tools if len(_axes(tool))]
+        bodies = [b for b in network.bodies if b.thread is None and len(network.skin_of(b))]
+        if not bodies or not (threads or tools):
             return None
-        watch, drawn = cls(network, lines), network.position
-        watch._lines = [
-            (line, body)
-            for line, body in lines
-            if not watch._count(line, body, network.present, drawn)
+        lines = [_Line(network, one) for one in threads]
+        pairs: list[_Pair] = []
+        for body in bodies:
+            skin = _Skin(network, body)
+            sewn = [network.are_joined(one, body) for one in threads]
+            free = [line for line, is_sewn in zip(lines, sewn, strict=True) if not is_sewn]
+            pairs += [_Pair(line, skin) for line in (*free, *tools)]
+        drawn, present = network.position, network.present
+        pairs = [
+            pair
+            for pair in pairs
+            if not pair.passages(drawn, drawn, present)[0]
+            and not pair.balls_inside(drawn, present)
         ]
-        return watch
+        return cls(network, pairs) if pairs else None
+
+    def is_due(self, position: Floats) -> bool:
+        """Return whether nodes have moved so far that something may have passed."""
+        before = self._before
+        way = position[self._nodes] - before[self._nodes]
+        return bool(np.abs(way).max(initial=0.0) > self._apart)
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
-        for line, body in self._lines:
-            count = self._count(line, body, state.alive, position)
-            pair = line.name, body.name
-            if not count and pair not in self._passing:
+        before, memory, alive = self._before, self.memory, state.alive
+        for pair in self._pairs:
+            now, swept = pair.passages(before, position, alive)
+            count = len(now) + pair.balls_inside(position, alive)
+            if not count and not swept and pair.key not in memory.seen:
                 continue
-            self._passing.add(pair)
-            yield from self._passed(line, body, count, state, position)
-            is_thread = isinstance(line, BodyPart)
-            yield Finding(
-                f"{line.name} in {body.name}",
-                count,
-                f"{line.name} passes through the surface of {body.name}: contact cannot hold "
-                "it back there",
-                "",
-                "crossing",
-                _OF_THREADS if is_thread else _OF_TOOLS,
-                line.span,
-            )
-        self._before = position.copy()
+            first = [*swept, *now][:1]
+            if (count or swept) and pair.key not in memory.seen:
+                memory.seen.append(pair.key)
+            place = self._at(pair.node(first[0], position), pair) if first else ""
+            most = max(count, 1 if swept else 0)
+            yield self._finding(pair, most, place)
+            if most != count:
+                yield self._finding(pair, count, place)
+            if first and pair.key not in memory.begun:
+                is_in_front, _ = pair.side(first[0], before, alive)
+                memory.begun[pair.key] = Begun(first[0], is_in_front)
+            if not count:
+                yield from self._passed(pair, position, alive)
+        memory.before = position.copy()
+
+    @property
+    def _before(self) -> Floats:
+        """Return the positions at the last look, or those drawn [m], shape (node, 3)."""
+        return self._network.position if self.memory.before is None else self.memory.before
+
+    def _at(self, node: int, pair: _Pair) -> str:
+        return f"at node {self._network.node_ids[node]} of {pair.skin.body.name}"
+
+    def _finding(self, pair: _Pair, count: int, where: str) -> Finding:
+        """Return that a line crosses a surface."""
+        line, body = pair.line, pair.skin.body
+        return Finding(
+            pair.key,
+            count,
+            f"{line.name} passes through the surface of {body.name}: contact cannot hold "
+            "it back there",
+            where,
+            "crossing",
+            _OF_THREADS if line.is_thread else _OF_TOOLS,
+            line.part.span,
+        )
 
     def _passed(
-        self,
-        line: BodyPart | ToolPart,
-        body: BodyPart,
-        count: int,
-        state: State,
-        position: Floats,
+        self, pair: _Pair, position: Floats, alive: NDArray[np.bool_]
     ) -> Iterator[Finding]:
         """Yield that a line is on the other side of a surface than before it crossed it."""
-        pair = line.name, body.name
-        if count and pair not in self._begun and self._before is not None:
-            pairs = self._crossings(line, body, state.alive, position)
-            if len(pairs):
-                piece = int(pairs[0, 0])
-                self._begun[pair] = piece, self._side(line, body, state, self._before, piece)[0]
+        begun = self.memory.begun.pop(pair.key, None)
+        if begun is None or not pair.holds(begun.passage, alive):
             return
-        if count or pair not in self._begun:
-            return
-        piece, side = self._begun.pop(pair)
-        now, node = self._side(line, body, state, position, piece)
-        if now == side:
+        is_in_front, node = pair.side(begun.passage, position, alive)
+        if is_in_front == begun.is_in_front:
             return  # drawn back
-        ids = self._network.node_ids
+        line, body = pair.line, pair.skin.body
         yield Finding(
             f"{line.name} through {body.name}",
             1,
             f"{line.name} has passed through {body.name} and holds it no longer",
-            f"at node {ids[node]} of {body.name}",
+            self._at(node, pair),
             "passage",
-            _OF_THREADS if isinstance(line, BodyPart) else _OF_TOOLS,
-            line.span,
+            _OF_THREADS if line.is_thread else _OF_TOOLS,
+            line.part.span,
         )
-
-    def _side(
-        self, line: BodyPart | ToolPart, body: BodyPart, state: State, position: Floats,
-        piece: int,
-    ) -> tuple[bool, int]:  # fmt: skip
-        """Return whether a piece of a line is in front of a surface, and the nearest node.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-            piece: Its number in the line.
-        """
-        skin = self._skins[body.name]
-        triangles = skin.triangles[skin.whole(state.alive)]
-        middle = position[_pieces(self._network, line, state.alive)[piece]].mean(axis=0)
-        corners = position[triangles]
-        nearest = int(np.linalg.norm(corners.mean(axis=1) - middle, axis=1).argmin())
-        a, b, c = corners[nearest]
-        nodes = triangles[nearest]
-        node = int(nodes[np.linalg.norm(corners[nearest] - middle, axis=1).argmin()])
-        return bool(np.cross(b - a, c - a) @ (middle - a) > 0.0), node
-
-    def _crossings(
-        self, line: BodyPart | ToolPart, body: BodyPart, alive: NDArray[np.bool_],
-        position: Floats,
-    ) -> Indices:  # fmt: skip
-        """Return pairs of a piece of a line and a whole triangle that it crosses."""
-        skin = self._skins[body.name]
-        segments = position[_pieces(self._network, line, alive)] + _aside(line)
-        return crossings(segments, position[skin.triangles[skin.whole(alive)]])
-
-    def _count(
-        self, line: BodyPart | ToolPart, body: BodyPart, alive: NDArray[np.bool_],
-        position: Floats,
-    ) -> int:  # fmt: skip
-        """Return how often a thread or tool goes through the whole part of a surface.
-
-        Args:
-            line: The thread or tool.
-            body: With this surface.
-            alive: Springs that are there, shape (spring,).
-            position: Of all nodes [m], shape (node, 3).
-        """
-        skin = self._skins[body.name]
-        whole = skin.whole(alive)
-        segments = position[_pieces(self._network, line, alive)] + _aside(line)
-        count = len(self._crossings(line, body, alive, position))
-        balls = segments[(segments[:, 0] == segments[:, 1]).all(axis=1), 0]
-        if len(balls) and whole.all() and self._closed[body.name]:
-            count += int(np.count_nonzero(inside(balls, position, skin.triangles)))
-        return count
-
-
-def _aside(line: BodyPart | ToolPart) -> Floats:
-    """Return a way to move a line aside [m], shape (3,).
-
-    By a thousandth of its radius: tools are often drawn in the middle of cells, and what goes
-    through the edge of two triangles goes through neither.
-    """
-    if isinstance(line, BodyPart):
-        return np.zeros(3)
-    return 1e-3 * min(shape.radius for shape in line.shapes if shape.radius) * _OBLIQUE
 
 
 def _axes(tool: ToolPart) -> Indices:
     """Return the nodes at both ends of the axes of the capsules of a tool, shape (axis, 2)."""
     number = [n for n, shape in enumerate(tool.shapes) if shape.kind == "capsule"]
     return tool.nodes.start + 2 * np.array(number, dtype=np.int64)[:, None] + np.arange(2)
-
-
-def _pieces(network: Network, line: BodyPart | ToolPart, alive: NDArray[np.bool_]) -> Indices:
-    """Return the nodes at the ends of the pieces of a line, shape (piece, 2)."""
-    if isinstance(line, ToolPart):
-        return _axes(line)
-    assert line.thread is not None
-    pieces = line.thread.pieces
-    return network.springs.ends[pieces][alive[pieces]].astype(np.int64)
