@@ -109,7 +109,6 @@ def test_no_tool_passes_a_sheet_without_a_report(first):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(60, 1000, 94))
-def test_hardly_any_tool_of_a_thousand_passes_a_sheet_without_a_report(first):
-    """A run looks 64 times; what slips through between two looks is not seen."""
+def test_no_tool_of_a_thousand_passes_a_sheet_without_a_report(first):
     found = [played_pull(number) for number in range(first, min(first + 94, 1000))]
-    assert sum(passed and not reported for passed, reported in found) <= 2
+    assert not sum(passed and not reported for passed, reported in found)

@@ -46,11 +46,13 @@ class Passage(Struct, frozen=True):
         piece: Number of the segment of the line.
         share: Place on it, from 0 to 1.
         triangle: Number of the triangle.
+        way: Part of the way between both states, from 0 to 1; 1 in the second one.
     """
 
     piece: int
     share: float
     triangle: int
+    way: float = 1.0
 
 
 def near(before: Floats, now: Floats, pieces: Indices, triangles: Indices) -> Indices:
@@ -84,7 +86,7 @@ def near(before: Floats, now: Floats, pieces: Indices, triangles: Indices) -> In
 def sweeps(
     before: Floats, now: Floats, pieces: Indices, surface: Surface, pairs: Indices
 ) -> list[Passage]:
-    """Return where segments pass the boundary of triangles between two states.
+    """Return where segments pass the boundary of triangles between two states, in order.
 
     Args:
         before, now: Positions of nodes [m], shape (node, 3).
@@ -93,10 +95,11 @@ def sweeps(
         pairs: Segments and triangles that are near, shape (pair, 2).
     """
     ways = np.stack([before, now])
-    return [
+    found = [
         *_ends_through(ways, pieces, surface, pairs),
         *_past_edges(ways, pieces, surface, pairs),
     ]
+    return sorted(found, key=lambda one: one.way)
 
 
 def _ends_through(
@@ -110,7 +113,7 @@ def _ends_through(
     _, first = np.unique(key, return_index=True)
     node, triangle, piece, end = node[first], triangle[first], piece[first], end[first]
     corners = np.concatenate([surface.triangles[triangle], node[:, None]], axis=1)
-    row, place = _flat(ways, corners)
+    row, way, place = _flat(ways, corners)
     a, b, c, x = place.swapaxes(0, 1)
     normal = cross(b - a, c - a)
     square = dot(normal, normal)
@@ -119,7 +122,8 @@ def _ends_through(
     )
     inside = (shares >= -INSIDE * square[:, None]).all(axis=1) & (square > 0.0)
     return [
-        Passage(int(piece[n]), float(end[n]), int(triangle[n])) for n in row[inside].tolist()
+        Passage(int(piece[n]), float(end[n]), int(triangle[n]), when)
+        for n, when in zip(row[inside].tolist(), way[inside].tolist(), strict=True)
     ]
 
 
@@ -133,7 +137,7 @@ def _past_edges(
     _, first = np.unique(key, return_index=True)
     piece, triangle, edge = piece[first], triangle[first], edge[first]
     corners = np.concatenate([pieces[piece], surface.edges.ends[edge]], axis=1)
-    row, place = _flat(ways, corners)
+    row, way, place = _flat(ways, corners)
     a, b, c, d = place.swapaxes(0, 1)
     along, beside = b - a, d - c
     normal = cross(along, beside)
@@ -141,16 +145,17 @@ def _past_edges(
     flat = np.where(square > 0.0, square, 1.0)
     share = dot(cross(c - a, beside), normal) / flat
     other = dot(cross(c - a, along), normal) / flat
-    cross_ = square > 0.0
+    meet = square > 0.0
     for s in (share, other):
-        cross_ &= (s >= -INSIDE) & (s <= 1.0 + INSIDE)
+        meet &= (s >= -INSIDE) & (s <= 1.0 + INSIDE)
+    rows = (array[meet].tolist() for array in (row, np.clip(share, 0.0, 1.0), way))
     return [
-        Passage(int(piece[n]), min(max(float(s), 0.0), 1.0), int(triangle[n]))
-        for n, s in zip(row[cross_].tolist(), share[cross_].tolist(), strict=True)
+        Passage(int(piece[n]), s, int(triangle[n]), when)
+        for n, s, when in zip(*rows, strict=True)
     ]
 
 
-def _flat(ways: Floats, corners: Indices) -> tuple[Indices, Floats]:
+def _flat(ways: Floats, corners: Indices) -> tuple[Indices, Floats, Floats]:
     """Return which four points change the sign of their volume, and where it is zero.
 
     Args:
@@ -158,7 +163,7 @@ def _flat(ways: Floats, corners: Indices) -> tuple[Indices, Floats]:
         corners: Nodes, shape (row, 4).
 
     Returns:
-        Rows, shape (found,), and positions [m], shape (found, 4, 3).
+        Rows and parts of the way, shape (found,), and positions [m], shape (found, 4, 3).
     """
     volume = [_volumes(state[corners]) for state in ways]
     row = np.flatnonzero(volume[0] * volume[1] < 0.0)
@@ -170,7 +175,8 @@ def _flat(ways: Floats, corners: Indices) -> tuple[Indices, Floats]:
         there = start + middle[:, None, None] * (stop - start)
         is_before = (_volumes(there) > 0.0) == is_positive
         low, high = np.where(is_before, middle, low), np.where(is_before, high, middle)
-    return row, start + (0.5 * (low + high))[:, None, None] * (stop - start)
+    way = 0.5 * (low + high)
+    return row, way, start + way[:, None, None] * (stop - start)
 
 
 def _volumes(points: Floats) -> Floats:

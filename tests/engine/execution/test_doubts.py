@@ -329,3 +329,55 @@ def test_a_tool_that_has_passed_is_told_with_time_and_place(way, is_lost):
         assert one.what == "hook has passed through flap and holds it no longer"
         assert 0.05 < one.time < 0.45
         assert one.where.startswith("at node ") and one.where.endswith(" of flap")
+
+
+#: A needle that goes through a sheet and comes back, within a sixty-fourth of the run.
+QUICK = """language 1
+tissue gum { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg }
+body flap {
+  mesh is sheet {
+    corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 40, 0) mm
+    columns = 5; rows = 5; diagonals is both
+  }
+  tissue is gum
+}
+tool needle {
+  kind is probe; radius = 0.5 mm; axis from (3, 16, 2) mm to (8, 17, 2) mm
+}
+environment {
+  gravity = (0, 0, 0) m/s^2; contact is tools only; contact stiffness = 20 N/m
+}
+script {
+  at 0 s: fix flap
+  from 10 ms to 15 ms: move needle by (0, 0, -4) mm using smooth profile
+  from 15 ms to 20 ms: move needle by (0, 0, 4) mm using smooth profile
+}
+simulate { duration = 2 s; tolerance = 1e-3 }
+"""
+
+
+def test_what_passes_and_comes_back_between_two_looks_is_found_and_located():
+    outcome, recording = carried_out(compiled(QUICK))
+    crossing, *passages = outcome.doubts
+    assert crossing.kind == "passes through a surface" and crossing.last == 0
+    # The axis is 2 mm above the sheet: half of the way.
+    assert crossing.time == pytest.approx(12.5e-3, abs=0.5e-3)
+    assert crossing.where.endswith(" of flap")
+    (found,) = passages
+    assert found.what == "needle has passed through flap and holds it no longer"
+    # Nodes 0, 1 and 7 are corners of the triangles that the needle passes.
+    assert recording.events[-1].kind != "note"
+
+
+def test_a_run_that_is_resumed_amid_a_passage_has_the_same_doubts(monkeypatch):
+    scene = compiled(HOOK.replace("WAY", LIFTED))
+    whole = carried_out(scene)[0]
+    assert len(whole.doubts) == 2
+    monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
+    found = set()
+    for count in (2, 5, 9, 14, 20):
+        first, recording = carried_out(scene, interrupt=AfterAsking(count))
+        if first.kind == "interrupted":
+            rest, _ = carried_out(scene, resume=recording.state)
+            found.add(rest.doubts)
+    assert found == {whole.doubts}

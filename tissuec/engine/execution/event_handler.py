@@ -136,7 +136,7 @@ class EventHandler:
         """
         state, doubts = self.run_state.state, self.recorder.memory.doubts
         self.recorder.look(state, state.time, state.position, always=always)
-        self.recorder.follow(state.time, state.position, state)
+        self.recorder.follow(state.time, state.position, state, always=always)
         for doubt, span in doubts.fresh:
             self._log(LoggedEvent("note", (), doubt.what, span), doubt.time)
         doubts.fresh.clear()

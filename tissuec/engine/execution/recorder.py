@@ -325,17 +325,26 @@ class Recorder:
         if always or time >= self.memory.doubts.next:
             self._watcher.look(state, time, position, self.memory.doubts)
 
-    def follow(self, time: float, position: Floats, state: State | None = None) -> None:
-        """Look for what may have passed through a surface, if anything moved far enough.
+    def follow(
+        self,
+        time: float,
+        position: Floats,
+        state: State | None = None,
+        *,
+        always: bool = False,
+    ) -> None:
+        """Look for what passes through surfaces, if anything has moved far enough.
 
         Args:
-            time: [s].
+            time: [s]; not before that of the last call.
             position: Of all nodes [m], shape (node, 3).
             state: What is alive and held then; by default, as entered last.
+            always: Whether to look in any case.
         """
         state = self._state if state is None else state
         if self.takes_notes and state is not None:
-            self._watcher.follow(state, time, position, self.memory.doubts)
+            memory = self.memory.doubts
+            self._watcher.follow(state, time, position, memory, always=always)
 
     def _snapshot(self, samples: Samples, state: State) -> Snapshot:
         motion = samples.time, samples.position, samples.velocity

@@ -64,7 +64,9 @@ class Watch(Protocol):
 
 @runtime_checkable
 class Follower(Watch, Protocol):
-    """A watch that must see a state whenever something has moved by some way.
+    """A watch that sees states of a motion in their order, as often as things move.
+
+    Samples are delivered later than the states between them, and are not looked at.
 
     Attributes:
         memory: What it has seen, as a checkpoint holds it.
@@ -143,7 +145,7 @@ class Watcher:
         self._watches: list[Watch] | None = None
 
     def look(self, state: State, time: float, position: Floats, memory: DoubtMemory) -> None:
-        """Look at a state.
+        """Look at a state, except for what is followed.
 
         Args:
             state: As of ``Watch.look``.
@@ -151,24 +153,37 @@ class Watcher:
             position: Of all nodes [m], shape (node, 3).
             memory: Takes what is found.
         """
-        for watch in self._at_work(memory):
-            self._ask(watch, state, time, position, memory)
+        for watch in self._at_work():
+            if not isinstance(watch, Follower):
+                self._ask(watch, state, time, position, memory)
         memory.next = (time // self._apart + 1.0) * self._apart
 
-    def follow(self, state: State, time: float, position: Floats, memory: DoubtMemory) -> None:
-        """Look at a state for what may have passed since the last look; arguments as above."""
-        for watch in self._at_work(memory):
-            if isinstance(watch, Follower) and watch.is_due(position):
-                self._ask(watch, state, time, position, memory)
+    def follow(
+        self,
+        state: State,
+        time: float,
+        position: Floats,
+        memory: DoubtMemory,
+        *,
+        always: bool = False,
+    ) -> None:
+        """Look at the next state of a motion for what passes in it.
 
-    def _at_work(self, memory: DoubtMemory) -> list[Watch]:
-        """Return the watches of the run, with what they know."""
+        Args:
+            state, time, position, memory: As of ``look``; times ascend.
+            always: Whether to look even if nothing has moved far.
+        """
+        for watch in self._at_work():
+            if isinstance(watch, Follower):
+                watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
+                if always or watch.is_due(position):
+                    self._ask(watch, state, time, position, memory)
+
+    def _at_work(self) -> list[Watch]:
+        """Return the watches of the run."""
         if self._watches is None:
             made = (kind.of(self._network, self._plan) for kind in WATCHES.values())
             self._watches = [watch for watch in made if watch is not None]
-        for watch in self._watches:
-            if isinstance(watch, Follower):
-                watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
         return self._watches
 
     @staticmethod

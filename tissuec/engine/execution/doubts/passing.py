@@ -27,7 +27,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
 KIND = "passes through a surface"
-APART = 0.25  # of the median edge of a surface: way of a node between two looks
+APART = 0.05  # of the median edge of a surface: way of a node between two looks
 _OBLIQUE = np.array([0.36, 0.48, 0.80])  # a unit vector that is at right angles to nothing
 _OF_THREADS = "use more pieces, or a larger thickness or contact stiffness"
 _OF_TOOLS = "use smaller cells, a thicker tool, or a larger contact stiffness"
