@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.geometry.sweeps import Passage, Surface, near, side_of, sweeps, through
+from tissuec.geometry.sweeps import Passage, SweptSurface, near, side_of, sweeps, through
 
 PIECES, TRIANGLE = np.array([[0, 1]]), np.array([[2, 3, 4]])
 
@@ -16,7 +16,7 @@ def crosses(position):
 
 
 def found_between(before, now):
-    surface = Surface.of(TRIANGLE)
+    surface = SweptSurface.of(TRIANGLE)
     pairs = near(before, now, PIECES, TRIANGLE)
     return sweeps(before, now, PIECES, surface, pairs)
 
@@ -66,7 +66,7 @@ def test_a_ball_passes_through_an_edge_of_two_triangles_at_least_once():
         triangles = np.array([[1, 2, 3], [1, 3, 4]])
         pieces = np.array([[0, 0]])
         pairs = near(before, now, pieces, triangles)
-        assert sweeps(before, now, pieces, Surface.of(triangles), pairs)
+        assert sweeps(before, now, pieces, SweptSurface.of(triangles), pairs)
 
 
 def test_the_place_of_a_crossing_and_its_side():

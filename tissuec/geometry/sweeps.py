@@ -22,7 +22,7 @@ INSIDE = 1e-6  # of a triangle or a segment: how far outside still counts, lest 
 MOST_PAIRS = 1 << 20  # looked at together
 
 
-class Surface(NamedTuple):
+class SweptSurface(NamedTuple):
     """Triangles and their edges.
 
     Attributes:
@@ -34,7 +34,7 @@ class Surface(NamedTuple):
     edges: Edges
 
     @classmethod
-    def of(cls, triangles: Indices) -> "Surface":
+    def of(cls, triangles: Indices) -> "SweptSurface":
         """Return the surface of triangles, given by corners of shape (triangle, 3)."""
         return cls(triangles, Edges.among(triangles))
 
@@ -84,7 +84,7 @@ def near(before: Floats, now: Floats, pieces: Indices, triangles: Indices) -> In
 
 
 def sweeps(
-    before: Floats, now: Floats, pieces: Indices, surface: Surface, pairs: Indices
+    before: Floats, now: Floats, pieces: Indices, surface: SweptSurface, pairs: Indices
 ) -> list[Passage]:
     """Return where segments pass the boundary of triangles between two states, in order.
 
@@ -103,7 +103,7 @@ def sweeps(
 
 
 def _ends_through(
-    ways: Floats, pieces: Indices, surface: Surface, pairs: Indices
+    ways: Floats, pieces: Indices, surface: SweptSurface, pairs: Indices
 ) -> list[Passage]:
     """Return where ends of segments pass through triangles."""
     end = np.repeat([0, 1], len(pairs))
@@ -128,7 +128,7 @@ def _ends_through(
 
 
 def _past_edges(
-    ways: Floats, pieces: Indices, surface: Surface, pairs: Indices
+    ways: Floats, pieces: Indices, surface: SweptSurface, pairs: Indices
 ) -> list[Passage]:
     """Return where segments pass edges of triangles."""
     piece, triangle = np.repeat(pairs, 3, axis=0).T

@@ -170,7 +170,10 @@ class Watcher:
         """Look at the next state of a motion for what passes in it.
 
         Args:
-            state, time, position, memory: As of ``look``; times ascend.
+            state: As of ``Watch.look``.
+            time: Later than that of the last call [s].
+            position: Of all nodes [m], shape (node, 3).
+            memory: Takes what is found.
             always: Whether to look even if nothing has moved far.
         """
         for watch in self._at_work():

@@ -21,7 +21,7 @@ from tissuec.core.vectors import norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.inside import inside
-from tissuec.geometry.sweeps import Passage, Surface, near, side_of, sweeps, through
+from tissuec.geometry.sweeps import Passage, SweptSurface, near, side_of, sweeps, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
@@ -59,12 +59,12 @@ class PassingMemory(Struct):
     begun: dict[str, Begun] = field(default_factory=dict[str, Begun])
 
 
-class _Skin:
+class _WatchedSkin:
     """The surface of a body, and what is left of it."""
 
     def __init__(self, network: Network, body: BodyPart):
         skin = network.skin_of(body)
-        self.body, self.surface = body, Surface.of(skin)
+        self.body, self.surface = body, SweptSurface.of(skin)
         self.edge = float(
             np.median(norm(np.diff(network.position[self.surface.edges.ends], axis=1)))
         )
@@ -86,7 +86,7 @@ class _Skin:
         return self._whole
 
 
-class _Line:
+class _WatchedLine:
     """The axes of a tool, or a thread."""
 
     def __init__(self, network: Network, part: BodyPart | ToolPart):
@@ -111,10 +111,10 @@ class _Line:
         )
 
 
-class _Pair:
+class _WatchedPair:
     """A line and the surface of a body that may stop it."""
 
-    def __init__(self, line: _Line, skin: _Skin):
+    def __init__(self, line: _WatchedLine, skin: _WatchedSkin):
         self.line, self.skin = line, skin
         self.key = f"{line.name} in {skin.body.name}"
         self._is_closed = skin.surface.edges.is_closed
@@ -190,7 +190,7 @@ class Passing:
 
     kind = KIND
 
-    def __init__(self, network: Network, pairs: list[_Pair]):
+    def __init__(self, network: Network, pairs: list[_WatchedPair]):
         self._network, self._pairs = network, pairs
         self.memory = PassingMemory()
         skins = [pair.skin for pair in pairs]
@@ -207,17 +207,17 @@ class Passing:
         if network.contact is None:
             return None
         threads = [body for body in network.bodies if body.thread is not None]
-        tools = [_Line(network, tool) for tool in network.tools if len(_axes(tool))]
+        tools = [_WatchedLine(network, tool) for tool in network.tools if len(_axes(tool))]
         bodies = [b for b in network.bodies if b.thread is None and len(network.skin_of(b))]
         if not bodies or not (threads or tools):
             return None
-        lines = [_Line(network, one) for one in threads]
-        pairs: list[_Pair] = []
+        lines = [_WatchedLine(network, one) for one in threads]
+        pairs: list[_WatchedPair] = []
         for body in bodies:
-            skin = _Skin(network, body)
+            skin = _WatchedSkin(network, body)
             sewn = [network.are_joined(one, body) for one in threads]
             free = [line for line, is_sewn in zip(lines, sewn, strict=True) if not is_sewn]
-            pairs += [_Pair(line, skin) for line in (*free, *tools)]
+            pairs += [_WatchedPair(line, skin) for line in (*free, *tools)]
         drawn, present = network.position, network.present
         pairs = [
             pair
@@ -260,10 +260,10 @@ class Passing:
         """Return the positions at the last look, or those drawn [m], shape (node, 3)."""
         return self._network.position if self.memory.before is None else self.memory.before
 
-    def _at(self, node: int, pair: _Pair) -> str:
+    def _at(self, node: int, pair: _WatchedPair) -> str:
         return f"at node {self._network.node_ids[node]} of {pair.skin.body.name}"
 
-    def _finding(self, pair: _Pair, count: int, where: str) -> Finding:
+    def _finding(self, pair: _WatchedPair, count: int, where: str) -> Finding:
         """Return that a line crosses a surface."""
         line, body = pair.line, pair.skin.body
         return Finding(
@@ -278,7 +278,7 @@ class Passing:
         )
 
     def _passed(
-        self, pair: _Pair, position: Floats, alive: NDArray[np.bool_]
+        self, pair: _WatchedPair, position: Floats, alive: NDArray[np.bool_]
     ) -> Iterator[Finding]:
         """Yield that a line is on the other side of a surface than before it crossed it."""
         begun = self.memory.begun.pop(pair.key, None)
