@@ -2,7 +2,7 @@
 
 Each run is a process of its own with one thread, whose whole processor time counts, with
 imports and the loading of kernels. felupe solves the same load steps on the same hexahedra with
-one pressure each, by its default solver. MuJoCo moves a bar of the same nodes, made of linear
+mean volumes, by its default solver. MuJoCo moves a bar of the same nodes, made of linear
 tetrahedra, until it rests. Takes a quarter of an hour, and needs felupe and mujoco.
 """
 

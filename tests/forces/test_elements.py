@@ -19,7 +19,7 @@ from tissuec.laws.solid.yeoh import Yeoh
 from tissuec.validate.forces.elements import ElementSolid
 
 LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),
-        VerondaWestmann(0.3), Hencky(), Ogden(5.3, -3.1, 0.4))  # fmt: skip
+        VerondaWestmann(0.3), Hencky(), Ogden(5.3, -3.1, 0.4, 1.7, 0.2))  # fmt: skip
 SPAN = Span(Source("scene", ""), 0, 0)
 SHEAR, BULK = 2e3, 3e4  # [Pa]
 _SIX = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6],
@@ -83,6 +83,14 @@ def deformed(position, size, seed=5):
     random = np.random.default_rng(seed)
     turn = np.array([[1.2, 0.3, -0.1], [-0.2, 0.9, 0.2], [0.1, 0.1, 1.05]])
     return position @ turn.T + size * random.uniform(-1.0, 1.0, position.shape)
+
+
+def test_the_volume_is_that_between_the_faces():
+    """A cube whose sides become 1 + a z times as wide has the volume 1 + a + a²/3."""
+    made, cube = solid("hexahedron", NeoHookean(), cells=1, displaced=0.0)
+    wide = cube * (1.0 + 40.0 * cube[:, 2:] * np.array([1.0, 1.0, 0.0]))
+    due = 8e-6 * (1.0 + 0.8 + 0.8**2 / 3.0)
+    assert made.whole_volume(wide) == pytest.approx(due, rel=1e-14)
 
 
 CASES = [(name, law, False) for name in SHAPES for law in LAWS]
@@ -379,3 +387,26 @@ def test_what_is_turned_inside_out_pushes_back(name):
         assert push > 0.0
         assert last is None or push > last
         last = push
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_items_are_the_nodes_of_each_element(name):
+    made, drawn = solid(name, NeoHookean())
+    place = np.random.default_rng(6).permutation(len(drawn))
+    node, start = made.items(place)
+    assert start[0] == 0
+    assert start[-1] == len(node)
+    for k, nodes in enumerate(made.nodes):
+        np.testing.assert_array_equal(node[start[k] : start[k + 1]], place[nodes])
+
+
+@pytest.mark.parametrize("has_fibres", [False, True])
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_estimate_of_the_largest_frequency_is_near_it(name, has_fibres):
+    made, drawn = solid(name, NeoHookean(), has_fibres=has_fibres)
+    count = len(drawn)
+    mass = np.bincount(made.nodes.ravel(), 1e3 * made.stress_shares(drawn)[1].ravel(), count)
+    stiff = made.matrix(0.0, drawn, np.arange(count), count).toarray()
+    root = np.repeat(mass, 3) ** -0.5
+    largest = np.sqrt(np.linalg.eigvalsh(root[:, None] * stiff * root)[-1])
+    assert 0.9 * largest < made.fastest(mass) < 1.5 * largest

@@ -154,12 +154,12 @@ def test_moduli_follow_from_the_tissue():
 
 def test_without_more_a_tissue_has_a_ratio_of_one_quarter_and_no_viscosity():
     found = elements(compiled())
-    np.testing.assert_allclose(found.bulk / found.shear, 5.0 / 3.0, rtol=1e-12)
+    np.testing.assert_allclose(found.bulk_modulus / found.shear, 5.0 / 3.0, rtol=1e-12)
     assert not found.viscosity.any()
     thick = elements(compiled(tissue="shear viscosity = 3 Pa*s"))
     np.testing.assert_allclose(thick.viscosity, 3.0)
     wide = elements(compiled(tissue="Poisson's ratio = -0.5"))
-    np.testing.assert_allclose(wide.bulk / wide.shear, 1.0 / 6.0, rtol=1e-12)
+    np.testing.assert_allclose(wide.bulk_modulus / wide.shear, 1.0 / 6.0, rtol=1e-12)
 
 
 def test_springs_are_edges_without_any_force():

@@ -8,8 +8,10 @@ An element has nodes at x_a, drawn at X_a, and points of quadrature of the volum
 where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the solid
 (``laws.solid``). The volumetric term acts on the mean of an element, so that nearly
 incompressible elements do not lock (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
-Mech. Eng. 51:177, 1985). K0 is 0 in hexahedra and wedges; in tetrahedra, where a mean alone
-would leave bending without resistance, it is the smaller of 2 μ and K. Below J = 1/5, g is its
+Mech. Eng. 51:177, 1985). A mean alone would leave bending of tetrahedra without resistance, and
+that of hexahedra, whose gradients deviate less from their mean than those of their shape
+functions (``geometry.elements``), with too little. K0 is the smaller of K and 2 μ in
+tetrahedra, and of K and 3/8 μ in hexahedra; it is 0 in wedges. Below J = 1/5, g is its
 parabola there: elements that are turned inside out have an energy and push back.
 
 The forces on nodes are -Σ w P ∂N_a/∂X with
@@ -251,8 +253,7 @@ class SolidElements(MaterialField, frozen=True):
         """
         found = np.zeros(position.shape[:-2])
         for _, own in self.in_blocks():
-            j = np.linalg.det(own.deformations(position))
-            found += (own.drawn.volume[own.row] * j).sum(axis=(-2, -1))
+            found += own.shape.volumes(position[..., own.nodes, :]).sum(axis=-1)
         return found
 
     @property

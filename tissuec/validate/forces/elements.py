@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 LEAST = 0.2  # of volumes, below which the isochoric part is continued by a parabola
+SPREAD = 0.75  # of the squares of deviations of gradients in hexahedra
 STEP = 1e-30  # in the complex plane
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -62,10 +63,14 @@ class ElementSolid:
         sides = np.einsum("eax,qak->eqxk", drawn[self._nodes], natural)
         inward = np.asarray(np.linalg.inv(sides), dtype=float)
         self._slope = np.einsum("qak,eqkx->eqax", natural, inward)
-        if elements.prestretch is not None:
-            self._slope = np.einsum("eqax,exy->eqay", self._slope, drawn_out(elements))
         self._weight = np.linalg.det(sides) * weights
         self._volume = self._weight.sum(axis=1)
+        if elements.shape.name == "hexahedron":
+            mean = np.einsum("eq,eqax->eax", self._weight, self._slope)
+            mean /= self._volume[:, None, None]
+            self._slope = mean[:, None] + np.sqrt(SPREAD) * (self._slope - mean[:, None])
+        if elements.prestretch is not None:
+            self._slope = np.einsum("eqax,exy->eqay", self._slope, drawn_out(elements))
         self._limits = elements.limits
 
     # --- states -------------------------------------------------------------------------------
