@@ -130,6 +130,6 @@ def test_a_bar_breaks_where_it_holds_the_energy_of_its_section(law):
     assert network.springs.strength[pieces] == pytest.approx(section * stress, rel=1e-9)
 
 
-def test_toughness_says_the_same_as_other_limits():
-    found = findings(f"{TISSUE}; toughness = 2 J/m^2; strength = 3 kPa", BAR)
+def test_toughness_says_the_same_as_the_force_of_springs():
+    found = findings(f"{TISSUE}; toughness = 2 J/m^2; breaking force = 3 N", BAR)
     assert [one.code for one in found] == ["TIS306"]

@@ -25,14 +25,13 @@ from tissuec.model.springs import NUMBERS, Springs
 from tissuec.scene.element_bodies import note_of, refuse
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body
+from tissuec.scene.quantities import BREAKING_STRAIN, LIMITS
 
 if TYPE_CHECKING:
     from tissuec.forces.element_fields import MaterialField
     from tissuec.forces.element_limits import ElementLimits
 
 NOT_ALLOWED = "rupture is not allowed"
-#: Limits of elements by the keys of their quantities.
-_LIMITS = ("breaking strain", "strength", "toughness")
 CRUSHING = "crushing force"
 #: Of the toughness of a tissue, what elements at the tip of a crack hold per area when it
 #: advances; the rest is set free around them. Measured: see "Cracks" in docs/numerics.md.
@@ -128,24 +127,26 @@ class LimitReader:
         self.body, self.parts, self.part, self.findings = body, parts, part, findings
         self.shapes = shapes
         self.made = body.elements
-        self.given: list[AssignedQuantity | None] = [None] * len(parts.materials)
+        self.given: list[Sequence[AssignedQuantity]] = [()] * len(parts.materials)
         if body.may_rupture:
-            found = parts.found("breaking force")
+            found = parts.limits()
             for number in part_numbers(part):
-                self.given[number] = self._limit(found[number], parts.materials[number])
+                material = parts.materials[number]
+                self.given[number] = found[number]
+                self._check(found[number], material)
 
-    def _limit(
-        self, given: AssignedQuantity | None, material: Material
-    ) -> AssignedQuantity | None:
-        """Return the limits of the elements of a part; limits of springs are reported."""
+    def _check(self, limits: Sequence[AssignedQuantity], material: Material) -> None:
+        """Report a part without limits of its elements, or with those of springs."""
         assert material.tissue is not None
         crush = material.tissue.given.get(CRUSHING)
         if crush is not None and crush.value != crush.quantity.none:
             refuse(f"a {CRUSHING}", crush.span, self.made, self.findings)
-        if given is None:
-            self.parts.missing("breaking strain", material, note_of(self.made))
+        if not limits:
+            needed = self.parts.needed_limit(BREAKING_STRAIN)
+            self.parts.missing(needed, material, note_of(self.made))
+        given = limits[0]
         if given.quantity.is_of_matter or given.value == given.quantity.none:
-            return given
+            return
         self.findings.reject(
             "TIS306",
             "the breaking force of each spring is not available for elements",
@@ -165,14 +166,14 @@ class LimitReader:
         from tissuec.forces.element_limits import ElementLimits
 
         strain, stress, toughness = (
-            np.array([_value(one, key) for one in self.given])[self.part] for key in _LIMITS
+            np.array([_value(one, key) for one in self.given])[self.part] for key in LIMITS
         )
         share = [np.full(len(one.nodes), AT_TIPS[one.shape]) for one in self.shapes]
         toughness = toughness * np.concatenate(share)
         return ElementLimits(strain, stress, toughness, np.arange(len(self.part)))
 
     def known(self, part: NDArray[np.integer]) -> Provenance:
-        """Return where limits come from.
+        """Return where limits come from: of each part one origin, and that of a second limit.
 
         Args:
             part: Of each element or edge, shape (n,).
@@ -180,14 +181,14 @@ class LimitReader:
         if not self.body.may_rupture:
             origins = (Origin(self.body.span, NOT_ALLOWED),)
             return Provenance(np.broadcast_to(np.int32(0), part.shape), origins)
-        origins = tuple(
-            Origin(self.body.span, "none") if one is None else Origin(one.span, one.how)
-            for one in self.given
-        )
-        return Provenance(part.astype(np.int32), origins)
+        origins: list[Origin] = []
+        for limits in self.given:
+            own = [Origin(one.span, one.how) for one in limits]
+            own = own or [Origin(self.body.span, "none")]
+            origins += own[0], own[-1]
+        return Provenance(2 * part.astype(np.int32), tuple(origins))
 
 
-def _value(given: AssignedQuantity | None, key: str) -> float:
-    """Return a limit, infinite where another quantity says it."""
-    is_it = given is not None and key_of(given.quantity.name) == key
-    return given.value if given is not None and is_it else np.inf
+def _value(given: Sequence[AssignedQuantity], key: str) -> float:
+    """Return a limit of a part, infinite where others limit it."""
+    return next((one.value for one in given if key_of(one.quantity.name) == key), np.inf)

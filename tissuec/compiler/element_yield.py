@@ -9,14 +9,12 @@ from tissuec.core.errors import Note
 from tissuec.core.names import key_of
 from tissuec.model.inelastic import LIMIT, VISCOSITY
 from tissuec.model.network import Indices
-from tissuec.scene.quantities import OF_MATTER, QUANTITIES
+from tissuec.scene.quantities import BREAKING_STRAIN, OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
     from tissuec.forces.solid_yield import SolidYield
 
 _PAIRS = ((LIMIT, VISCOSITY), (VISCOSITY, LIMIT))
-_BREAKING = "breaking force"
-_STRAIN = "breaking strain"
 
 
 def yielding_of(parts: TissueParts, part: Indices) -> "SolidYield | None":
@@ -57,10 +55,16 @@ def _refuse_idle_limits(parts: TissueParts, number: int) -> None:
         parts: Of the body.
         number: Of the part.
     """
-    given = parts.found(_BREAKING)[number]
-    if not parts.body.may_rupture or given is None or given.value == given.quantity.none:
+    if not parts.body.may_rupture:
         return
-    if given.quantity.is_of_matter and key_of(given.quantity.name) != _STRAIN:
+    limits = parts.limits()[number]
+    has_strain = any(key_of(one.quantity.name) == BREAKING_STRAIN for one in limits)
+    for given in limits:
+        is_strain = key_of(given.quantity.name) == BREAKING_STRAIN
+        if is_strain or not given.quantity.is_of_matter or given.value == given.quantity.none:
+            continue
+        if has_strain and given.how != "written":
+            continue  # rules say both
         parts.findings.add(
             "TIS306",
             f"a {given.quantity.name} is not available for elements that yield: flow limits "

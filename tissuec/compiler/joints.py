@@ -89,7 +89,7 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     still = np.zeros(3)
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
-        interface="", spring_parts=(), may_rupture=joint.may_rupture,
+        interface="", spring_parts=(), rupture=joint.rupture,
         bending=None, fibres=None, second_fibres=None, prestress=None, shell=None,
         elements=None, mass=None, thickness=None,
         section=joint.section, velocity=still, spin=still, places={}, is_whole=True,

@@ -30,6 +30,7 @@ from tissuec.model.network import Explained, Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import (
+    BREAKING_FORCE,
     FIBRE_MODULUS,
     OF_MATTER,
     POISSONS_RATIO,
@@ -75,7 +76,7 @@ class MaterialReader:
             "stiffness": self.stiffness,
             "damping": self._shared("viscosity"),
             "rest": self.rest,
-            "strength": self._limit("breaking force"),
+            "strength": self._limit(BREAKING_FORCE),
             "crush": self._limit("crushing force"),
         }
         return with_bending(self.drawing, self.parts, self.springs, arrays | self._inelastic())
@@ -160,11 +161,24 @@ class MaterialReader:
     def _limit(self, name: str) -> Explained:
         """Return the force at which each spring breaks [N]; infinite where nothing does."""
         if self.body.may_rupture:
-            return self._per_spring(name)
+            return self._breaking() if name == BREAKING_FORCE else self._per_spring(name)
         origin = Origin(self.body.span, NOT_ALLOWED)
         shape = self.length.shape  # of arrays that take no room
         index = np.broadcast_to(np.int32(0), shape)
         return np.broadcast_to(np.inf, shape), Provenance(index, (origin,))
+
+    def _breaking(self) -> Explained:
+        """Return the force at which each spring breaks [N]: the least of up to two limits."""
+        limits = self.parts.limits()
+        first: list[AssignedQuantity | None] = [one[0] if one else None for one in limits]
+        last: list[AssignedQuantity | None] = [one[-1] if one else None for one in limits]
+        value, known = self._per_spring(BREAKING_FORCE, first)
+        if first == last:
+            return value, known
+        other, also = self._per_spring(BREAKING_FORCE, last)
+        index = np.where(other < value, also.index + len(known.origins), known.index)
+        origins = (*known.origins, *also.origins)
+        return np.minimum(value, other), Provenance(index.astype(np.int32), origins)
 
     def _shared(self, name: str) -> Explained:
         """Return a quantity of every spring, of which it gets the share that its mesh says."""
@@ -175,12 +189,19 @@ class MaterialReader:
         share = np.where(np.isinf(value), 1.0, self.shares)  # what is infinite is none at all
         return value * share, Provenance(provenance.index, origins)
 
-    def _per_spring(self, name: str) -> Explained:
-        """Return a quantity of every spring from tables, materials and the interface."""
+    def _per_spring(
+        self, name: str, found: Sequence[AssignedQuantity | None] | None = None
+    ) -> Explained:
+        """Return a quantity of every spring from tables, materials and the interface.
+
+        Args:
+            found: What each part says; None for the quantity or what it follows from.
+        """
         column = self.columns.springs.get(name)
         is_open, is_used = _is_open(column, self.length), self._laws.uses(name)
         self.parts.expect(name, self.springs.ends[is_open & is_used])
-        given = self.parts.given(name, self.springs.ends[is_open & ~self._laws.is_typed])
+        open_parts = self.springs.ends[is_open & ~self._laws.is_typed]
+        given = self.parts.given(name, open_parts, found)
         first, second = self._at_ends(name, given)
         if name in (*TIMES, VISCOSITY):  # of what one side has alone, there is half as much
             first, second = (

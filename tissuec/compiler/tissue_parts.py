@@ -1,6 +1,6 @@
 """What tissues say of the parts of a body, and what they leave out."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -16,12 +16,15 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS, SOLID_LAW
 from tissuec.scene.model import AssignedQuantity, Body, SpringPart, Tissue
 from tissuec.scene.quantities import (
+    BREAKING_FORCE,
     FIBRE_DISPERSION,
     FIBRE_MODULUS,
     FIBRE_STIFFENING,
     OF_MATTER,
     QUANTITIES,
     SHARES,
+    TOGETHER,
+    TOUGHNESS,
     YOUNGS_MODULUS,
     TissueQuantity,
 )
@@ -78,13 +81,46 @@ class TissueParts:
             ]
         return [m.tissue and _said(m.tissue, name) for m in self.materials]
 
-    def given(self, name: str, used: NDArray[np.integer]) -> list[AssignedQuantity | None]:
+    def needed_limit(self, usual: str) -> str:
+        """Return the quantity that breaks the body, for messages where there is none.
+
+        Args:
+            usual: Where it breaks by any limit.
+        """
+        return TOUGHNESS if self.body.rupture == "by toughness" else usual
+
+    def limits(self) -> list[list[AssignedQuantity]]:
+        """Return what breaks each part: two quantities at most.
+
+        A strain and a strength limit it together. A toughness counts where there is neither,
+        or where the body breaks by it alone.
+        """
+        return [[] if m.tissue is None else self._limits(m.tissue) for m in self.materials]
+
+    def _limits(self, tissue: Tissue) -> list[AssignedQuantity]:
+        given = tissue.given
+        if (force := given.get(BREAKING_FORCE)) is not None:
+            return [force]
+        tough = [given[TOUGHNESS]] if TOUGHNESS in given else []
+        if self.body.rupture == "by toughness":
+            return tough
+        found = [given[key] for key in TOGETHER if key in given]
+        finite = [one for one in [*found, *tough] if one.value != one.quantity.none]
+        return [one for one in finite if one in found] or finite or (found + tough)[:1]
+
+    def given(
+        self,
+        name: str,
+        used: NDArray[np.integer],
+        found: Sequence[AssignedQuantity | None] | None = None,
+    ) -> list[AssignedQuantity | None]:
         """Return the quantity of each part; rejects a part that has none and is in ``used``.
 
         Args:
             used: Numbers of parts, shape (…).
+            found: What each part says, if that is known.
         """
-        given = self.found(name)
+        given = self.found(name) if found is None else list(found)
         for number in part_numbers(used):
             if given[number] is None and QUANTITIES[name].default is None:
                 given[number] = self._unused(name, self.materials[number])
@@ -109,7 +145,7 @@ class TissueParts:
         word, variable = USES.get(name, ("", ""))
         law = material.tissue and material.tissue.laws.get(word)
         if law is None or variable in variables(law.force):
-            self.missing(name, material)
+            self.missing(self.needed_limit(name) if name == BREAKING_FORCE else name, material)
         return AssignedQuantity(
             QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
         )

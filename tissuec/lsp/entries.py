@@ -255,7 +255,7 @@ def _chosen(forms: Iterable[str]) -> Terms | None:
 
 
 def _rupture() -> Terms:
-    return plain(CHOICE, ["allowed"], "Springs break above their breaking force.")
+    return plain(CHOICE, ["allowed"], "Springs and elements break above their limits.")
 
 
 def _fibres() -> Terms:

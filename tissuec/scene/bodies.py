@@ -34,6 +34,7 @@ from tissuec.scene.model import (
     Body,
     MadeOfElements,
     PrestressDirection,
+    Rupture,
     Tables,
     Tissue,
     WrittenLaws,
@@ -109,7 +110,7 @@ class _BodyReader:
         self.mesh_kind = ""
         self.tissue: Tissue | None = None
         self.parts = PartReader(tissues, declarations, scope)
-        self.may_rupture = False
+        self.rupture: Rupture = ""
         self.bending: Bending | None = None
         self.fibres: Direction | None = None
         self.second_fibres: Direction | None = None
@@ -158,7 +159,7 @@ class _BodyReader:
             spring_parts=tuple(
                 sorted(self.parts.spring_parts, key=lambda part: part.sides is None)
             ),
-            may_rupture=self.may_rupture,
+            rupture=self.rupture,
             bending=self.bending,
             fibres=self.fibres,
             second_fibres=self.second_fibres,
@@ -205,7 +206,7 @@ class _BodyReader:
         elif key == "tissue":
             self.tissue = read_tissue(item, self.tissues, self.declarations, self.scope)
         elif key == "rupture":
-            self.may_rupture = read_rupture(item, self.findings)
+            self.rupture = read_rupture(item, self.findings)
         elif key == "bending":
             self.bending, self.shell = read_bending(item, self.scope)
         elif key == "fibres":

@@ -8,6 +8,8 @@ from tissuec.scene import schema
 from tissuec.scene.body_parts import INTERFACES
 from tissuec.scene.entry_meanings import left_side
 from tissuec.scene.findings import Findings
+from tissuec.scene.model import Rupture
+from tissuec.scene.quantities import TOUGHNESS
 
 #: Of nets from tables, and of joints.
 SECTION = schema.Entry(
@@ -55,15 +57,20 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
 }
 
 
-def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> bool:
-    """Return what ``rupture is …`` says."""
+def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> Rupture:
+    """Return what ``rupture is …`` or ``rupture by toughness`` says."""
+    if isinstance(item, s.Sentence) and item.phrase is None and len(item.clauses) == 1:
+        (clause,) = item.clauses
+        if clause.word == "by" and s.key_of(clause.value.span.text) == TOUGHNESS:
+            return "by toughness"
     phrase = None if isinstance(item, s.Assign) else item.phrase
     if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
-        forms = [f"{left_side(item)} is {word}" for word in ("allowed", "not allowed")]
+        words = "is allowed", "is not allowed", "by toughness"
+        forms = [f"{left_side(item)} {word}" for word in words]
         findings.reject(
             "TIS305",
-            "rupture is either allowed or not",
+            "rupture is allowed, not allowed, or by toughness",
             item.span,
-            hint=Hint(f"write {', or '.join(forms)}", *map(Edit, forms)),
+            hint=Hint(f"write {', '.join(forms[:-1])} or {forms[-1]}", *map(Edit, forms)),
         )
-    return phrase.kind == "word"
+    return "allowed" if phrase.kind == "word" else ""

@@ -14,7 +14,7 @@ from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, PropertyFact
-from tissuec.scene.quantities import rivals
+from tissuec.scene.quantities import replaced_by
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.words import reading
 
@@ -124,9 +124,11 @@ class TissueWords(Struct, frozen=True):
                 continue
             outdone = [
                 given
-                for key in self.answers
-                for given in (numbers.get(one) for one in (key, *rivals(key)))
-                if given is not None and self._counts(fact, key)
+                for own, given in numbers.items()
+                if any(
+                    key in self.answers and self._counts(fact, key)
+                    for key in (own, *_replaced(own, given))
+                )
             ]
             if not outdone:
                 continue
@@ -155,6 +157,11 @@ class TissueWords(Struct, frozen=True):
         numbers = self._numbers | {fact.property: place}
         base = self.rules.base
         return any(_value(base.conclude(k, numbers)) != _value(self.answers[k]) for k in keys)
+
+
+def _replaced(key: str, given: AssignedQuantity) -> tuple[str, ...]:
+    """Return which conclusions a written number takes the place of, beside its own."""
+    return replaced_by(key, is_none=given.value == given.quantity.none)
 
 
 def _asked(answer: Inference | NoRule | None) -> set[str]:

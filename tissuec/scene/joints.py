@@ -106,7 +106,7 @@ class _JointReader:
             joins_all=joins_all,
             tissue=self.found["tissue"],
             section=self.found.get("section"),
-            may_rupture=self.found.get("rupture", False),
+            rupture=self.found.get("rupture", ""),
             span=self.block.head,
         )
 

@@ -60,7 +60,7 @@ ENTRIES = {
         "tissue": "The tissue of the body.",
         "region": "A part of the body with its own tissue or prestress.",
         "springs": "Springs with their own tissue: springs where CONDITION { … }.",
-        "rupture": "Whether springs break above their breaking force.",
+        "rupture": "Whether springs and elements break above their limits.",
         "bending": "Bending resistance of a surface: by springs, or elastic like a wall of "
         "its thickness.",
         "fibres": "The stiffer direction of a tissue with a fibre modulus.",
@@ -86,7 +86,7 @@ ENTRIES = {
     "joint": {
         "springs": "The sets or bodies that are joined: springs from SET to SET.",
         "tissue": "The tissue of the springs.",
-        "rupture": "Whether springs break above their breaking force.",
+        "rupture": "Whether springs and elements break above their limits.",
     },
     "tool": {"kind": "The kind of instrument."},
     "force": {"kind": "The kind of force.", "acts": "The set or body that it acts on."},

@@ -1,7 +1,7 @@
 """Scene: everything a text says, with names bound and numbers in SI units, before any mesh."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from msgspec import Struct
 
@@ -30,6 +30,8 @@ from tissuec.script.tools import Shape, ToolKind, grasping
 if TYPE_CHECKING:
     from tissuec.scene.fibres import Direction
 
+#: By which limits springs and elements break; empty: they do not.
+Rupture = Literal["", "allowed", "by toughness"]
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05
 
@@ -263,7 +265,7 @@ class Body(Struct, frozen=True, eq=False):
         interface: "mean", "softer" or "stiffer": what springs between two regions are made of
             if no part says it; "" if not written.
         spring_parts: Springs with a tissue of their own, between regions before chosen ones.
-        may_rupture: ``rupture is allowed``.
+        rupture: ``rupture is allowed``, or ``rupture by toughness``; empty if not written.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
         second_fibres: Of a body of elements, the direction of another family; None without.
@@ -284,7 +286,7 @@ class Body(Struct, frozen=True, eq=False):
     regions: tuple[Region, ...]
     interface: str
     spring_parts: tuple[SpringPart, ...]
-    may_rupture: bool
+    rupture: Rupture
     bending: Bending | None
     fibres: "Direction | None"
     second_fibres: "Direction | None"
@@ -299,6 +301,11 @@ class Body(Struct, frozen=True, eq=False):
     places: Mapping[str, Span]
     is_whole: bool
     span: Span
+
+    @property
+    def may_rupture(self) -> bool:
+        """Return whether it breaks where a limit is exceeded."""
+        return bool(self.rupture)
 
     @property
     def is_wall(self) -> bool:
@@ -328,7 +335,7 @@ class Joint(Struct, frozen=True, eq=False):
     joins_all: bool
     section: float | None
     tissue: Tissue
-    may_rupture: bool
+    rupture: Rupture
     span: Span
 
 

@@ -18,6 +18,8 @@ SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
 YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
 FIBRE_MODULUS, RETARDATION_TIME = "fibre modulus", "retardation time"
 SHEAR_MODULUS = "shear modulus"
+BREAKING_FORCE = "breaking force"
+BREAKING_STRAIN, STRENGTH, TOUGHNESS = "breaking strain", "strength", "toughness"
 #: Of the law of matter that stiffens when it is stretched.
 STIFFENING = "stiffening"
 #: Of fibres in solids that consist of elements.
@@ -106,7 +108,7 @@ QUANTITIES: dict[str, TissueQuantity] = {
             may_be_zero=True,
         ),
         TissueQuantity("mass", units.MASS, "mass", ("each node", "whole body")),
-        TissueQuantity("breaking force", units.FORCE, "strength", ("each spring",), none=inf),
+        TissueQuantity(BREAKING_FORCE, units.FORCE, "strength", ("each spring",), none=inf),
         TissueQuantity(
             "crushing force", units.FORCE, "crush", ("each spring",), default=inf, none=inf
         ),
@@ -133,10 +135,10 @@ QUANTITIES: dict[str, TissueQuantity] = {
         ),
         _matter("yield stress", units.PRESSURE, LIMIT, LIMIT, none=inf, may_be_zero=True),
         _matter("flow viscosity", units.PRESSURE_TIME, VISCOSITY, VISCOSITY, none=inf),
-        _matter("breaking strain", units.NUMBER, "breaking force", "strength", none=inf),
-        _matter("strength", units.PRESSURE, "breaking force", "strength", none=inf),
+        _matter(BREAKING_STRAIN, units.NUMBER, "breaking force", "strength", none=inf),
+        _matter(STRENGTH, units.PRESSURE, "breaking force", "strength", none=inf),
         # J/m^2, which is N/m.
-        _matter("toughness", units.STIFFNESS, "breaking force", "strength", none=inf),
+        _matter(TOUGHNESS, units.STIFFNESS, "breaking force", "strength", none=inf),
     )
 }
 #: What can be known of matter: its quantities, and what only a laboratory measures.
@@ -158,7 +160,32 @@ OF_MATTER: dict[str, tuple[str, ...]] = {
 }
 
 
+#: What breaks tissue together: at whichever is reached first.
+TOGETHER = (BREAKING_STRAIN, STRENGTH)
+#: What a tissue can say side by side of how it breaks.
+LIMITS = (*TOGETHER, TOUGHNESS)
+
+
 def rivals(key: str) -> tuple[str, ...]:
     """Return the other quantities that say the same thing of a tissue, by key."""
     thing = QUANTITIES[key].instead or key
     return tuple(one for one in (thing, *OF_MATTER[thing]) if one != key)
+
+
+def exclude(first: str, second: str) -> bool:
+    """Return whether a tissue cannot say both of two quantities, by key."""
+    return second in rivals(first) and not {first, second} <= set(LIMITS)
+
+
+def replaced_by(key: str, *, is_none: bool) -> tuple[str, ...]:
+    """Return what a written quantity replaces, inherited or concluded, by key.
+
+    That is what says the same thing; of a toughness, which counts only where there is neither
+    a strain nor a strength, these are left to it.
+
+    Args:
+        key: Of the quantity.
+        is_none: Whether it is written as "none", so that nothing breaks.
+    """
+    keeps = (TOUGHNESS,) if key in TOGETHER and not is_none else ()
+    return tuple(one for one in rivals(key) if one not in keeps)

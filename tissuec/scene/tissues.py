@@ -50,6 +50,8 @@ from tissuec.scene.quantities import (
     QUANTITIES,
     STIFFENING,
     YOUNGS_MODULUS,
+    exclude,
+    replaced_by,
     rivals,
 )
 from tissuec.scene.usual_ranges import unusual
@@ -333,12 +335,14 @@ class TissueReader:
         self, item: s.Sentence | s.Assign, key: str, written: _Written, entries: dict[str, Span]
     ) -> None:
         """Leave out inherited numbers that say the same; reject one beside the other."""
+        is_none = isinstance(item, s.Sentence) and is_word(item, "none")
         for rival in rivals(key):
-            if rival in entries:
+            if rival in entries and exclude(key, rival):
                 self._exclude(
                     item.span, QUANTITIES[rival].name, QUANTITIES[key].name, entries[rival]
                 )
-            written.numbers.pop(rival, None)
+            if rival not in entries and rival in replaced_by(key, is_none=is_none):
+                written.numbers.pop(rival, None)
 
     def _refuse_stiffening(
         self, item: _NAMED, law: str, written: _Written, entries: Mapping[str, Span]
@@ -507,14 +511,18 @@ class TissueReader:
         assert rules is not None
         if STRETCHED & written.laws.keys():
             said.add(STIFFENING)  # a written law takes precedence
+        for key, one in written.numbers.items():
+            said |= set(replaced_by(key, is_none=one.value == one.quantity.none))
         for key, answer in answers.items():
-            if said & {key, *rivals(key)}:
+            if key in said:
                 continue
             if isinstance(answer, NoRule):
                 missing[key] = why(rules, answer)
                 continue
             given[key] = self._concluded(rules, key, answer)
             for rival in given.keys() & set(rivals(key)):
+                if not exclude(key, rival):
+                    continue
                 self.findings.reject(
                     "TIS306",
                     f'the rules conclude "{QUANTITIES[rival].name}" and '

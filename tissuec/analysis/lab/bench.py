@@ -22,7 +22,13 @@ from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.library import belongs_to_scenes
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import FIBRE_MODULUS, OF_MATTER, YOUNGS_MODULUS
+from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
+    OF_MATTER,
+    TOGETHER,
+    TOUGHNESS,
+    YOUNGS_MODULUS,
+)
 from tissuec.scene.request import Request
 
 TISSUE, TABS = "lab tissue", "lab tab tissue"
@@ -115,6 +121,12 @@ class TestBench:
         keys = ("breaking force", *OF_MATTER["breaking force"])
         given = [self.tissue.given[key].value for key in keys if key in self.tissue.given]
         return any(np.isfinite(value) for value in given)
+
+    @property
+    def breaks_without_crack(self) -> bool:
+        """Return whether it has other limits than a toughness alone."""
+        given = self.tissue.given
+        return TOUGHNESS not in given or any(key in given for key in TOGETHER)
 
     @property
     def stiffness(self) -> float:

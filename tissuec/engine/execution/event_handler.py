@@ -196,7 +196,7 @@ class EventHandler:
         is_mark = springs >= self.network.first_mark
         self._log_broken("rupture", springs[~is_pressed & ~is_mark])
         self._log_broken("crush", springs[is_pressed])
-        for event in broken_elements(self.network, springs[is_mark], edges):
+        for event in broken_elements(self.network, motion[0], springs[is_mark], edges):
             self._log(event)
 
     def _log_broken(self, kind: str, springs: Indices) -> None:
