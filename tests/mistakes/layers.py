@@ -219,9 +219,9 @@ MISTAKES = {
     ),
     "file that does not exist": M(
         'use "matter/fat"',
-        'use "matter/lung"',
+        'use "matter/stomach"',
         "TIS601",
-        'use "matter/lung"',
+        'use "matter/stomach"',
         "there are: matter/artery_wall, matter/bladder_wall, matter/bowel_wall,",
     ),
     "folder left out": M(
