@@ -35,6 +35,12 @@ def samples():
     for part, layers in product(("whole", "half", "quarter"), (1, 2)):
         entries = {"inner_radius": 0.003, "outer_radius": 0.004, "layers": layers, "part": part}
         yield "thick tube", {"axis": TUBE["axis"], "rings": 4, "sides": 8} | entries
+    for part, cell in product(("whole", "half", "quarter"), (0.01, 0.003)):
+        cone = {"axis": TUBE["axis"], "radius": 0.01, "end_radius": 0.006, "cell": cell}
+        yield "cylinder", cone | {"part": part}
+    for part, cell in product(("whole", "half", "quarter", "eighth"), (0.02, 0.005)):
+        egg = {"centre": np.full(3, 0.1), "radii": np.array([0.03, 0.02, 0.01]), "cell": cell}
+        yield "ellipsoid", egg | {"part": part}
     for (columns, rows), diagonals, second in product(
         ((2, 2), (2, 5), (7, 4)), ("none", "one", "both"), ("no", "yes")
     ):
@@ -66,7 +72,8 @@ def samples():
         yield "imported", {"file": liver, "filling": filling, "cell": 0.018}
 
 
-SOLIDS = ("sphere", "lattice", "imported")
+SOLIDS = ("sphere", "lattice", "imported", "thick tube", "cylinder", "ellipsoid")
+ROUND = ("thick tube", "cylinder", "ellipsoid")
 
 
 def label(value):
@@ -195,6 +202,10 @@ def symmetries(kind, entries):
         return [mirrored(0), mirrored(1), mirrored(2)]
     if kind == "thread":  # those of these samples, which lie as they like
         return []
+    if kind in ("cylinder", "ellipsoid"):
+        # Along x, a cone has no mirror; a half, a quarter or an eighth has fewer.
+        axes = {"whole": (0, 1, 2), "half": (0, 1), "quarter": (0,), "eighth": ()}
+        return [mirrored(axis) for axis in axes[entries["part"]] if kind == "ellipsoid"]
     if kind in ("tube", "sheet"):
         chiral = entries["diagonals"] == "one"
         if kind == "sheet":
@@ -234,6 +245,10 @@ def test_the_skin_of_a_solid_is_closed_and_faces_outwards(kind, entries):
     volume = np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0
     if kind == "imported":
         assert volume == pytest.approx(666.5e-6, rel=1e-4)
+    elif kind in ROUND:
+        assert mesh.volume is not None
+        # Faces of cells are curved; two triangles of each are not.
+        assert volume == pytest.approx(mesh.volume.sum(), rel=0.01)
     elif kind == "lattice":
         low, high = entries["box"]
         assert volume == pytest.approx(np.prod(high - low), rel=1e-12)
@@ -269,3 +284,68 @@ def test_entries_outside_their_limits_are_refused_by_name():
     for kind, entries, message in cases:
         with pytest.raises(ValueError, match=message):
             MESHES[kind](**entries)
+
+
+def quality(mesh):
+    """Return the least product of three unit edges at a corner of each cell, shape (cell,)."""
+    nodes = mesh.elements[0].nodes
+    beside = [
+        [1, 3, 4],
+        [2, 0, 5],
+        [3, 1, 6],
+        [0, 2, 7],
+        [7, 5, 0],
+        [4, 6, 1],
+        [5, 7, 2],
+        [6, 4, 3],
+    ]
+    edges = mesh.position[nodes[:, beside]] - mesh.position[nodes][:, :, None]
+    return np.linalg.det(edges / np.linalg.norm(edges, axis=3)[..., None]).min(axis=1)
+
+
+@pytest.mark.parametrize("across", [4, 8, 16])
+def test_cells_of_balls_and_cylinders_are_neither_flat_nor_needles(across):
+    ball = MESHES["ellipsoid"](centre=np.zeros(3), radii=np.ones(3), cell=2.0 / across)
+    axis = (np.zeros(3), np.array([0.0, 0.0, 2.0]))
+    plug = MESHES["cylinder"](axis=axis, radius=1.0, cell=2.0 / across)
+    # Where three cells meet on a circle, at most sin 120 deg is possible, and on a ball 0.77.
+    assert quality(ball.build_elements()).min() > 0.65
+    assert quality(plug.build_elements()).min() > 0.75
+
+
+@pytest.mark.parametrize("part", ["whole", "half", "quarter", "eighth"])
+def test_volumes_of_round_solids_converge_with_the_square_of_cells(part):
+    share = {"whole": 1, "half": 2, "quarter": 4, "eighth": 8}[part]
+    exact = 4.0 / 3.0 * np.pi * 0.03 * 0.02 * 0.01 / share
+    missing = []
+    for cell in (0.0025, 0.00125):
+        egg = MESHES["ellipsoid"](
+            centre=np.zeros(3), radii=np.array([0.03, 0.02, 0.01]), cell=cell, part=part
+        )
+        missing.append(1.0 - egg.build_elements().volume.sum() / exact)
+    assert missing[0] < 0.05 and missing[0] / missing[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_named_parts_of_round_solids_are_where_they_should_be():
+    axis = (np.zeros(3), np.array([0.0, 0.0, 0.03]))
+    plug = MESHES["cylinder"](axis=axis, radius=0.01, end_radius=0.005, cell=0.002)
+    mesh = plug.build_elements()
+    x, y, z = mesh.position.T
+    assert np.array_equal(np.sort(mesh.groups["first end"]), np.flatnonzero(z < 1e-9))
+    assert np.array_equal(np.sort(mesh.groups["last end"]), np.flatnonzero(z > 0.03 - 1e-9))
+    side = np.isclose(np.hypot(x, y), 0.01 - z / 6.0, rtol=1e-9)
+    assert np.array_equal(np.sort(mesh.groups["side"]), np.flatnonzero(side))
+    ball = MESHES["ellipsoid"](centre=np.ones(3), radii=np.full(3, 0.01), cell=0.002)
+    mesh = ball.build_elements()
+    surface = np.isclose(np.linalg.norm(mesh.position - 1.0, axis=1), 0.01, rtol=1e-9)
+    assert np.array_equal(np.sort(mesh.groups["surface"]), np.flatnonzero(surface))
+    tube = MESHES["thick tube"](
+        axis=axis, inner_radius=0.004, outer_radius=0.006, rings=3, sides=8, layers=2
+    )
+    mesh = tube.build_elements()
+    x, y, z = mesh.position.T
+    for name, radius in (("inside", 0.004), ("outside", 0.006)):
+        there = np.isclose(np.hypot(x, y), radius, rtol=1e-9)
+        assert np.array_equal(np.sort(mesh.groups[name]), np.flatnonzero(there))
+    for name, place in (("first end", 0.0), ("last end", 0.03)):
+        assert np.array_equal(np.sort(mesh.groups[name]), np.flatnonzero(np.isclose(z, place)))

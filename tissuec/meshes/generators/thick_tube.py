@@ -3,13 +3,12 @@
 from typing import Annotated
 
 import numpy as np
-from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.fields import Count, Length, OneOf, Points, Whole
-from tissuec.meshes.generators import MESHES, Mesh
-from tissuec.meshes.generators.joining import Pairs, springs
+from tissuec.geometry.edges import Floats, Indices
+from tissuec.meshes.generators import MESHES
+from tissuec.meshes.generators.hexahedral import Hexahedral
 from tissuec.meshes.generators.limits import require_limits
 from tissuec.meshes.generators.tube import perpendicular_frame
 
@@ -17,12 +16,15 @@ PARTS = {"whole": 1, "half": 2, "quarter": 4}
 
 
 @MESHES.member("thick tube")
-class ThickTube(Struct, frozen=True, eq=False):
+class ThickTube(Hexahedral, frozen=True, eq=False):
     """A tube whose wall is a solid of hexahedra, numbered ring by ring from the inside.
 
     A whole tube has ``rings`` times ``sides`` times one more than ``layers`` nodes. Each ring
     begins where that of a thin tube would; half a tube, or a quarter, also begins there, and
     ends at a plane of symmetry. All layers are equally thick.
+
+    Nodes of the ends and of both surfaces are the groups ``first end``, ``last end``,
+    ``inside`` and ``outside``.
 
     A net of springs has springs along the edges of the cells, and across all of their faces.
 
@@ -55,65 +57,36 @@ class ThickTube(Struct, frozen=True, eq=False):
                 f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'
             )
 
-    def size(self) -> tuple[int, int]:
-        """Return the numbers of nodes and springs."""
-        nodes, edges = self.element_size()
-        along, around, layers = self.rings - 1, self.sides // PARTS[self.part], self.layers
-        faces = (along + 1) * around * layers + along * self._columns * layers
+    def counts(self) -> tuple[int, int, int]:
+        """Return the numbers of nodes, edges and faces."""
+        columns, layers, around = self._columns, self.layers, self.sides // PARTS[self.part]
+        along = self.rings - 1
+        edges = along * columns * (layers + 1)
+        edges += self.rings * (around * (layers + 1) + columns * layers)
+        faces = self.rings * around * layers + along * columns * layers
         faces += along * around * (layers + 1)
-        return nodes, edges + 2 * faces
+        return self.rings * columns * (layers + 1), edges, faces
+
+    def cells(self) -> tuple[Floats, Indices, dict[str, Indices]]:
+        """Return nodes, hexahedra, and the ends and surfaces; see ``Hexahedral``."""
+        shape = self.rings, self._columns, self.layers + 1
+        number = np.arange(np.prod(shape)).reshape(shape)
+        groups = {
+            "first end": number[0],
+            "last end": number[-1],
+            "inside": number[:, :, 0],
+            "outside": number[:, :, -1],
+        }
+        named = {name: nodes.ravel() for name, nodes in groups.items()}
+        return self._position(), self._cells(number), named
 
     @property
     def _columns(self) -> int:
         """Return the number of nodes around the axis in one layer of a ring."""
         return self.sides // PARTS[self.part] + (self.part != "whole")
 
-    @property
-    def is_solid(self) -> bool:
-        """Return whether the tube encloses volume: always."""
-        return True
-
-    def element_size(self) -> tuple[int, int]:
-        """Return the numbers of nodes and edges."""
-        columns, layers, around = self._columns, self.layers, self.sides // PARTS[self.part]
-        edges = (self.rings - 1) * columns * (layers + 1)
-        edges += self.rings * (around * (layers + 1) + columns * layers)
-        return self.rings * columns * (layers + 1), edges
-
-    def build_elements(self) -> Mesh:
-        """Return the cells as hexahedra."""
-        from tissuec.meshes.elements import mesh_of_cells
-
-        none = np.zeros((0, 4), dtype=np.int64)
-        return mesh_of_cells(self._position(), {"hexahedron": self._cells()}, none, {})
-
-    def build(self) -> Mesh:
-        """Return a net of springs with the volume of the cells."""
-        from tissuec.geometry.elements import SHAPES
-
-        mesh, cells = self.build_elements(), self._cells()
-        quads = SHAPES["hexahedron"].triangles.reshape(6, 2, 3)
-        across = np.concatenate(
-            [quads[:, 0, [0, 2]], np.stack([quads[:, 0, 1], quads[:, 1, 2]], 1)]
-        )
-        pairs = cells[:, across].reshape(-1, 2)
-        ends = springs(len(mesh.position), mesh.ends, pairs)
-        return replace(mesh, ends=ends, elements=())
-
-    def second_neighbours_of_surface(self) -> Pairs:
-        """Refuse bending springs, because a solid bends against the springs inside.
-
-        Raises:
-            ValueError: Always; the shape is never returned.
-        """
-        raise ValueError(
-            "bending springs are for surfaces; in a solid, the springs inside resist bending"
-        )
-
-    def _cells(self) -> NDArray[np.int64]:
+    def _cells(self, number: NDArray[np.int64]) -> Indices:
         """Return the corners of the hexahedra, shape (cell, 8)."""
-        shape = self.rings, self._columns, self.layers + 1
-        number = np.arange(np.prod(shape)).reshape(shape)
         ahead = np.roll(number, -1, axis=1)
         lower = [number[:, :, :-1], number[:, :, 1:], ahead[:, :, 1:], ahead[:, :, :-1]]
         if self.part != "whole":
@@ -121,7 +94,7 @@ class ThickTube(Struct, frozen=True, eq=False):
         corners = [part[:-1] for part in lower] + [part[1:] for part in lower]
         return np.stack([part.ravel() for part in corners], axis=1)
 
-    def _position(self) -> NDArray[np.float64]:
+    def _position(self) -> Floats:
         start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)
         across, upward = perpendicular_frame(end - start)
         angle = np.arange(self._columns)[:, None] * (2.0 * np.pi / self.sides)
