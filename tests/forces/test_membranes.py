@@ -59,7 +59,7 @@ def fibres_of(count, seed=4):
 
 def wall(
     law, *, ratio=0.3, viscosity=0.0, fibres=None, prestress=0.0, axis=None, parts=True,
-    limits=None, branches=None, **more
+    limits=None, branches=None, yielding=None, **more
 ):  # fmt: skip
     """Return triangles, of two materials with ``parts``, and where their nodes are drawn."""
     flat, nodes = mesh(**more)
@@ -68,7 +68,7 @@ def wall(
     material = MembraneMaterial(
         SHEAR * part, bulk_of(ratio) * part, viscosity * part, np.zeros(count, dtype=np.int64),
         (law,), np.full(count, THICK), np.full(count, 1.0 / (1.0 - prestress)), axis, fibres,
-        limits, branches,
+        limits, branches, yielding,
     )  # fmt: skip
     ends = np.unique(np.sort(nodes[:, EDGES].reshape(-1, 2), axis=1), axis=0).astype(np.int32)
     return Membranes.of("skin", nodes, position, material, ends, 0, SPAN), position

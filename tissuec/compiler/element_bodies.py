@@ -6,7 +6,7 @@ them is cut, its elements are gone.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, NoReturn, cast
+from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
 from msgspec import Struct
@@ -91,9 +91,6 @@ class ElementReader:
         findings: Takes diagnostics.
     """
 
-    #: Quantities that the elements do not have.
-    refused: ClassVar[tuple[str, ...]] = _OF_SPRINGS
-
     def __init__(self, drawing: Drawing, findings: Findings):
         assert drawing.body.elements is not None and drawing.element_part is not None
         self.drawing, self.body, self.findings = drawing, drawing.body, findings
@@ -130,12 +127,13 @@ class ElementReader:
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         from tissuec.forces.elements import SolidMaterial
         from tissuec.forces.solid_branches import SolidBranches
+        from tissuec.forces.solid_yield import SolidYield
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             self._fibres(), self._prestretch(), self.limits.limits,
             branches_of(SolidBranches, self.parts, self.part, shear),
-            yielding_of(self.parts, self.part),
+            yielding_of(SolidYield, self.parts, self.part),
         )  # fmt: skip
         found: list[BodyElements] = []
         first = 0
@@ -164,7 +162,7 @@ class ElementReader:
         if material.tissue is None:
             return
         given = material.tissue.given
-        for key in self.refused:
+        for key in _OF_SPRINGS:
             one = given.get(key)
             if one and one.value not in (one.quantity.default, one.quantity.none):
                 refuse(one.quantity.name, one.span, self.made, self.findings)

@@ -1,6 +1,6 @@
 """Yielding of elements, from the yield stress and the flow viscosity of tissues."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -12,15 +12,19 @@ from tissuec.model.network import Indices
 from tissuec.scene.quantities import BREAKING_STRAIN, OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
+    from tissuec.forces.membrane_yield import MembraneYield
     from tissuec.forces.solid_yield import SolidYield
+
+Kind = TypeVar("Kind", "SolidYield", "MembraneYield")
 
 _PAIRS = ((LIMIT, VISCOSITY), (VISCOSITY, LIMIT))
 
 
-def yielding_of(parts: TissueParts, part: Indices) -> "SolidYield | None":
+def yielding_of(kind: type[Kind], parts: TissueParts, part: Indices) -> Kind | None:
     """Return the yielding of elements, without storage; None if nothing yields.
 
     Args:
+        kind: That of solids or of walls.
         parts: Of the body.
         part: Of each element, shape (element,).
     """
@@ -41,9 +45,7 @@ def yielding_of(parts: TissueParts, part: Indices) -> "SolidYield | None":
     yields = np.isfinite(limit) & np.isfinite(viscosity)
     if not yields[part].any():
         return None
-    from tissuec.forces.solid_yield import SolidYield
-
-    return SolidYield.new(
+    return kind.new(
         np.where(yields, limit, np.inf)[part], np.where(yields, viscosity, np.inf)[part]
     )
 

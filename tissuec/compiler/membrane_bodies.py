@@ -10,18 +10,17 @@ from numpy.typing import NDArray
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_bodies import BodyElements, ElementReader, turned_around
 from tissuec.compiler.element_branches import branches_of
+from tissuec.compiler.element_yield import yielding_of
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross, norm
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.imported import Imported
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.inelastic import LIMIT, VISCOSITY
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.fibres import Direction, Helix
 from tissuec.scene.findings import Findings
 from tissuec.scene.prestress import PRESTRESS
-from tissuec.scene.quantities import OF_MATTER
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
@@ -84,8 +83,6 @@ class MembraneReader(ElementReader):
         findings: Takes diagnostics.
     """
 
-    refused = (*ElementReader.refused, *OF_MATTER[LIMIT], *OF_MATTER[VISCOSITY])
-
     def __init__(self, drawing: Drawing, findings: Findings):
         super().__init__(drawing, findings)
         if drawing.body.thickness is None:
@@ -114,12 +111,14 @@ class MembraneReader(ElementReader):
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         from tissuec.forces.membrane_branches import MembraneBranches
+        from tissuec.forces.membrane_yield import MembraneYield
         from tissuec.forces.membranes import MembraneMaterial
 
         material = MembraneMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             np.full(len(self.part), self.thickness), *self._stretched(), self._fibres(),
             self.limits.limits, branches_of(MembraneBranches, self.parts, self.part, shear),
+            yielding_of(MembraneYield, self.parts, self.part),
         )  # fmt: skip
         one = self.triangles
         return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)

@@ -219,6 +219,17 @@ class MaterialField(ElementField, frozen=True):
             Σ w σ [J], shape (element, node, 3, 3), and Σ w [m³], shape (element, node).
         """
 
+    @abstractmethod
+    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return equivalent plastic strains times the volumes of nodes, and these volumes.
+
+        Args:
+            velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones are read.
+
+        Returns:
+            [m³], shape (element, node) both.
+        """
+
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
         return self.energies(position).sum(axis=-1)

@@ -50,6 +50,7 @@ from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
+from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.memory import MemoryTangents
@@ -57,7 +58,7 @@ from tissuec.forces.solid_branches import RelaxingStress, SolidBranches
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
-from tissuec.forces.solid_yield import PlasticDeformation, SolidYield, yield_columns
+from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
 from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
@@ -291,14 +292,7 @@ class SolidElements(MaterialField, frozen=True):
         return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
 
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return equivalent plastic strains times the volumes of nodes, and these volumes.
-
-        Args:
-            velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones are read.
-
-        Returns:
-            [m³], shape (element, node) both.
-        """
+        """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
         volume = self._shares.sum(axis=1)
         if self.yielding is None:
             return np.zeros_like(volume), volume
@@ -481,7 +475,8 @@ class SolidElements(MaterialField, frozen=True):
                 plastic = own.yielding.plastic(velocity, self._points)
                 elastic = plastic.elastic(strain)
                 slopes = own._slopes(elastic)
-                fastest = max(fastest, own.yielding.fastest(elastic, slopes, relaxing))
+                rate = own.yielding.fastest(elastic.first, elastic.second, slopes, relaxing)
+                fastest = max(fastest, rate)
         return fastest
 
     @property
@@ -546,6 +541,7 @@ class SolidElements(MaterialField, frozen=True):
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
             **branch_columns(self.branches, self.item_count, place),
             **yield_columns(self.yielding, self.item_count, place),
+            is_yielding=self.yielding is not None and bool((self.yielding.slot >= 0).any()),
             is_curved=is_curved, is_viscous=self.is_damped,
             by_first=first, by_second=second,
             points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),

@@ -26,7 +26,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from tissuec.forces.element_branches import Branches
-from tissuec.forces.membranes_kernel import FLAT
+from tissuec.forces.membrane_memory_kernel import FLAT
 from tissuec.model.network import Floats, Indices
 
 
@@ -60,25 +60,32 @@ class MembraneBranches(Branches, frozen=True):
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
         """
-        inverse, across = _inverses(self.tensors(velocity, 1)[..., 0, :, :])
+        inverse, across = plane_inverses(self.tensors(velocity, 1)[..., 0, :, :])
         weight = (self.shear[..., None, None] * inverse).sum(axis=-4)
         return RelaxingPlane(weight, (self.shear * across).sum(axis=-2), self.sudden)
 
-    def fastest(self, right: Floats, across: Floats, velocity: Floats) -> float:
-        """Return the largest rate at which any branch gives way [1/s].
+    def fastest(self, right: Floats, across: Floats, velocity: Floats) -> tuple[float, Floats]:
+        """Return the largest rate at which any branch gives way [1/s], and Σ μk T.
+
+        The latter has the shape (triangle,) [Pa].
 
         Args:
             right: g C in the plane, dimensionless, shape (triangle, 2, 2).
             across: g λ², dimensionless, shape (triangle,).
             velocity: Of all nodes [m/s], shape (node, 3).
         """
-        inverse, part = _inverses(self.tensors(velocity, 1)[..., 0, :, :])
+        inverse, part = plane_inverses(self.tensors(velocity, 1)[..., 0, :, :])
         trace = np.einsum("tkl,btkl->bt", right, inverse) + across * part
-        return float(np.where(self.keeps, trace / (3.0 * self.time), 0.0).max())
+        rates = np.where(self.keeps, trace / (3.0 * self.time), 0.0)
+        return float(rates.max()), (self.shear * trace).sum(axis=0)
 
 
-def _inverses(tensors: Floats) -> tuple[Floats, Floats]:
-    """Return P⁻¹ and det P, which has the lower bound that kernels use."""
+def plane_inverses(tensors: Floats) -> tuple[Floats, Floats]:
+    """Return P⁻¹ and det P, which has the lower bound that kernels use.
+
+    Args:
+        tensors: P, dimensionless, shape (…, 2, 2).
+    """
     a, b, c = tensors[..., 0, 0], tensors[..., 1, 1], tensors[..., 0, 1]
     square = np.maximum(a * b - c * c, FLAT)
     found = np.empty_like(tensors)

@@ -50,8 +50,8 @@ def burden_membranes(
         f[e] = (widest - 1.0) / limits.strain[e]
         if limits.stress[e] < NONE or limits.energy[e] < NONE:
             measure(first, mixed, second, state)
-            root = volume_root(e, wall, relaxes=False)
-            s, t, u = stress(e, root, wall, relaxes=False)
+            root = volume_root(e, wall, remembers=False)
+            s, t, u = stress(e, root, wall, remembers=False)
             # S C has the principal values of F S Fᵀ.
             pull = larger(
                 s * first + t * mixed, s * mixed + t * second,

@@ -4,7 +4,8 @@ The energy of a triangle is a function of u = (A, D, f1, …, y): A = tr C and D
 plane, the squares f of the stretch along families of fibres, and y = log λ, λ being the stretch
 of its thickness. Where W_y = 0, the energy has the derivatives W_u by the others alone, and the
 second derivatives W_uu - W_uy W_yu / W_yy. (For the equations see ``forces.membranes``.) Where
-branches are remembered that relax (``forces.membrane_branches``), B = tr(C W) is before y.
+triangles yield (``forces.membrane_yield``), A' = tr(C P⁻¹) follows the fibres, and where
+branches are remembered that relax (``forces.membrane_branches``), B = tr(C W).
 """
 
 from typing import Protocol
@@ -12,13 +13,18 @@ from typing import Protocol
 import numpy as np
 
 from tissuec.forces.membrane_branches import RelaxingPlane
+from tissuec.forces.membrane_yield import PlasticPlane
 from tissuec.forces.membranes_kernel import CLOSE, LEAST_SQUARE, LONGEST, ROUNDS
 from tissuec.forces.solid_fibres import SolidFibres
+from tissuec.forces.solid_strain import EnergySlopes
 from tissuec.laws.derivatives import DERIVATIVES, Derivative, energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
-_A, _D, _B, _Y = 0, 1, -2, -1  # places of A, D, B and y among the variables
+_A, _D, _Y = 0, 1, -1  # places of A, D and y among the variables
+
+#: A value with its first and second derivatives by the variables.
+Derived = tuple[Floats, Floats, Floats]
 
 
 class PlaneMatter(Protocol):
@@ -57,6 +63,11 @@ class PlaneMatter(Protocol):
     @property
     def remembered(self) -> RelaxingPlane | None:
         """The state of the branches; None without any, or where it is not known."""
+        ...
+
+    @property
+    def plastic(self) -> PlasticPlane | None:
+        """The plastic deformation; None where nothing yields, or where it is not known."""
         ...
 
 
@@ -100,7 +111,14 @@ class MembraneStrain:
         self._q, self._p = (q, by_q, bend), (p, -2.0 / 3.0 * rate * p, twice * p)
         along = wall.fibres.along
         self.squares = np.einsum("...eij,efi,efj->...ef", c, along, along)
+        self._law, self._part, self._weights = _A, np.ones_like(square), list[Floats]()
+        self._law_trace = self._trace
+        if wall.plastic is not None:
+            self._law, self._part = self._families.stop, wall.plastic.square
+            self._weights.append(wall.plastic.inverse)
+            self._law_trace = np.einsum("...ij,...ij->...", c, wall.plastic.inverse)
         if self._kept is not None:
+            self._weights.append(self._kept.weight)
             self._pulled = np.einsum("...ij,...ij->...", c, self._kept.weight)
         self.root = self._balanced()
         self.thickness = self.root**3
@@ -111,7 +129,8 @@ class MembraneStrain:
         """Return the cube root of λ; the iteration is that of the kernel."""
         q, _, _ = self._q
         # Of λ from that of J; in the kernel, it is that of J.
-        root = (1.0 + (1.0 + self._wall.thinning) / 3.0 * (q - 1.0)) / np.cbrt(q)
+        wide = q / np.sqrt(self._part)  # without what is plastic
+        root = (1.0 + (1.0 + self._wall.thinning) / 3.0 * (wide - 1.0)) / np.cbrt(q)
         low, high = np.zeros_like(root), np.full_like(root, 1e300)
         is_open = np.ones(root.shape, dtype=bool)
         for _ in range(ROUNDS):
@@ -144,14 +163,22 @@ class MembraneStrain:
         stored = wall.shear * self._of_laws(energy, i1[0], i2[0])
         stored = stored + 0.5 * wall.bulk * (j[0] - 1.0) ** 2
         k1, k2 = wall.fibres.stiffness, wall.fibres.stiffening
+        whole = self._whole(self.root, i1)[0]
         for k in range(wall.fibres.along.shape[1]):
-            e = self._fibre_strain(k, i1[0])
+            e = self._fibre_strain(k, whole)
             stored += 0.5 * k1 / k2 * np.expm1(k2 * e * e)
         if self._kept is not None:
-            r2 = self.root * self.root
-            stored += 0.5 * self._p[0] * (self._pulled / r2 + self._kept.across * r2 * r2)
-            stored -= 1.5 * self._kept.shear
+            held, _, _ = self._of_branches(self.root, self._kept.across)
+            stored += 0.5 * held - 1.5 * self._kept.shear
         return stored
+
+    @property
+    def of_laws(self) -> EnergySlopes:
+        """Return the derivatives of laws by both invariants [Pa], shape (…, triangle)."""
+        i1, i2, _ = self._invariants(self.root)
+        slopes = [self._wall.shear * self._of_laws(each, i1[0], i2[0]) for each in DERIVATIVES]
+        none = np.zeros_like(self.root)
+        return EnergySlopes.of(slopes, none, none)
 
     @property
     def isochoric(self) -> tuple[Floats, Floats]:
@@ -171,8 +198,8 @@ class MembraneStrain:
         inner = inner + 2.0 * slopes[..., _D, None, None] * self.cofactors
         of_fibres = slopes[..., self._families]
         inner += 2.0 * np.einsum("...ef,efi,efj->...eij", of_fibres, along, along)
-        if self._kept is not None:
-            inner += 2.0 * slopes[..., self._families.stop, None, None] * self._kept.weight
+        for k, weight in enumerate(self._weights, start=self._families.stop):
+            inner += 2.0 * slopes[..., k, None, None] * weight
         return inner
 
     def cauchy(self) -> Floats:
@@ -213,13 +240,12 @@ class MembraneStrain:
         return np.stack([part.reshape(*f.shape[:-2], 6) for part in parts], axis=-2)
 
     def _of_variables(self) -> Floats:
-        """Return ∂u/∂F but for y, shape (…, triangle, 2 + family, 6)."""
+        """Return ∂u/∂F but for y, shape (…, triangle, u - 1, 6)."""
         along, shape = self._wall.fibres.along, (*self.f.shape[:-2], 6)
         parts = [2.0 * self.f, 2.0 * self.f @ self.cofactors]
         lines = (own[:, :, None] * own[:, None, :] for own in np.moveaxis(along, 1, 0))
         parts += [2.0 * self.f @ line for line in lines]
-        if self._kept is not None:
-            parts.append(2.0 * self.f @ self._kept.weight)
+        parts += [2.0 * self.f @ weight for weight in self._weights]
         return np.stack([part.reshape(shape) for part in parts], axis=-2)
 
     # --- variables ----------------------------------------------------------------------------
@@ -240,19 +266,20 @@ class MembraneStrain:
         bends += _blocks(second_twice, _square_of(i2[1]))
         bends += _blocks(wall.bulk, _square_of(j[1])) + _blocks(wall.bulk * (j[0] - 1.0), j[2])
         k1, k2, spread = wall.fibres.stiffness, wall.fibres.stiffening, wall.fibres.dispersion
+        whole = self._whole(root, i1)
         for k in range(wall.fibres.along.shape[1]):
-            e = self._fibre_strain(k, i1[0])
+            e = self._fibre_strain(k, whole[0])
             with np.errstate(over="ignore"):
                 power = np.exp(k2 * e * e)
             pull = k1 * e * power
             steep = np.where(e > 0.0, k1 * (1.0 + 2.0 * k2 * e * e) * power, 0.0)
-            way = spread[:, None] * i1[1]
+            way = spread[:, None] * whole[1]
             way[..., 2 + k] += 1.0 - 3.0 * spread
             slopes += _rows(pull, way)
-            bends += _blocks(steep, _square_of(way)) + _blocks(pull * spread, i1[2])
+            bends += _blocks(steep, _square_of(way)) + _blocks(pull * spread, whole[2])
         if self._kept is not None:
             _, more, twice = self._of_branches(root, self._kept.across)
-            slopes, bends = slopes + more, bends + twice
+            slopes, bends = slopes + 0.5 * more, bends + 0.5 * twice
         return slopes, bends
 
     def _fibre_strain(self, family: int, i1: Floats) -> Floats:
@@ -266,61 +293,79 @@ class MembraneStrain:
         first, second, _ = self._invariants(self.root)
         return first[0], second[0]
 
-    def _invariants(self, root: Floats) -> "list[tuple[Floats, Floats, Floats]]":
-        """Return both isochoric invariants and J with first and second derivatives by u."""
-        a, d = self._trace, self._square
+    def _invariants(self, root: Floats) -> tuple[Derived, Derived, Derived]:
+        """Return both isochoric invariants of laws, and J, with their derivatives by u."""
+        a, d, part = self._law_trace, self._square, self._part
         p, by_p, by_p_twice = self._p
         q, by_q, by_q_twice = self._q
         r2 = root * root
         r4, cube = r2 * r2, r2 * root
-        plain, lean = a / r2 + r4, (4.0 * r4 - 2.0 * a / r2) / 3.0
-        side, tilt = d / r4 + a * r2, (2.0 * a * r2 - 4.0 * d / r4) / 3.0
-        one = self._filled(
-            p * plain, p / r2, by_p * plain, p * lean,
-            {"ad": by_p / r2, "dd": by_p_twice * plain, "ay": -2.0 / 3.0 * p / r2,
-             "dy": by_p * lean, "yy": p * (4.0 * a / r2 + 16.0 * r4) / 9.0},
-        )  # fmt: skip
+        one = self._first(root, a, part, self._law)
+        inner, outer = d / (part * r4), part * a * r2
+        side, tilt = inner + outer, (2.0 * outer - 4.0 * inner) / 3.0
         two = self._filled(
-            p * p * side, p * p * r2, 2.0 * p * by_p * side + p * p / r4, p * p * tilt,
-            {"ad": 2.0 * p * by_p * r2,
-             "dd": 2.0 * (by_p**2 + p * by_p_twice) * side + 4.0 * p * by_p / r4,
-             "ay": 2.0 / 3.0 * p * p * r2,
-             "dy": 2.0 * p * by_p * tilt - 4.0 / 3.0 * p * p / r4,
-             "yy": p * p * (16.0 * d / r4 + 4.0 * a * r2) / 9.0},
+            p * p * side, p * p * part * r2, 2.0 * p * by_p * side + p * p / (part * r4),
+            p * p * tilt,
+            {"ad": 2.0 * p * by_p * part * r2,
+             "dd": 2.0 * (by_p**2 + p * by_p_twice) * side + 4.0 * p * by_p / (part * r4),
+             "ay": 2.0 / 3.0 * p * p * part * r2,
+             "dy": 2.0 * p * by_p * tilt - 4.0 / 3.0 * p * p / (part * r4),
+             "yy": p * p * (16.0 * inner + 4.0 * outer) / 9.0},
+            self._law,
         )  # fmt: skip
         none = np.zeros_like(root)
         volume = self._filled(
             q * cube, none, by_q * cube, q * cube,
             {"ad": none, "dd": by_q_twice * cube, "ay": none, "dy": by_q * cube,
              "yy": q * cube},
+            _A,
         )  # fmt: skip
-        return [one, two, volume]
+        return one, two, volume
 
-    def _of_branches(self, root: Floats, across: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return g (B + λ² w)/2 with first and second derivatives by u; ``across`` is w."""
-        p, by_p, by_p_twice = (0.5 * each for each in self._p)
+    def _whole(self, root: Floats, of_law: Derived) -> Derived:
+        """Return the first invariant of the whole strain, for fibres; that of laws is known."""
+        if self._law == _A or not self._wall.fibres.along.shape[1]:
+            return of_law
+        return self._first(root, self._trace, np.ones_like(root), _A)
+
+    def _of_branches(self, root: Floats, across: Floats) -> Derived:
+        """Return g (B + λ² w) with first and second derivatives by u; ``across`` is w."""
+        return self._first(root, self._pulled, across, _Y - 1)
+
+    def _first(self, root: Floats, trace: Floats, part: Floats, place: int) -> Derived:
+        """Return g (a + λ² c) of a variable a and a constant c with its derivatives by u.
+
+        Args:
+            root: The cube root of λ.
+            trace, part: a and c.
+            place: Of a among the variables.
+        """
+        p, by_p, by_p_twice = self._p
         r2 = root * root
-        plain = self._pulled / r2 + across * r2 * r2
-        lean = (4.0 * across * r2 * r2 - 2.0 * self._pulled / r2) / 3.0
-        steep = (4.0 * self._pulled / r2 + 16.0 * across * r2 * r2) / 9.0
-        none = np.zeros_like(plain)
-        found = self._filled(
-            p * plain, none, by_p * plain, p * lean,
-            {"dd": by_p_twice * plain, "dy": by_p * lean, "yy": p * steep,
-             "db": by_p / r2, "by": -2.0 / 3.0 * p / r2},
+        inner, outer = trace / r2, part * r2 * r2
+        plain, lean = inner + outer, (4.0 * outer - 2.0 * inner) / 3.0
+        return self._filled(
+            p * plain, p / r2, by_p * plain, p * lean,
+            {"ad": by_p / r2, "dd": by_p_twice * plain, "ay": -2.0 / 3.0 * p / r2,
+             "dy": by_p * lean, "yy": p * (4.0 * inner + 16.0 * outer) / 9.0},
+            place,
         )  # fmt: skip
-        found[1][..., _B] = p / r2
-        return found
 
     def _filled(
-        self, value: Floats, by_a: Floats, by_d: Floats, by_y: Floats, twice: dict[str, Floats]
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return a value with its derivatives by all variables in their order."""
-        count = 3 + self._wall.fibres.along.shape[1] + (self._kept is not None)
+        self,
+        value: Floats,
+        by_a: Floats,
+        by_d: Floats,
+        by_y: Floats,
+        twice: dict[str, Floats],
+        place: int,
+    ) -> Derived:
+        """Return a value with its derivatives by all variables; ``place`` is that of a."""
+        count = 3 + self._wall.fibres.along.shape[1] + len(self._weights)
         first = np.zeros((*value.shape, count))
-        first[..., _A], first[..., _D], first[..., _Y] = by_a, by_d, by_y
+        first[..., place], first[..., _D], first[..., _Y] = by_a, by_d, by_y
         second = np.zeros((*value.shape, count, count))
-        places = {"a": _A, "d": _D, "b": _B, "y": _Y}
+        places = {"a": place, "d": _D, "y": _Y}
         for (one, other), part in twice.items():
             second[..., places[one], places[other]] = part
             second[..., places[other], places[one]] = part

@@ -29,10 +29,11 @@ Green's strain and B = cof C Ė,
 
     S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
 
-Branches that relax are in ``forces.membrane_branches``.
+Branches that relax are in ``forces.membrane_branches``, and yielding in
+``forces.membrane_yield``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -45,12 +46,20 @@ from tissuec.forces import Items, acts_of
 from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
+from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.membrane_branches import MembraneBranches, RelaxingPlane
 from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
 from tissuec.forces.membrane_strain import MembraneStrain
-from tissuec.forces.membranes_kernel import MembraneTable, relax_membranes, stretch_membranes
+from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
+from tissuec.forces.membranes_kernel import (
+    STATE,
+    MembraneTable,
+    relax_membranes,
+    stretch_membranes,
+)
 from tissuec.forces.solid_fibres import SolidFibres
+from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import DERIVATIVES
 from tissuec.laws.solid import SolidLaw
@@ -59,11 +68,11 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 _SECONDS = 1e-7  # of one evaluation of a triangle
-_BRANCH_SECONDS = 2e-8  # and for each branch
+_TENSOR_SECONDS = 2e-8  # and for each tensor that it remembers
 _COLUMNS = (
     "nodes", "gradients", "weight", "area", "thickness", "shear", "bulk", "viscosity", "law",
 )  # fmt: skip
-_PARTS = ("fibres", "limits", "branches", "remembered")
+_PARTS = ("fibres", "limits", "branches", "remembered", "yielding", "plastic")
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
 
 
@@ -81,6 +90,7 @@ class MembraneMaterial(NamedTuple):
         fibres: Directions as drawn in space, shape (triangle, family, 3); None without any.
         limits: At which they break; None where nothing may break.
         branches: That relax; None without any.
+        yielding: Their yield stresses and flow; None where nothing yields.
     """
 
     shear: Floats
@@ -94,6 +104,7 @@ class MembraneMaterial(NamedTuple):
     fibres: SolidFibres | None = None
     limits: ElementLimits | None = None
     branches: MembraneBranches | None = None
+    yielding: MembraneYield | None = None
 
 
 class Membranes(MaterialField, frozen=True):
@@ -110,6 +121,9 @@ class Membranes(MaterialField, frozen=True):
         branches: That relax; None without any.
         remembered: Effect of the branches in their present state, where it is known; energies,
             matrices and stresses include it. Otherwise they are those without branches.
+        yielding: Their yield stresses and flow; None where nothing yields.
+        plastic: Their plastic deformation, where it is known; energies, matrices and stresses
+            are those of the elastic rest. Otherwise they are those before any flow.
         is_prestressed: Whether any triangle has stress as drawn.
         span: The entry that asks for the triangles.
     """
@@ -125,6 +139,8 @@ class Membranes(MaterialField, frozen=True):
     fibres: SolidFibres
     branches: MembraneBranches | None
     remembered: RelaxingPlane | None
+    yielding: MembraneYield | None
+    plastic: PlasticPlane | None
     is_prestressed: bool
     span: Span
 
@@ -173,7 +189,8 @@ class Membranes(MaterialField, frozen=True):
             walls, walled, name, nodes, material.limits, laws,
             gradients @ longer, material.thickness * area, area, material.thickness,
             material.shear, material.bulk, material.viscosity, law, fibres,
-            material.branches, None, bool((material.prestretch != 1.0).any()), span,
+            material.branches, None, material.yielding, None,
+            bool((material.prestretch != 1.0).any()), span,
         )  # fmt: skip
         drawn = MembraneStrain(made, made.deformations(position))
         return replace(made, weight=made.weight / (np.linalg.det(longer) * drawn.thickness))
@@ -231,6 +248,13 @@ class Membranes(MaterialField, frozen=True):
         share = np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
         stress = MembraneStrain(self, self.deformations(position)).cauchy()
         return share[..., None, None] * stress[:, None], share
+
+    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
+        share = np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
+        if self.yielding is None:
+            return np.zeros_like(share), share
+        return self.yielding.plastic(velocity).equivalent[:, None] * share, share
 
     # --- energy and matrix --------------------------------------------------------------------
 
@@ -302,46 +326,70 @@ class Membranes(MaterialField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        branches = 0 if self.branches is None else len(self.branches.exists)
-        return _SECONDS * self.item_count + _BRANCH_SECONDS * branches
+        tensors = sum(len(each.exists) for each in self._stored())
+        return _SECONDS * self.item_count + _TENSOR_SECONDS * tensors
 
-    # --- memory of branches -------------------------------------------------------------------
+    # --- memory -------------------------------------------------------------------------------
 
     @property
     def remembers(self) -> bool:
-        """Return whether any triangle relaxes."""
-        return self.branches is not None
+        """Return whether any triangle relaxes or yields."""
+        return any(True for _ in self._stored())
+
+    @property
+    def yields(self) -> NDArray[np.bool_]:
+        """Return which triangles yield, shape (triangle,)."""
+        return super().yields if self.yielding is None else self.yielding.keeps[0]
 
     @property
     def loss(self) -> str:
         """Return why energy is not conserved; see ``Effect``."""
-        return "" if self.branches is None else "there are elements that relax"
+        if self.branches is not None:
+            return "there are elements that relax"
+        return "" if self.yielding is None else "there are elements that yield"
 
     @property
     def hidden(self) -> Indices:
-        """Return the hidden nodes of the branches; see ``Field``."""
-        return np.zeros(0, dtype=np.int64) if self.branches is None else self.branches.nodes(1)
+        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate([none, *(each.nodes(1) for each in self._stored())])
 
     @property
     def unsolved(self) -> str:
-        """Return that walls relax, if they do; see ``Field``."""
-        return "walls of elements that relax" if len(self.hidden) else ""
+        """Return that walls relax or yield, if they do; see ``Field``."""
+        if not len(self.hidden):
+            return ""
+        return f"walls of elements that {'relax' if self.yielding is None else 'yield'}"
 
     @property
     def relaxed(self) -> Self:
-        """Return the triangles without branches; see ``Effect``."""
-        return self if self.branches is None else replace(self, branches=None, remembered=None)
+        """Return the triangles without branches, which no longer flow; see ``Effect``."""
+        yielding = self.yielding and self.yielding.stopped
+        return replace(self, branches=None, remembered=None, yielding=yielding)
 
     def stored(self, first: int, fastest: float) -> Self:
-        """Return the triangles with hidden nodes for their branches.
+        """Return the triangles with hidden nodes for their internal variables.
 
         Args:
             first: Number of the first of these nodes.
             fastest: A bound of the angular frequencies of the net [1/s].
         """
-        assert self.branches is not None
-        branches = self.branches.stored(3 * first, 1, fastest, np.sqrt(self.area))
-        return replace(self, branches=branches)
+        size, found = np.sqrt(self.area), self
+        if self.branches is not None:
+            branches = self.branches.stored(3 * first, 1, fastest, size)
+            found = replace(found, branches=branches)
+            first += len(branches.nodes(1))
+        if self.yielding is not None:
+            yielding = self.yielding.stored(3 * first, 1, fastest, size)
+            found = replace(found, yielding=yielding)
+        return found
+
+    def _stored(self) -> Iterator[StoredTensors]:
+        """Yield the tensors that hidden nodes keep, in their order."""
+        if self.branches is not None:
+            yield self.branches
+        if self.yielding is not None:
+            yield self.yielding
 
     def fastest(self, mass: Floats) -> float:
         """Return about the largest angular frequency of the triangles [1/s].
@@ -354,18 +402,28 @@ class Membranes(MaterialField, frozen=True):
         return float(np.sqrt(2.0 * (joined / mass).max()))
 
     def recalling(self, velocity: Floats) -> Self:
-        """Return the triangles with the present state of their branches; see ``Effect``."""
-        if self.branches is None:
+        """Return the triangles with the present internal variables; see ``Effect``."""
+        if not self.remembers:
             return self
-        return replace(self, remembered=self.branches.remembered(velocity))
+        branches, yielding = self.branches, self.yielding
+        return replace(
+            self,
+            remembered=branches and branches.remembered(velocity),
+            plastic=yielding and yielding.plastic(velocity),
+        )
 
     def giving(self, position: Floats, velocity: Floats) -> float:
-        """Return a bound of the rates at which branches give way [1/s]; see ``Field``."""
+        """Return a bound of the rates at which triangles relax and flow [1/s]."""
         fastest = 0.0
-        for _, own in self.in_blocks() if self.branches is not None else ():
-            assert own.branches is not None
+        for _, own in self.in_blocks() if self.remembers else ():
             strain = MembraneStrain(own.recalling(velocity), own.deformations(position))
-            fastest = max(fastest, own.branches.fastest(*strain.isochoric, velocity))
+            relaxing = np.zeros(1)
+            if own.branches is not None:
+                rate, relaxing = own.branches.fastest(*strain.isochoric, velocity)
+                fastest = max(fastest, rate)
+            if own.yielding is not None:
+                rate = own.yielding.fastest(*strain.invariants, strain.of_laws, relaxing)
+                fastest = max(fastest, rate)
         return fastest
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
@@ -374,7 +432,7 @@ class Membranes(MaterialField, frozen=True):
             return
         for part, _ in self.in_blocks():
             items = part[moved[self.nodes[part]].any(axis=1)]
-            own = self.only(items).relaxed
+            own = self.only(items).relaxed.recalling(velocity)
             right, _ = MembraneStrain(own, own.deformations(position)).isochoric
             self.branches.keep(velocity, right[:, None], items)
 
@@ -382,6 +440,9 @@ class Membranes(MaterialField, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
+        if not self.remembers:
+            super().add_forces(time, position, velocity, to)
+            return
         hidden = self.hidden
         before = to[..., hidden, :]
         super().add_forces(time, position, velocity, to)
@@ -392,7 +453,7 @@ class Membranes(MaterialField, frozen=True):
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
-        return stretch_membranes if self.branches is None else relax_membranes
+        return relax_membranes if self.remembers else stretch_membranes
 
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
@@ -416,9 +477,10 @@ class Membranes(MaterialField, frozen=True):
             fibre_stiffness=self.fibres.stiffness,
             fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
             **branch_columns(self.branches, self.item_count, place),
+            **yield_columns(self.yielding, self.item_count, place),
             is_curved=is_curved, is_viscous=self.is_damped,
             by_first=first, by_second=second, by_first_twice=first_twice, by_both=both,
-            by_second_twice=second_twice, state=np.zeros(12),
+            by_second_twice=second_twice, state=np.zeros(STATE),
         )  # fmt: skip
 
     @property

@@ -4,6 +4,7 @@ from math import exp, isfinite, sqrt
 from typing import NamedTuple
 
 from tissuec.forces.elements_kernel import call_law
+from tissuec.forces.membrane_memory_kernel import give_way, relax, remember
 from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 
 #: Square of the ratio of areas below which its root is continued by a parabola, so that
@@ -11,7 +12,7 @@ from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 LEAST_SQUARE = 0.04
 ROUNDS = 60  # of the iteration for the thickness, more than bisection needs
 LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm of the root of J
-FLAT = 1e-6  # determinants of what branches gave way by, below which they count as this
+STATE = 17  # numbers of the state of a triangle
 CLOSE = 1e-8  # step after which an iteration of second order is at rounding
 
 
@@ -35,6 +36,10 @@ class MembraneTable(NamedTuple):
     branch_pace: Floats  # 1 / τ [1/s], shape (branch,)
     branch_slot: Integers  # where the first number of a branch is among velocities, (branch,)
     branch_rate: Floats  # of P - 1 in these [m/s], shape (branch,)
+    yield_slot: Integers  # where the first number of Pp is; -1 in triangles that do not yield
+    yield_rate: Floats  # of Pp - 1 there [m/s], shape (triangle,); empty if none yields
+    yield_stress: Floats  # Y [Pa], likewise
+    yield_pace: Floats  # 1 / η [1/(Pa s)], likewise
     is_curved: bool  # whether any law is not neo-Hookean
     is_viscous: bool
     by_first: int  # addresses of derivatives of laws by the invariants
@@ -42,7 +47,7 @@ class MembraneTable(NamedTuple):
     by_first_twice: int
     by_both: int
     by_second_twice: int
-    state: Floats  # scratch, see ``measure`` and ``remember``, shape (12,)
+    state: Floats  # scratch, see ``measure`` and ``remember``, shape (STATE,)
 
 
 def stretch_membranes(
@@ -51,34 +56,34 @@ def stretch_membranes(
     """Add the forces of triangles to those on nodes, and the power that they dissipate.
 
     Args:
-        wall: The triangles; they have no branches.
+        wall: The triangles; they neither relax nor yield.
     """
-    pull_triangles(x, v, f, power, wall, relaxes=False)
+    pull_triangles(x, v, f, power, wall, remembers=False)
 
 
 def relax_membranes(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable
 ) -> None:
-    """Do what ``stretch_membranes`` does for triangles with branches.
+    """Do what ``stretch_membranes`` does for triangles that relax or yield.
 
     The rates of hidden nodes are added as forces on them.
 
     Args:
         wall: The triangles.
     """
-    pull_triangles(x, v, f, power, wall, relaxes=True)
+    pull_triangles(x, v, f, power, wall, remembers=True)
 
 
 def pull_triangles(
-    x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable, relaxes: bool
+    x: Floats, v: Floats, f: Floats, power: Floats, wall: MembraneTable, remembers: bool
 ) -> None:
-    """Do what both kernels do; ``relaxes`` is constant in each, so that the simple one is fast.
+    """Do what both kernels do; the last is constant in each, so that the simple one is fast.
 
     Args:
         x, v, f: Positions [m], velocities [m/s] and forces [N] of all nodes, flat.
         power: [W], shape (2,).
         wall: The triangles.
-        relaxes: Whether any has a branch.
+        remembers: Whether any relaxes or yields.
     """
     state = wall.state
     for e in range(wall.nodes.shape[0]):
@@ -96,13 +101,15 @@ def pull_triangles(
             a0 * a0 + a1 * a1 + a2 * a2, a0 * b0 + a1 * b1 + a2 * b2,
             b0 * b0 + b1 * b1 + b2 * b2, state,
         )  # fmt: skip
-        if relaxes:
+        if remembers:
             remember(e, v, wall)
-        root = volume_root(e, wall, relaxes)
-        s, t, u = stress(e, root, wall, relaxes)
-        if relaxes:
+        root = volume_root(e, wall, remembers)
+        s, t, u = stress(e, root, wall, remembers)
+        if remembers:
             for branch in range(wall.first[e], wall.first[e + 1]):
                 power[1] += wall.weight[e] * relax(branch, root, v, f, wall)
+            if wall.yield_slot[e] >= 0:
+                power[1] += wall.weight[e] * give_way(e, root, v, f, wall)
         if wall.is_viscous and wall.viscosity[e] > 0.0:
             c0 = v[i] * n0 + v[j] * n1 + v[k] * n2
             c1 = v[i + 1] * n0 + v[j + 1] * n1 + v[k + 1] * n2
@@ -137,7 +144,7 @@ def measure(first: float, mixed: float, second: float, state: Floats) -> None:
     Args:
         first, mixed, second: C11, C12 and C22.
         state: Set: C11, C12, C22, tr C, D = det C, q and dq/dD / q, dimensionless; the first
-            seven numbers, shape (12,).
+            seven numbers, shape (STATE,).
     """
     square = max(first * second - mixed * mixed, 0.0)
     near = max(square, LEAST_SQUARE)
@@ -149,28 +156,7 @@ def measure(first: float, mixed: float, second: float, state: Floats) -> None:
     state[6] = (slope + bend * below) / q
 
 
-def remember(e: int, v: Floats, wall: MembraneTable) -> None:
-    """Set the state of the branches of a triangle: W11, W12, W22, tr(C W) and w [Pa].
-
-    Args:
-        e: Number of the triangle.
-        v: Velocities of all nodes [m/s], flat; those of hidden ones keep P - 1.
-        wall: The triangles; see ``forces.membrane_branches``.
-    """
-    state = wall.state
-    one = mixed = other = across = 0.0
-    for branch in range(wall.first[e], wall.first[e + 1]):
-        i, scale = wall.branch_slot[branch], 1.0 / wall.branch_rate[branch]
-        a, b, c = 1.0 + scale * v[i], 1.0 + scale * v[i + 1], scale * v[i + 2]
-        square, shear = max(a * b - c * c, FLAT), wall.branch_shear[branch]
-        one, other = one + shear * b / square, other + shear * a / square
-        mixed, across = mixed - shear * c / square, across + shear * square
-    state[7], state[8], state[9] = one, mixed, other
-    state[10] = state[0] * one + 2.0 * state[1] * mixed + state[2] * other
-    state[11] = across
-
-
-def volume_root(e: int, wall: MembraneTable, relaxes: bool) -> float:
+def volume_root(e: int, wall: MembraneTable, remembers: bool) -> float:
     """Return the cube root of J at the least energy, where there is no stress across.
 
     This is Newton's iteration in the logarithm, within limits between which the root lies.
@@ -178,7 +164,7 @@ def volume_root(e: int, wall: MembraneTable, relaxes: bool) -> float:
     Args:
         e: Number of the triangle.
         wall: The triangles.
-        relaxes: Whether its state includes branches.
+        remembers: Whether ``remember`` has set its state.
     """
     state, shear, bulk = wall.state, wall.shear[e], wall.bulk[e]
     trace, q = state[3], state[5]
@@ -192,8 +178,8 @@ def volume_root(e: int, wall: MembraneTable, relaxes: bool) -> float:
         if is_plain:
             slope, bend = plainly_across(root, shear, bulk, trace, q)
         else:
-            slope, bend = across(e, root, wall)
-        if relaxes:
+            slope, bend = across(e, root, wall, remembers)
+        if remembers:
             square, over = root * root, root * root / q
             in_plane, outside = state[10] / square, state[11] * over * over
             slope += (2.0 * outside - in_plane) / 3.0
@@ -231,13 +217,14 @@ def plainly_across(
     return slope, bend + bulk * (2.0 * j - 1.0) * j
 
 
-def across(e: int, root: float, wall: MembraneTable) -> tuple[float, float]:
+def across(e: int, root: float, wall: MembraneTable, remembers: bool) -> tuple[float, float]:
     """Return the derivatives of the energy by the logarithm of the thickness [Pa].
 
     Args:
         e: Number of the triangle.
         root: The cube root of J.
         wall: The triangles.
+        remembers: As for ``volume_root``.
     """
     state = wall.state
     trace, square, over = state[3], state[4], root * root / state[5]
@@ -264,6 +251,10 @@ def across(e: int, root: float, wall: MembraneTable) -> tuple[float, float]:
     bend += shear * first * bend_of
     spread = wall.dispersion[e]
     if spread > 0.0:
+        if remembers:  # fibres do not yield
+            in_plane, outside = state[16] / r2, outside / state[12]
+            i1, slope_of = in_plane + outside, (4.0 * outside - 2.0 * in_plane) / 3.0
+            bend_of = (4.0 * in_plane + 16.0 * outside) / 9.0
         for family in range(wall.fibres.shape[1]):
             strain = fibre_strain(e, family, i1, wall)
             if strain > 0.0:
@@ -283,7 +274,7 @@ def fibre_strain(e: int, family: int, i1: float, wall: MembraneTable) -> float:
     Args:
         e: Number of the triangle.
         family: Number of the family.
-        i1: First isochoric invariant.
+        i1: First isochoric invariant of the whole strain.
         wall: The triangles.
     """
     x, y, state = wall.fibres[e, family, 0], wall.fibres[e, family, 1], wall.state
@@ -293,7 +284,7 @@ def fibre_strain(e: int, family: int, i1: float, wall: MembraneTable) -> float:
 
 
 def stress(
-    e: int, root: float, wall: MembraneTable, relaxes: bool
+    e: int, root: float, wall: MembraneTable, remembers: bool
 ) -> tuple[float, float, float]:
     """Return S11, S12 and S22 of a triangle [Pa]; the part of K follows from W_λ = 0.
 
@@ -301,67 +292,43 @@ def stress(
         e: Number of the triangle.
         root: The cube root of J.
         wall: The triangles.
-        relaxes: As for ``volume_root``.
+        remembers: As for ``volume_root``.
     """
     state, shear = wall.state, wall.shear[e]
     trace, square, over = state[3], state[4], root * root / state[5]
     g = 1.0 / (root * root)
-    outside = over * over  # g λ²
+    outside = over * over  # g λ² of the elastic strain
     first, second, i1 = 0.5, 0.0, g * trace + outside
     if wall.is_curved and wall.law[e] > 0:
         i2 = g * (g * square + outside * trace)
         first = call_law(wall.by_first, wall.law[e], i1, i2)
         second = call_law(wall.by_second, wall.law[e], i1, i2)
+    # π, and Pp⁻¹ by its components.
+    part, one, mixed, other = 1.0, 1.0, 0.0, 1.0
+    if remembers:
+        part, one, mixed, other = state[12], state[13], state[14], state[15]
+        i1 = g * state[16] + outside / part
     spread = wall.dispersion[e]
-    along = shear * first
-    s = t = u = 0.0
+    of_fibres = s = t = u = 0.0
     for family in range(wall.fibres.shape[1]):
         strain = fibre_strain(e, family, i1, wall)
         if strain > 0.0:
             pull = wall.fibre_stiffness[e] * strain
             pull *= exp(wall.fibre_stiffening[e] * strain * strain)
-            along += pull * spread
+            of_fibres += pull * spread
             pull *= 2.0 * (1.0 - 3.0 * spread)
             x, y = wall.fibres[e, family, 0], wall.fibres[e, family, 1]
             s, t, u = s + pull * x * x, t + pull * x * y, u + pull * y * y
-    second *= shear
-    by_trace = 2.0 * g * (along + second * outside)
-    by_square = 2.0 * second * g * g
-    by_square -= 4.0 * state[6] * outside * (along + second * g * trace)
-    if relaxes:
+    along, second = shear * first, shear * second
+    by_trace, by_whole = 2.0 * g * (along + second * outside), 2.0 * g * of_fibres
+    by_square = 2.0 * second * g * g / part
+    by_square -= 4.0 * state[6] * outside * (along + of_fibres / part + second * g * trace)
+    if remembers:
         by_square -= 2.0 * state[6] * outside * state[11]
         s, t, u = s + g * state[7], t + g * state[8], u + g * state[9]
-    s += by_trace + by_square * state[2]
-    return s, t - by_square * state[1], u + by_trace + by_square * state[0]
-
-
-def relax(branch: int, root: float, v: Floats, f: Floats, wall: MembraneTable) -> float:
-    """Add the rate at which a branch gives way; return the power that it dissipates [W/m³].
-
-    Args:
-        branch: Its number.
-        root: The cube root of J.
-        v: Velocities of all nodes [m/s], flat; those of hidden ones keep P - 1.
-        f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
-        wall: The triangles; the state is that of the triangle of the branch.
-    """
-    state, i = wall.state, wall.branch_slot[branch]
-    rate, pace = wall.branch_rate[branch], wall.branch_pace[branch]
-    scale, g, over = 1.0 / rate, 1.0 / (root * root), root * root / state[5]
-    a, b, c = 1.0 + scale * v[i], 1.0 + scale * v[i + 1], scale * v[i + 2]
-    square = max(a * b - c * c, FLAT)
-    first, mixed, second = g * state[0], g * state[1], g * state[2]
-    # X = g C P⁻¹ in the plane, and across it.
-    x00, x01 = (first * b - mixed * c) / square, (mixed * a - first * c) / square
-    x10, x11 = (mixed * b - second * c) / square, (second * a - mixed * c) / square
-    x22 = over * over * square
-    third, give = (x00 + x11 + x22) / 3.0, rate * pace
-    f[i] += give * (first - third * a)
-    f[i + 1] += give * (second - third * b)
-    f[i + 2] += give * (mixed - third * c)
-    x00, x11, x22 = x00 - third, x11 - third, x22 - third
-    found = x00 * x00 + x11 * x11 + x22 * x22 + 2.0 * x01 * x10
-    return float(0.5 * wall.branch_shear[branch] * pace * found)
+    s += by_trace * one + by_whole + by_square * state[2]
+    t += by_trace * mixed - by_square * state[1]
+    return s, t, u + by_trace * other + by_whole + by_square * state[0]
 
 
 def resist(
@@ -377,7 +344,7 @@ def resist(
     """
     state, thin = wall.state, wall.thinning[e]
     c, d, k = state[0], state[1], state[2]
-    near = max(state[4], LEAST_SQUARE)
+    near = max(c * k - d * d, LEAST_SQUARE)
     thick = 2.0 * wall.viscosity[e] * root * root * root / (near * near)
     # cof C times the rate, and its trace.
     b00, b01, b10, b11 = k * g - d * o, k * o - d * h, c * o - d * g, c * h - d * o

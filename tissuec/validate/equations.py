@@ -185,7 +185,7 @@ class Equations:
             case "elements":
                 return ElementSolid(field, state.network.position, state.velocity)
             case "membranes":
-                return MembraneWall(field)
+                return MembraneWall(field, state.velocity)
             case "volume":
                 return VolumeField(field)
             case "fluid":

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.forces import assembled
-from tissuec.validate.forces.relaxing_walls import Kept, RelaxingWall
+from tissuec.validate.forces.relaxing_walls import PlasticWall, RelaxingWall, WallMemory
 from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ HALVINGS = 60  # of the interval for it, which leave rounding
 NEWTON = 30  # steps
 ROUNDING = 1e-9  # step after which a method of second order is at rounding
 _PAIRS = ((0, 0), (1, 1), (0, 1))
+_NOTHING = WallMemory()
 
 
 class MembraneWall:
@@ -35,9 +36,11 @@ class MembraneWall:
 
     Args:
         wall: Read for nodes, drawn gradients, moduli and laws.
+        velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones give the plastic
+            strain of the triangles, which ``matrix`` uses. None where nothing yields.
     """
 
-    def __init__(self, wall: "Membranes"):
+    def __init__(self, wall: "Membranes", velocity: Floats | None = None):
         self._nodes, self._slope, self._weight = wall.nodes, wall.gradients, wall.weight
         self._shear, self._bulk, self._eta = wall.shear, wall.bulk, wall.viscosity
         of = wall.fibres
@@ -46,31 +49,41 @@ class MembraneWall:
         self._laws = SolidLaws(wall.laws, wall.law, self._shear)
         has_branches = wall.branches is not None and len(wall.hidden)
         self.branches = RelaxingWall(wall) if has_branches else None
+        yields = wall.yielding is not None and len(wall.hidden)
+        self.plastic = PlasticWall(wall) if yields else None
+        #: What they remember, in the order of unknowns.
+        self.kept = [one for one in (self.branches, self.plastic) if one is not None]
+        self._start = _NOTHING
+        if self.plastic is not None and velocity is not None:
+            self._start = WallMemory(flowed=self.plastic.inverse(velocity))
         self._seen: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None
         self._limits, self._side = wall.limits, wall.thickness * np.sqrt(wall.area)
 
     # --- states -------------------------------------------------------------------------------
 
     def _strained(
-        self, position: Floats, kept: Kept | None = None
+        self, position: Floats, kept: WallMemory = _NOTHING
     ) -> tuple[Floats, Floats, Floats]:
         """Return F, C in the plane, and C33 of each triangle; kept for a second call.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            kept: The state of the branches; None without them.
+            kept: What the triangles remember.
         """
         f = np.einsum("eax,eak->exk", position[self._nodes], self._slope)
-        key = f if kept is None else np.concatenate([f, kept.inside, kept.outside], axis=None)
+        key = np.concatenate([f.ravel(), kept.key])
         if self._seen is None or not np.array_equal(self._seen[0], key):
             c = np.einsum("exk,exl->ekl", f, f)
             self._seen = key, (f, c, self._across(c, kept))
         return self._seen[1]
 
-    def _kept(self, velocity: Floats) -> Kept | None:
-        return None if self.branches is None else self.branches.kept(velocity)
+    def _memory(self, velocity: Floats) -> WallMemory:
+        return WallMemory(
+            None if self.branches is None else self.branches.weight(velocity),
+            None if self.plastic is None else self.plastic.inverse(velocity),
+        )
 
-    def _across(self, c: Floats, kept: Kept | None) -> Floats:
+    def _across(self, c: Floats, kept: WallMemory) -> Floats:
         """Return C33, at which S33 is zero: by Newton's method, else by halving an interval."""
         across = np.ones(len(c)) if self._seen is None else self._seen[1][2]
         for _ in range(NEWTON):
@@ -104,46 +117,63 @@ class MembraneWall:
         j = q * np.sqrt(across)
         return j ** (-2.0 / 3.0), -2.0 / 3.0 * rate, j, rate, first, second
 
-    def _stress(self, c: Any, across: Any, kept: Kept | None = None) -> tuple[Any, Any]:
-        """Return S in the plane, shape (triangle, 2, 2), and S33 [Pa]; C may be complex."""
-        g, of_g, j, of_q, first, second = self._invariants(c, across)
+    def _of_laws(self, c: Any, across: Any, kept: WallMemory) -> tuple[Any, ...]:
+        """Return A of the plastic strain in the plane and across, and I1 and I2 of C A."""
+        flow = kept.flowed
+        inside, outside = (np.eye(2), 1.0) if flow is None else (flow.inside, flow.outside)
+        turned = c @ inside
+        trace, wide = turned[:, 0, 0] + turned[:, 1, 1], across * outside
+        square = turned[:, 0, 0] * turned[:, 1, 1] - turned[:, 0, 1] * turned[:, 1, 0]
+        return inside, outside, trace + wide, square + wide * trace
+
+    def _stress(
+        self, c: Any, across: Any, kept: WallMemory = _NOTHING, *, fibred: bool = True
+    ) -> tuple[Any, Any]:
+        """Return S in the plane, shape (triangle, 2, 2), and S33 [Pa]; C may be complex.
+
+        Args:
+            c: C in the plane, dimensionless, shape (triangle, 2, 2).
+            across: C33, dimensionless, shape (triangle,).
+            kept: What the triangles remember.
+            fibred: Whether to include fibres.
+        """
+        g, of_g, j, of_q, whole, _ = self._invariants(c, across)
+        one, wide, first, second = self._of_laws(c, across, kept)
         by_first, by_second = self._laws.slopes(g * first, g**2 * second)
-        of_fibres: Any = 0.0
-        k1, k2, spread = self._fibres
-        for along in np.moveaxis(self._along, 1, 0):
-            fourth = np.einsum("ekl,ek,el->e", c, along, along)
-            e = spread * (g * first - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
-            pull = np.where(e.real > 0.0, k1 * e * np.exp(k2 * e * e), 0.0)
-            by_first = by_first + pull * spread
-            of_fibres = of_fibres + 2.0 * np.einsum(
-                "e,ek,el->ekl", pull * (1.0 - 3.0 * spread), along, along
-            )
         turned = np.empty_like(c)
         turned[:, 0, 0], turned[:, 1, 1] = c[:, 1, 1], c[:, 0, 0]
         turned[:, 0, 1], turned[:, 1, 0] = -c[:, 1, 0], -c[:, 0, 1]
-        # ∂I1/∂C = 1, ∂I2/∂C = I1 1 - C, and what g and J change by.
+        # With the A of what is plastic, ∂I1/∂C = A, ∂I2/∂C = I1 A - A C A, and what g and J
+        # change by.
         by_one = by_first * g + by_second * g * g * first
         by_g = by_first * g * first + 2.0 * by_second * g * g * second
         by_j = self._bulk * (j - 1.0) * j
-        of_branches: Any = 0.0
-        if kept is not None:
-            pulled = np.einsum("ekl,ekl->e", c, kept.inside) + across * kept.outside
-            by_g = by_g + 0.5 * g * pulled
-            of_fibres = of_fibres + g[:, None, None] * kept.inside
-            of_branches = g * (kept.outside - pulled / (3.0 * across))
-        one = np.eye(2)
         inside = 2.0 * by_one[:, None, None] * one
-        inside = inside - 2.0 * (by_second * g * g)[:, None, None] * c
-        inside = inside + 2.0 * (by_g * of_g + by_j * of_q)[:, None, None] * turned + of_fibres
-        outside = 2.0 * by_first * g * (1.0 - first / (3.0 * across)) + by_j / across
-        more = first - across - 2.0 * second / (3.0 * across)
-        return inside, outside + 2.0 * by_second * g * g * more + of_branches
+        inside = inside - 2.0 * (by_second * g * g)[:, None, None] * (one @ c @ one)
+        outside = 2.0 * (by_one - by_second * g * g * wide * across) * wide
+        k1, k2, spread = self._fibres
+        for along in np.moveaxis(self._along, 1, 0) if fibred else ():
+            fourth = np.einsum("ekl,ek,el->e", c, along, along)
+            e = spread * (g * whole - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
+            pull = np.where(e.real > 0.0, k1 * e * np.exp(k2 * e * e), 0.0)
+            line = np.einsum("e,ek,el->ekl", pull * (1.0 - 3.0 * spread), along, along)
+            even = pull * spread * g
+            inside = inside + 2.0 * line + 2.0 * even[:, None, None] * np.eye(2)
+            outside, by_g = outside + 2.0 * even, by_g + even * whole
+        if kept.branches is not None:
+            of = kept.branches
+            pulled = np.einsum("ekl,ekl->e", c, of.inside) + across * of.outside
+            by_g = by_g + 0.5 * g * pulled
+            inside = inside + g[:, None, None] * of.inside
+            outside = outside + g * of.outside
+        inside = inside + 2.0 * (by_g * of_g + by_j * of_q)[:, None, None] * turned
+        return inside, outside + (by_j - 2.0 / 3.0 * by_g) / across
 
     # --- what the reference asks for ----------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
-        kept = self._kept(velocity)
+        kept = self._memory(velocity)
         f, c, across = self._strained(position, kept)
         stress, _ = self._stress(c, across, kept)
         if self._eta.any():
@@ -155,50 +185,60 @@ class MembraneWall:
         """Return the stored energy [J]."""
         return float(self._energies(position).sum())
 
-    def _energies(self, position: Floats, kept: Kept | None = None) -> Floats:
+    def _energies(self, position: Floats, kept: WallMemory = _NOTHING) -> Floats:
         """Return the energy of each triangle [J]; laws are integrated from the drawn state.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            kept: The state of the branches; None without them.
+            kept: What the triangles remember.
         """
         _, c, across = self._strained(position, kept)
-        g, _, j, _, first, second = self._invariants(c, across)
-        one = g * first - 3.0
+        g, _, j, _, whole, _ = self._invariants(c, across)
+        *_, first, second = self._of_laws(c, across, kept)
         total = 0.5 * self._bulk * (j - 1.0) ** 2
         total += self._laws.energies(g * first, g * g * second)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             fourth = np.einsum("ekl,ek,el->e", c, along, along)
-            e = spread * one + (1.0 - 3.0 * spread) * (fourth - 1.0)
+            e = spread * (g * whole - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
             total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
-        if self.branches is not None and kept is not None:
-            pulled = np.einsum("ekl,ekl->e", c, kept.inside) + across * kept.outside
+        if self.branches is not None and (of := kept.branches) is not None:
+            pulled = np.einsum("ekl,ekl->e", c, of.inside) + across * of.outside
             total += 0.5 * (g * pulled - 3.0 * self.branches.sudden)
         return np.asarray(self._weight * total)
 
-    @property
-    def kept(self) -> tuple[RelaxingWall, ...]:
-        """Return the parts that have unknowns."""
-        return () if self.branches is None else (self.branches,)
-
     def remembered_energy(self, position: Floats, velocity: Floats) -> float:
-        """Return the energy of branches [J], including their effect through the thickness.
+        """Return by how much the energy exceeds that of triangles without memory [J].
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        whole = self._energies(position, self._kept(velocity))
+        whole = self._energies(position, self._memory(velocity))
         return float((whole - self._energies(position)).sum())
 
     def rates(self, position: Floats, velocity: Floats) -> Floats:
-        """Return the rates of the unknowns of branches [1/s], shape (count,).
+        """Return the rates of all unknowns [1/s], shape (count,).
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        assert self.branches is not None
-        return self.branches.rates(*self._unimodular(position, self._kept(velocity)), velocity)
+        kept, found = self._memory(velocity), [np.zeros(0)]
+        flow = self._carried(position, kept)
+        carried = None if flow is None else flow[0]
+        if self.branches is not None:
+            there = self._unimodular(position, kept)
+            found.append(self.branches.rates(*there, velocity, carried))
+        if self.plastic is not None and carried is not None:
+            found.append(self.plastic.rates(carried, velocity))
+        return np.concatenate(found)
+
+    def _carried(self, position: Floats, kept: WallMemory) -> tuple[Floats, Floats] | None:
+        """Return the flow M [1/s] and what it loses [W/m³]; None if nothing yields."""
+        if self.plastic is None:
+            return None
+        _, c, across = self._strained(position, kept)
+        inside, outside = self._stress(c, across, kept, fibred=False)
+        return self.plastic.flow(inside @ c, outside * across)
 
     def give_way(self, position: Floats, velocity: Floats, free: Indices) -> None:
         """Relax the branches of triangles at some nodes completely.
@@ -207,12 +247,13 @@ class MembraneWall:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
             free: These nodes, shape (free,).
         """
-        assert self.branches is not None
+        if self.branches is None:
+            return
         touched = np.isin(self._nodes, free).any(axis=1)
-        inside, _ = self._unimodular(position, None)
+        inside, _ = self._unimodular(position, self._memory(velocity)._replace(branches=None))
         self.branches.given_way(inside, touched, velocity)
 
-    def _unimodular(self, position: Floats, kept: Kept | None) -> tuple[Floats, Floats]:
+    def _unimodular(self, position: Floats, kept: WallMemory) -> tuple[Floats, Floats]:
         """Return g C in the plane, shape (triangle, 2, 2), and across it."""
         _, c, across = self._strained(position, kept)
         g, *_ = self._invariants(c, across)
@@ -252,10 +293,12 @@ class MembraneWall:
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that flow and relaxation lose [W]."""
-        lost, kept = 0.0, self._kept(velocity)
+        lost, kept = 0.0, self._memory(velocity)
         if self.branches is not None:
             each = self.branches.lost(*self._unimodular(position, kept), velocity)
             lost = float(self._weight @ each)
+        if (flow := self._carried(position, kept)) is not None:
+            lost += float(self._weight @ flow[1])
         if not self._eta.any():
             return lost
         stress, rate = self._flow(*self._strained(position, kept), velocity)
@@ -296,19 +339,20 @@ class MembraneWall:
             number: Of each node among those that may move, -1 for others.
             size: How many may move.
         """
-        f, c, across = self._strained(position)
-        stress, _ = self._stress(c, across)
+        start = self._start
+        f, c, across = self._strained(position, start)
+        stress, _ = self._stress(c, across, start)
         inner = np.einsum("e,eak,ekl,ebl->eab", self._weight, self._slope, stress, self._slope)
         values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
-        thicker = self._stress(c.astype(complex), across + 1j * STEP)[1].imag / STEP
+        thicker = self._stress(c.astype(complex), across + 1j * STEP, start)[1].imag / STEP
         for k, m in _PAIRS:
             moved = c.astype(complex)
             moved[:, k, m] += 1j * STEP
             if k != m:
                 moved[:, m, k] += 1j * STEP
-            out_of_plane = self._stress(moved, across.astype(complex))[1].imag / STEP
+            out_of_plane = self._stress(moved, across.astype(complex), start)[1].imag / STEP
             follows = across - 1j * STEP * out_of_plane / thicker
-            change = self._stress(moved, follows)[0].imag / STEP
+            change = self._stress(moved, follows, start)[0].imag / STEP
             by_place = np.einsum("ex,ea->eax", f[..., k], self._slope[..., m])
             by_place = by_place + np.einsum("ex,ea->eax", f[..., m], self._slope[..., k])
             if k == m:
