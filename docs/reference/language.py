@@ -308,7 +308,7 @@ def adjusted_table() -> str:
 
 def measure_table() -> str:
     """Return what can be measured."""
-    solid = "nodes of solid elements"
+    solid = "nodes of elements"
     subjects = {
         "any": "nodes or springs", "solid": solid, "body or solid": f"body, or {solid}",
     }  # fmt: skip

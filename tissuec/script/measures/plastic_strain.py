@@ -38,7 +38,7 @@ def plastic_strains(snapshot: Snapshot) -> Floats:
     found = np.zeros(velocity.shape[:2])
     for row, speeds in zip(found, velocity, strict=True):
         volume = np.zeros_like(row)
-        for field in snapshot.state.elements():
+        for field in snapshot.state.elements:
             for _, own in field.intact(snapshot.state.alive).in_blocks():
                 strain, share = own.plastic_shares(speeds)
                 np.add.at(row, own.nodes, strain)

@@ -56,7 +56,7 @@ class WallMemory(NamedTuple):
 
     @property
     def key(self) -> Floats:
-        """Return all numbers, shape (n,)."""
+        """Return all numbers in their units, shape (n,)."""
         every = (one for one in self if one is not None)
         parts = [np.zeros(0), *(part.ravel() for one in every for part in one)]
         return np.concatenate(parts)
