@@ -48,6 +48,24 @@ def remember(e: int, v: Floats, wall: "MembraneTable") -> None:
     state[11] = across / state[12]
 
 
+def forget(e: int, root: float, v: Floats, f: Floats, wall: "MembraneTable") -> float:
+    """Add all rates of what a triangle remembers; return the power that is lost [W/m³].
+
+    Args:
+        e: Number of the triangle.
+        root: The cube root of J.
+        v: Velocities of all nodes [m/s], flat.
+        f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
+        wall: The triangles; the state is that of this one.
+    """
+    lost = 0.0
+    for branch in range(wall.first[e], wall.first[e + 1]):
+        lost += relax(branch, root, v, f, wall)
+    if wall.yield_slot[e] >= 0:
+        lost += give_way(e, root, v, f, wall)
+    return lost
+
+
 def relax(branch: int, root: float, v: Floats, f: Floats, wall: "MembraneTable") -> float:
     """Add the rate at which a branch gives way; return the power that it dissipates [W/m³].
 

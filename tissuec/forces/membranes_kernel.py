@@ -4,7 +4,7 @@ from math import exp, isfinite, sqrt
 from typing import NamedTuple
 
 from tissuec.forces.elements_kernel import call_law
-from tissuec.forces.membrane_memory_kernel import give_way, relax, remember
+from tissuec.forces.membrane_memory_kernel import forget, remember
 from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 
 #: Square of the ratio of areas below which its root is continued by a parabola, so that
@@ -106,10 +106,7 @@ def pull_triangles(
         root = volume_root(e, wall, remembers)
         s, t, u = stress(e, root, wall, remembers)
         if remembers:
-            for branch in range(wall.first[e], wall.first[e + 1]):
-                power[1] += wall.weight[e] * relax(branch, root, v, f, wall)
-            if wall.yield_slot[e] >= 0:
-                power[1] += wall.weight[e] * give_way(e, root, v, f, wall)
+            power[1] += wall.weight[e] * forget(e, root, v, f, wall)
         if wall.is_viscous and wall.viscosity[e] > 0.0:
             c0 = v[i] * n0 + v[j] * n1 + v[k] * n2
             c1 = v[i + 1] * n0 + v[j + 1] * n1 + v[k + 1] * n2
