@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from tissuec.forces.element_limits_kernel import NONE, grown
 from tissuec.forces.elements_kernel import call_law
+from tissuec.forces.membrane_record_kernel import MembraneTable
 from tissuec.forces.membranes_kernel import (
-    MembraneTable,
     fibre_strain,
     measure,
     stress,

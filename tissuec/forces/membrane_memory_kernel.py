@@ -4,18 +4,15 @@ For the equations see ``forces.membrane_branches`` and ``forces.membrane_yield``
 """
 
 from math import sqrt
-from typing import TYPE_CHECKING
 
 from tissuec.forces.elements_kernel import call_law
+from tissuec.forces.membrane_record_kernel import MembraneTable
 from tissuec.kernels.records import Floats
-
-if TYPE_CHECKING:
-    from tissuec.forces.membranes_kernel import MembraneTable
 
 FLAT = 1e-6  # determinants of what gave way, below which they count as this
 
 
-def remember(e: int, v: Floats, wall: "MembraneTable") -> None:
+def remember(e: int, v: Floats, wall: MembraneTable) -> None:
     """Set the state of what a triangle remembers, and of its elastic strain.
 
     With π = det Pp, tr C, D and q become tr(C Pp⁻¹), D/π and q/√π. W11, W12, W22, tr(C W) and
@@ -48,7 +45,7 @@ def remember(e: int, v: Floats, wall: "MembraneTable") -> None:
     state[11] = across / state[12]
 
 
-def forget(e: int, root: float, v: Floats, f: Floats, wall: "MembraneTable") -> float:
+def forget(e: int, root: float, v: Floats, f: Floats, wall: MembraneTable) -> float:
     """Add all rates of what a triangle remembers; return the power that is lost [W/m³].
 
     Args:
@@ -66,7 +63,7 @@ def forget(e: int, root: float, v: Floats, f: Floats, wall: "MembraneTable") -> 
     return lost
 
 
-def relax(branch: int, root: float, v: Floats, f: Floats, wall: "MembraneTable") -> float:
+def relax(branch: int, root: float, v: Floats, f: Floats, wall: MembraneTable) -> float:
     """Add the rate at which a branch gives way; return the power that it dissipates [W/m³].
 
     Args:
@@ -95,7 +92,7 @@ def relax(branch: int, root: float, v: Floats, f: Floats, wall: "MembraneTable")
     return float(0.5 * wall.branch_shear[branch] * pace * found)
 
 
-def give_way(e: int, root: float, v: Floats, f: Floats, wall: "MembraneTable") -> float:
+def give_way(e: int, root: float, v: Floats, f: Floats, wall: MembraneTable) -> float:
     """Add the rates of plastic flow of a triangle, and those of its branches.
 
     Args:

@@ -50,14 +50,10 @@ from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.membrane_branches import MembraneBranches, RelaxingPlane
 from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
+from tissuec.forces.membrane_record_kernel import STATE, MembraneTable
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
-from tissuec.forces.membranes_kernel import (
-    STATE,
-    MembraneTable,
-    relax_membranes,
-    stretch_membranes,
-)
+from tissuec.forces.membranes_kernel import relax_membranes, stretch_membranes
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.kernels.records import BoundaryConditions

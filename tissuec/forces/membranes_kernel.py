@@ -1,53 +1,18 @@
 """The forces of triangles of walls as loops; for the equations see ``forces.membranes``."""
 
 from math import exp, isfinite, sqrt
-from typing import NamedTuple
 
 from tissuec.forces.elements_kernel import call_law
 from tissuec.forces.membrane_memory_kernel import forget, remember
-from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
+from tissuec.forces.membrane_record_kernel import MembraneTable
+from tissuec.kernels.records import Floats
 
 #: Square of the ratio of areas below which its root is continued by a parabola, so that
 #: triangles that are pressed flat have finite forces.
 LEAST_SQUARE = 0.04
 ROUNDS = 60  # of the iteration for the thickness, more than bisection needs
 LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm of the root of J
-STATE = 17  # numbers of the state of a triangle
 CLOSE = 1e-8  # step after which an iteration of second order is at rounding
-
-
-class MembraneTable(NamedTuple):
-    """Membranes as the kernel reads them."""
-
-    nodes: IntegerRows  # shape (triangle, 3)
-    gradients: Rows  # ∂N/∂X by node and direction in the plane [1/m], shape (triangle, 6)
-    weight: Floats  # volume [m³], shape (triangle,)
-    shear: Floats  # [Pa], shape (triangle,)
-    bulk: Floats  # [Pa], shape (triangle,)
-    viscosity: Floats  # [Pa s], shape (triangle,)
-    thinning: Floats  # rate of strain across the plane per rate of area, shape (triangle,)
-    law: Integers  # shape (triangle,)
-    fibres: Stack  # unit vectors in the plane as drawn, shape (triangle, family, 2)
-    fibre_stiffness: Floats  # k1 [Pa], shape (triangle,)
-    fibre_stiffening: Floats  # k2, shape (triangle,)
-    dispersion: Floats  # κ, shape (triangle,)
-    first: Integers  # branches of triangle e are first[e]:first[e + 1], shape (triangle + 1,)
-    branch_shear: Floats  # μk [Pa], shape (branch,)
-    branch_pace: Floats  # 1 / τ [1/s], shape (branch,)
-    branch_slot: Integers  # where the first number of a branch is among velocities, (branch,)
-    branch_rate: Floats  # of P - 1 in these [m/s], shape (branch,)
-    yield_slot: Integers  # where the first number of Pp is; -1 in triangles that do not yield
-    yield_rate: Floats  # of Pp - 1 there [m/s], shape (triangle,); empty if none yields
-    yield_stress: Floats  # Y [Pa], likewise
-    yield_pace: Floats  # 1 / η [1/(Pa s)], likewise
-    is_curved: bool  # whether any law is not neo-Hookean
-    is_viscous: bool
-    by_first: int  # addresses of derivatives of laws by the invariants
-    by_second: int
-    by_first_twice: int
-    by_both: int
-    by_second_twice: int
-    state: Floats  # scratch, see ``measure`` and ``remember``, shape (STATE,)
 
 
 def stretch_membranes(
