@@ -68,6 +68,12 @@ class Drawing(Struct, frozen=True, eq=False):
         """Return which springs resist bending, shape (spring,)."""
         return np.arange(len(self.length)) >= self.own
 
+    @property
+    def is_bars(self) -> bool:
+        """Return whether its springs are bars, with sections of their own."""
+        is_thread = isinstance(self.body.mesh, Threaded)
+        return is_thread or (self.mesh.volume is None and not len(self.mesh.skin))
+
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def draw(body: Body, scope: Scope) -> Drawing:

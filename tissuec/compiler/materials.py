@@ -67,7 +67,7 @@ class MaterialReader:
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
         self.parts.refuse_idle_fibres()
-        self.parts.refuse_solids(self.node_part)
+        self.parts.refuse_solids(self.node_part, are_bars=self.drawing.is_bars)
         return {"mass": self._mass(), **self.read_springs()}
 
     def read_springs(self) -> dict[str, Explained]:

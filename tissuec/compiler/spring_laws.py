@@ -4,12 +4,14 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.spring_parts import SpringParts
 from tissuec.compiler.tissue_parts import USES, Material, TissueParts
 from tissuec.core.errors import Note
+from tissuec.core.hints import leaving_out
 from tissuec.laws import (
     LINEAR,
     SPRING_LAWS,
@@ -21,8 +23,10 @@ from tissuec.laws import (
     with_modulus,
 )
 from tissuec.laws.formula import variables
+from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
+from tissuec.scene.laws import SOLID_LAW
 from tissuec.scene.model import WrittenLaws
 from tissuec.scene.quantities import YOUNGS_MODULUS
 
@@ -39,6 +43,7 @@ class SpringLaws:
     ):
         self._body, self._parts = drawing.body, parts
         self._springs, self._findings = springs, findings
+        self._are_bars = drawing.is_bars
         self._bends, count = drawing.bends, len(drawing.length)
         #: Numbers of laws in the table, NaN for springs without, shape (spring,).
         self._typed = drawing.columns.springs.get("law", np.full(count, np.nan))
@@ -70,7 +75,7 @@ class SpringLaws:
         laws = [LINEAR]
         numbers: list[int] = []
         for material in self._parts.materials:
-            law = _law_of(material)
+            law = self._law_of(material)
             if law not in laws:
                 laws.append(law)
             numbers.append(laws.index(law))
@@ -86,6 +91,29 @@ class SpringLaws:
                 laws.append(law)
             found[self._typed == number] = laws.index(law)
         return found, tuple(laws)
+
+    def _law_of(self, material: Material) -> Law:
+        """Return the law of a part; linear where its tissue says nothing."""
+        if material.tissue is None:
+            return LINEAR
+        modulus = material.tissue.given.get(YOUNGS_MODULUS)
+        laws = material.tissue.laws
+        solid, other = laws.get(SOLID_LAW), laws.get("spring law")
+        if solid is not None and self._are_bars and modulus is not None:
+            if other is not None:
+                self._findings.reject(
+                    "TIS306",
+                    "a solid law and a spring law exclude each other",
+                    solid.span,
+                    hint=leaving_out("remove one of them", solid.span, other.span),
+                    notes=(Note("the spring law", other.span),),
+                )
+            from tissuec.laws.tension import BarOfSolid  # where bars need it
+
+            bar = BarOfSolid(cast(SolidLaw, solid.law))
+            written = replace(solid, force=bar.force(), law=bar)
+            laws = {**laws, "spring law": written}
+        return _as_law(laws, modulus=1.0 if modulus is None else modulus.value)
 
     def _refuse_means(self, first: NDArray[np.int32], second: NDArray[np.int32]) -> None:
         """Reject springs that are to be the mean of two laws.
@@ -121,14 +149,6 @@ class SpringLaws:
         found = np.zeros(len(self._typed), dtype=bool)
         found[self.is_typed] = used[self._typed[self.is_typed].astype(int)]
         return found
-
-
-def _law_of(material: Material) -> Law:
-    """Return the law of a part; linear where its tissue says nothing."""
-    if material.tissue is None:
-        return LINEAR
-    modulus = material.tissue.given.get(YOUNGS_MODULUS)
-    return _as_law(material.tissue.laws, modulus=1.0 if modulus is None else modulus.value)
 
 
 def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:

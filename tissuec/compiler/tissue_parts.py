@@ -150,11 +150,12 @@ class TissueParts:
             QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
         )
 
-    def refuse_solids(self, used: NDArray[np.integer]) -> None:
+    def refuse_solids(self, used: NDArray[np.integer], *, are_bars: bool) -> None:
         """Report laws and fibres of solids in parts that consist of springs.
 
         Args:
             used: Numbers of parts, shape (…).
+            are_bars: Whether the springs are bars, which follow laws of solids in tension.
         """
         for number in part_numbers(used):
             material = self.materials[number]
@@ -162,16 +163,24 @@ class TissueParts:
                 continue
             given = material.tissue.given
             found = [(f"a {name}", given.get(name)) for name in OF_FIBRES]
-            found += [(f"a {SOLID_LAW}", material.tissue.laws.get(SOLID_LAW))]
+            law, hint = material.tissue.laws.get(SOLID_LAW), "remove it from the tissue"
+            if not are_bars:
+                hint = f"write made of elements in the body, or {hint}"
+            if not are_bars or YOUNGS_MODULUS not in given:
+                found += [(f"a {SOLID_LAW}", law)]
             for what, written in found:
-                if written is not None:
-                    self.findings.add(
-                        "TIS306",
-                        f"{what} has no effect on springs, of which {material.name} consists",
-                        written.span,
-                        hint="write made of elements in the body, or remove it from the tissue",
-                        notes=(Note("used here", material.span),),
-                    )
+                if written is None:
+                    continue
+                way_out = hint
+                if are_bars and written is law:
+                    way_out = f"write a Young's modulus and a density in the tissue, or {hint}"
+                self.findings.add(
+                    "TIS306",
+                    f"{what} has no effect on springs, of which {material.name} consists",
+                    written.span,
+                    hint=way_out,
+                    notes=(Note("used here", material.span),),
+                )
 
     def missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
         """Reject a part that lacks a quantity.

@@ -26,7 +26,7 @@ from math import cos, floor, gamma, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.laws.formula import ZERO, Constant, Formula, Values
+from tissuec.laws.formula import ZERO, Constant, Formula, Values, apply
 from tissuec.laws.solid import I1, I2
 
 _POINTS = 32  # of Gauss's quadrature
@@ -55,6 +55,12 @@ class PrincipalSum(Formula, frozen=True):
 
     def slope(self, name: str) -> Formula:
         return _slopes(self.exponent)[name == I2.name] if name in (I1.name, I2.name) else ZERO
+
+    def along(self, stretch: Formula) -> Formula:
+        """Return the sum for a stretch along one axis, and its root across."""
+        if self.exponent == 0.0:
+            return 1.5 * apply("log", (stretch,)) ** 2.0
+        return stretch**self.exponent + 2.0 * stretch ** (-0.5 * self.exponent) - 3.0
 
 
 def power_sum(exponent: float) -> Formula:
