@@ -4,13 +4,15 @@ from collections.abc import Iterator
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
+from tissuec.scene.laws import SOLID_LAW
 
 
 def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
     """W211: laws of solids that lose their stability at strains that tissues reach."""
     seen = set[str]()
     for body in compiled.scene.bodies.values():
-        if body.elements is None:
+        are_bars = any(SOLID_LAW in tissue.laws for tissue in body.tissues)
+        if body.elements is None and not are_bars:
             continue
         from tissuec.compiler.element_bodies import law_of
         from tissuec.laws.stability import stable_strains
