@@ -16,10 +16,13 @@ tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/
 """
 
 
-def slab(tool, *, cell="4 mm", entries="", box="(0, 0, 0) mm to (16, 16, 4) mm", kind=""):
+def slab(
+    tool, *, cell="4 mm", entries="", box="(0, 0, 0) mm to (16, 16, 4) mm", kind="", extra=""
+):
     """Return the compiled scene of a slab whose faces a tool can touch."""
     return compiled_scene(f"""{GEL}
 body slab {{ mesh is lattice {{ {kind} cell = {cell}; box from {box} }}; tissue is gel }}
+{extra}
 tool tool {{ {tool} }}
 environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only; {entries} }}
 script {{ at 0 s: fix slab }}
@@ -89,6 +92,52 @@ def test_the_matrix_is_minus_the_derivative_of_the_forces(name):
     # Along an axis, the nearest place moves with what is pressed, which the matrix leaves out.
     allowed = 1e-5 if name != "needle" else 0.2
     assert np.abs(found - expected).max() < allowed * np.abs(expected).max()
+
+
+STRAND = """
+tissue silk { spring constant = 50 N/m; viscosity = 0 N*s/m; mass = 5 mg }
+body strand { mesh is thread { line from (1, 3, 4.2) mm to (15, 11, 4.2) mm; pieces = 3
+  thickness = 1 mm }; tissue is silk }
+"""
+
+
+def strand_on_slab():
+    return slab("kind is probe; radius = 1 mm; centre = (0, 0, 30) mm", extra=STRAND)
+
+
+def test_a_thread_touches_faces_along_its_pieces_and_forces_are_those_of_an_energy():
+    network = strand_on_slab()
+    contact, position = network.contact.intact(network.present), network.position.copy()
+    thread = network.bodies[1].nodes
+    force = forces(contact, position, np.zeros_like(position))
+    # 2 h/R times E*, over the length: all points are 0.3 mm deep, less half the layer.
+    size, firm = 4e-3, 10e3 / (1.0 - 0.3**2)
+    length = np.hypot(14e-3, 8e-3)
+    expected = firm * max(12.0, 2.0 * size / 0.5e-3) * length * (0.3e-3 - 0.0025 * size)
+    assert force[thread].sum(axis=0) == pytest.approx([0.0, 0.0, expected], rel=1e-9, abs=1e-9)
+    # Each node has its share, half as much at the ends.
+    assert force[thread][:, 2] == pytest.approx(expected * np.array([1, 2, 2, 1]) / 6.0)
+    position[:] += 0.1e-3 * np.random.default_rng(4).standard_normal(position.shape)
+    force = forces(contact, position, np.zeros_like(position))
+    way = np.random.default_rng(5).standard_normal(position.shape)
+    ends = [contact.energy(0.0, position + side * 1e-8 * way) for side in (1.0, -1.0)]
+    assert (force * way).sum() == pytest.approx(-(ends[0] - ends[1]) / 2e-8, rel=1e-6)
+    scale = np.abs(force).sum()
+    assert np.abs(force.sum(axis=0)).max() < 1e-14 * scale
+    assert np.abs(np.cross(position, force).sum(axis=0)).max() < 1e-14 * scale
+    expected = ContactForce(contact).at(
+        position, np.zeros_like(position), contact.near(position, 0.0)
+    )
+    assert np.abs(force - expected.force).max() < 1e-12 * np.abs(force).max()
+
+
+def test_a_torn_piece_of_a_thread_touches_nothing():
+    network = strand_on_slab()
+    alive = network.present.copy()
+    alive[network.bodies[1].thread.pieces.start + 1] = False
+    contact, still = network.contact.intact(alive), np.zeros_like(network.position)
+    force = forces(contact, network.position, still)[network.bodies[1].nodes, 2]
+    assert force == pytest.approx(force.sum() / 4.0 * np.ones(4)) and force.sum() > 0.0
 
 
 @pytest.mark.parametrize("name", TOOLS)

@@ -1,4 +1,4 @@
-"""Points of contact on faces of bodies, and on axes of tools that are thinner than these.
+"""Points of contact on faces of bodies, and on axes of threads and of tools that are thin.
 
 A face has points x_q with the areas A_q of a rule of quadrature, so that contact is a pressure
 k δ [Pa], whatever the mesh. By default, k is c E*/h, with E* = E/(1 - ν²) of the
@@ -7,7 +7,8 @@ and that lets faces, which do not bend, follow a tool. For walls of the thicknes
 carry load by tension, k is c E* t/h².
 
 Between the points of a face, a tool with a radius R below h/2 would slip through. Such a tool
-has points along its axis instead, on which the whole surface presses.
+has points along its axis instead, on which the whole surface presses. So do threads, so that
+they cannot slip between nodes across an edge.
 """
 
 from collections.abc import Sequence
@@ -17,9 +18,12 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.compiler.threads import bonds
+from tissuec.core.arrays import counted_up
 from tissuec.core.units import AREAL_STIFFNESS, show
 from tissuec.core.vectors import cross, norm
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
+from tissuec.geometry.nearest import or_one
 from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
 from tissuec.model.network import BodyPart, Floats, Indices, Network
@@ -41,10 +45,10 @@ class FacePoints(Struct, frozen=True, eq=False):
     Attributes:
         between: The points, as shares of nodes.
         position: As drawn [m], shape (point, 3).
-        owner: Body of each, -1 on an axis, shape (point,).
+        owner: Body of each, -1 on the axis of a tool, shape (point,).
         size: Radius of the axis that each is on [m], else 0, shape (point,).
         extent: Area [m²] of each point of a face, or length [m] on an axis, shape (point,).
-        shape: The shape of a tool on whose axis each is, -1 on faces, shape (point,).
+        shape: The shape of a tool on whose axis each is, -1 of others, shape (point,).
         bodies: Numbers of the bodies whose faces have points, ascending.
         face_size: h of each of these bodies, the median of its faces [m], shape (body,).
         thin: Which shapes of tools are thin compared with which bodies of the network, shape
@@ -61,12 +65,18 @@ class FacePoints(Struct, frozen=True, eq=False):
     face_size: Floats
     thin: NDArray[np.bool_]
 
+    @property
+    def is_on_thread(self) -> NDArray[np.bool_]:
+        """Return which points are on threads, shape (point,)."""
+        return (self.owner >= 0) & (self.between.face == NO_FACE)
+
     def meetings(
         self, network: Network, nodes: Indices, surface: Indices
     ) -> tuple[Indices, Indices, NDArray[np.bool_]]:
         """Return groups of nodes and of faces, and which may touch; see ``Contact.meets``.
 
-        Nodes of bodies with points touch threads only.
+        Neither do nodes of bodies with points touch anything, nor nodes of threads these
+        bodies: their points do.
 
         Args:
             network: The network.
@@ -76,13 +86,15 @@ class FacePoints(Struct, frozen=True, eq=False):
         """
         bodies, shapes = len(network.bodies), len(self.thin)
         meets = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
-        of_tools, of_threads = slice(shapes), slice(shapes, shapes + bodies)
+        of_tools, of_faced = slice(shapes), shapes + bodies + self.bodies
+        threads = np.unique(self.owner[self.is_on_thread])
         meets[:bodies] = True
         meets[self.bodies] = False
-        meets[self.bodies, of_threads] = True
+        meets[np.ix_(threads, of_faced)] = False
         faced = bodies + self.bodies
         meets[faced, of_tools] = ~self.thin.T[self.bodies]
-        meets[bodies : 2 * bodies, shapes + bodies :] = True
+        meets[faced, shapes + bodies :] = True
+        meets[np.ix_(bodies + threads, of_faced)] = True
         meets[2 * bodies :, shapes + bodies :] = self.thin
         own = np.where(self.owner < 0, 2 * bodies + self.shape, bodies + self.owner)
         return np.concatenate([nodes, own]), surface, meets
@@ -113,13 +125,19 @@ def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> Fac
     every = np.concatenate(rows)
     axes = _axes(network, tools, thin[:, bodies], size)
     of_axis = np.repeat(np.flatnonzero(thin.any(axis=1)), [len(a.lengths) for a in axes])
-    none = np.full(len(of_axis), NO_FACE)
+    threads = [n for n, body in enumerate(network.bodies) if body.thread is not None]
+    lines = [_along(network, network.bodies[n], ALONG * float(size.min())) for n in threads]
+    of_thread = np.repeat(np.array(threads, dtype=np.int64), [len(a.lengths) for a in lines])
+    none, both = np.full(len(of_axis), -1), [*axes, *lines]
+    lengths = np.concatenate([np.zeros(0), *(a.lengths for a in both)])
+    thickness = [np.full(len(a.lengths), a.radius) for a in lines]
     triangles = network.skin[every].astype(np.int64)
     between = ContactPoints(
-        corners=np.concatenate([triangles[own.face], *(a.ends for a in axes)]),
-        shares=np.concatenate([own.shares, *(a.shares for a in axes)]),
-        areas=np.concatenate([own.areas, np.zeros(len(of_axis))]),
-        face=np.concatenate([own.face, none]),
+        corners=np.concatenate([triangles[own.face], *(a.ends for a in both)]),
+        shares=np.concatenate([own.shares, *(a.shares for a in both)]),
+        areas=np.concatenate([own.areas, np.zeros(len(lengths))]),
+        face=np.concatenate([own.face, np.full(len(lengths), NO_FACE)]),
+        bonds=np.concatenate([np.full((len(own.face), 2), -1), *(a.bonds for a in both)]),
         triangles=triangles,
         marks=None if network.skin_marks is None else network.skin_marks[every],
         ends=network.springs.ends,
@@ -127,10 +145,12 @@ def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> Fac
     return FacePoints(
         between=between,
         position=between.behind(network.position)[network.node_count :],
-        owner=np.concatenate([np.repeat(bodies, own.counts), none]),
-        size=np.concatenate([np.zeros(len(own.face)), radii[of_axis]]),
-        extent=np.concatenate([own.areas, *(a.lengths for a in axes)]),
-        shape=np.concatenate([np.full(len(own.face), -1), of_axis]),
+        owner=np.concatenate([np.repeat(bodies, own.counts), none, of_thread]),
+        size=np.concatenate([np.zeros(len(own.face)), radii[of_axis], *thickness]),
+        extent=np.concatenate([own.areas, lengths]),
+        shape=np.concatenate(
+            [np.full(len(own.face), -1), of_axis, np.full(len(of_thread), -1)]
+        ),
         bodies=np.array(bodies),
         face_size=size,
         thin=thin,
@@ -196,17 +216,21 @@ def _areas(network: Network, rows: Indices) -> Floats:
 
 
 class _Axis(Struct, frozen=True, eq=False):
-    """Points on the axis of a capsule.
+    """Points on the axis of a capsule, or along a thread.
 
     Attributes:
-        ends: Its nodes, the second one twice, shape (point, 3).
+        ends: Nodes at the ends of the line of each, the second one twice, shape (point, 3).
         shares: N_a, shape (point, 3).
         lengths: Length of axis that each represents [m], shape (point,).
+        bonds: Springs of which one must be there for a point, -1 for none, shape (point, 2).
+        radius: [m].
     """
 
     ends: Indices
     shares: Floats
     lengths: Floats
+    bonds: Indices
+    radius: float
 
 
 def _axes(
@@ -249,6 +273,29 @@ def _axis(network: Network, place: int, tool: Tool, radius: float, apart: float)
         np.tile([first, first + 1, first + 1], (len(way), 1)),
         np.stack([1.0 - way, way, np.zeros_like(way)], axis=1),
         lengths,
+        np.full((len(way), 2), -1),
+        radius,
+    )
+
+
+def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
+    """Return points along the pieces of a thread, at most some way apart [m].
+
+    They are in the middles of equal parts of a piece.
+    """
+    assert body.thread is not None
+    pieces = bonds(body.thread)
+    ends = network.springs.ends[[spring for spring, _ in pieces]].astype(np.int64)
+    length = norm(network.position[ends[:, 1]] - network.position[ends[:, 0]])
+    count = np.maximum(np.ceil(length / apart), 1.0).astype(np.int64)
+    of = np.repeat(np.arange(len(ends)), count)
+    way = (counted_up(count) + 0.5) / count[of]
+    return _Axis(
+        ends[of][:, [0, 1, 1]],
+        np.stack([1.0 - way, way, np.zeros_like(way)], axis=1),
+        length[of] / count[of],
+        np.array([bond for _, bond in pieces], dtype=np.int64)[of],
+        body.thread.radius,
     )
 
 
@@ -264,9 +311,9 @@ def stiffness_of(
         findings: Takes diagnostics.
     """
     assert environment.contact is not None, "otherwise there are no points"
-    axis = points.owner < 0
+    axis, threaded = points.owner < 0, points.is_on_thread
     if (written := environment.contact.surface_stiffness) is not None:
-        return written * points.extent * np.where(axis, points.size, 1.0)
+        return written * points.extent * np.where(axis | threaded, points.size, 1.0)
     touched = [network.bodies[int(n)] for n in points.bodies]
     nets = [body for body in touched if not body.elements]
     if nets:
@@ -280,15 +327,20 @@ def stiffness_of(
         )
     firm, hard = _of_elements(points.between.triangles, network)
     found = np.zeros(len(points.extent))
-    found[~axis] = hard[points.between.face[~axis]] * points.extent[~axis]
-    owner = np.searchsorted(points.bodies, points.owner[~axis])
-    area = np.bincount(owner, points.extent[~axis])
+    faced = points.between.face != NO_FACE
+    found[faced] = hard[points.between.face[faced]] * points.extent[faced]
+    owner = np.searchsorted(points.bodies, points.owner[faced])
+    area = np.bincount(owner, points.extent[faced])
     mean = np.zeros(len(network.bodies))
-    firm_of = firm[points.between.face[~axis]] * points.extent[~axis]
+    firm_of = firm[points.between.face[faced]] * points.extent[faced]
     mean[points.bodies] = np.bincount(owner, firm_of) / area
     beside = points.thin[points.shape[axis]]
     # A strip as wide as R, of the pressure c E*/R by depth.
     found[axis] = HARDNESS * points.extent[axis] * (beside @ mean) / beside.sum(axis=1)
+    # At a corner of a cell, a single point bears what dents the cell by half.
+    firmest, size = mean[points.bodies].max(), float(points.face_size.max())
+    hard_of = np.maximum(HARDNESS, 2.0 * size / or_one(points.size[threaded]))
+    found[threaded] = hard_of * points.extent[threaded] * firmest
     return found
 
 

@@ -38,6 +38,8 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
             if network.contact is None:
                 text = f"contact is off: {body.name} passes through {other.name}"
                 yield Diagnostic("W411", text, body.span, turning_contact_on(compiled))
+            elif network.contact.has_points_on(other.nodes):
+                continue  # points along the thread touch its faces
             elif (found := _gap(compiled, body, other)) is not None:
                 gap, hint = found
                 text = f"{body.name} can pass between the nodes of {other.name}: {gap}"

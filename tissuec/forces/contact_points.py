@@ -1,4 +1,4 @@
-"""Points of contact between nodes: on faces of bodies, and on axes of thin tools.
+"""Points of contact between nodes: on faces of bodies, on threads and axes of thin tools.
 
 Each is x_q = Σ N_a x_a with fixed shares N_a ≥ 0 whose sum is 1. So a force f on it is N_a f on
 its corners, and contact of points has the energy, power and second derivative of contact of
@@ -30,6 +30,8 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         shares: N_a, shape (point, 3).
         areas: Drawn area that each represents, 0 on an axis [m²], shape (point,).
         face: Triangle of ``triangles`` that each is on, or ``NO_FACE``, shape (point,).
+        bonds: Springs of which one must be there for a point to touch, -1 for none, shape
+            (point, 2).
         triangles: Nodes of the triangles that have points, shape (triangle, 3).
         marks: Springs that mark the elements of these, see ``SupportedTriangles``.
         ends: Nodes of all springs, shape (spring, 2).
@@ -39,6 +41,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     shares: Floats
     areas: Floats
     face: Indices
+    bonds: Indices
     triangles: Indices
     marks: Indices | None
     ends: NDArray[np.int32]
@@ -93,13 +96,14 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         return np.flatnonzero(within & (self.face != NO_FACE))
 
     def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which points are on triangles that are neither cut nor torn, shape (point,).
+        """Return which points are on pieces and triangles that are whole, shape (point,).
 
         Args:
             alive: Springs that are there, shape (spring,).
         """
-        there = self._supported.whole(alive)
-        return (self.face == NO_FACE) | there[self.face]
+        there, bound = self._supported.whole(alive), self.bonds >= 0
+        holds = (alive[self.bonds] & bound).any(axis=1) | ~bound.any(axis=1)
+        return np.where(self.face == NO_FACE, holds, there[self.face])
 
     @cached_property
     def _supported(self) -> SupportedTriangles:
