@@ -381,3 +381,53 @@ def test_a_run_that_is_resumed_amid_a_passage_has_the_same_doubts(monkeypatch):
             rest, _ = carried_out(scene, resume=recording.state)
             found.add(rest.doubts)
     assert found == {whole.doubts}
+
+
+TWO_BLOCKS = """language 1
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+body lower { mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (15, 15, 10) mm }
+  tissue is gel }
+body upper { mesh is lattice { cell = 5 mm; box from (2, 3, HEIGHT) mm to (12, 13, TOP) mm }
+  tissue is gel }
+set base = nodes of lower where z == 0 mm
+set top = nodes of upper where z == TOP mm
+environment { gravity = (0, 0, 0) m/s^2; mass damping = 50 Hz CONTACT }
+script { at 0 s: fix base
+  from 0 s to 20 ms: move top by (0, 0, -3) mm using smooth profile }
+simulate { duration = 30 ms; tolerance = 1e-2 }
+output { trajectory every 0.5 ms }
+"""
+WITH_CONTACT = "; contact is bodies too; contact thickness = 0.5 mm"
+
+
+def two_blocks(height, contact=""):
+    text = TWO_BLOCKS.replace("HEIGHT", str(height)).replace("TOP", str(height + 10))
+    return text.replace("CONTACT", contact)
+
+
+@pytest.mark.parametrize(
+    ("contact", "why"),
+    [
+        ("", "contact between bodies is off"),
+        ("; contact is tools only", "contact between bodies is off"),
+        (WITH_CONTACT, ""),
+        (
+            WITH_CONTACT + "; contact surface stiffness = 1 kPa/m",
+            "contact cannot hold them apart",
+        ),
+    ],
+)
+def test_bodies_that_pass_through_each_other_are_found(contact, why):
+    found = doubts(two_blocks(11, contact))
+    if not why:
+        assert found == ()
+        return
+    (one,) = found
+    assert (one.kind, one.subject) == ("bodies overlap", "lower and upper")
+    assert one.what.endswith(why) and one.most == one.last > 10
+    # The gap of 1 mm is closed when the top has moved by a third of its way.
+    assert 5e-3 < one.time < 12e-3 and " of " in one.where
+
+
+def test_bodies_that_touch_as_drawn_and_those_that_stay_apart_are_not_reported():
+    assert doubts(two_blocks(10)) == () == doubts(two_blocks(14))

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
-from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.engine.execution.doubts.watched_skin import WatchedSkin
 from tissuec.geometry.inside import inside
-from tissuec.geometry.sweeps import Passage, SweptSurface, near, side_of, sweeps, through
+from tissuec.geometry.sweeps import Passage, near, side_of, sweeps, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
@@ -59,33 +59,6 @@ class PassingMemory(Struct):
     begun: dict[str, Begun] = field(default_factory=dict[str, Begun])
 
 
-class _WatchedSkin:
-    """The surface of a body, and what is left of it."""
-
-    def __init__(self, network: Network, body: BodyPart):
-        skin = network.skin_of(body)
-        self.body, self.surface = body, SweptSurface.of(skin)
-        self.edge = float(
-            np.median(norm(np.diff(network.position[self.surface.edges.ends], axis=1)))
-        )
-        self._supported = SupportedTriangles(
-            network.springs.ends, skin, network.skin_marks_of(body)
-        )
-        self._alive: NDArray[np.bool_] | None = None
-        self._whole = np.ones(len(skin), dtype=bool)
-
-    @property
-    def triangles(self) -> Indices:
-        """Return the corners of all triangles, shape (triangle, 3)."""
-        return self.surface.triangles
-
-    def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which triangles are neither cut nor torn, shape (triangle,)."""
-        if self._alive is None or not np.array_equal(alive, self._alive):
-            self._alive, self._whole = alive.copy(), self._supported.whole(alive)
-        return self._whole
-
-
 class _WatchedLine:
     """The axes of a tool, or a thread."""
 
@@ -114,7 +87,7 @@ class _WatchedLine:
 class _WatchedPair:
     """A line and the surface of a body that may stop it."""
 
-    def __init__(self, line: _WatchedLine, skin: _WatchedSkin):
+    def __init__(self, line: _WatchedLine, skin: WatchedSkin):
         self.line, self.skin = line, skin
         self.key = f"{line.name} in {skin.body.name}"
         self._is_closed = skin.surface.edges.is_closed
@@ -214,7 +187,7 @@ class Passing:
         lines = [_WatchedLine(network, one) for one in threads]
         pairs: list[_WatchedPair] = []
         for body in bodies:
-            skin = _WatchedSkin(network, body)
+            skin = WatchedSkin(network, body)
             sewn = [network.are_joined(one, body) for one in threads]
             free = [line for line, is_sewn in zip(lines, sewn, strict=True) if not is_sewn]
             pairs += [_WatchedPair(line, skin) for line in (*free, *tools)]
