@@ -129,7 +129,7 @@ def _near(edges: Indices, triangles: Indices, position: Floats, margin: float) -
 
 def _meet(low: Floats, high: Floats, least: Floats, most: Floats) -> NDArray[np.bool_]:
     """Return whether boxes have a point in common, shape (row,)."""
-    return ((low <= most) & (least <= high)).all(axis=-1)
+    return np.asarray(((low <= most) & (least <= high)).all(axis=-1))
 
 
 def _touch(one: WatchedSkin, other: WatchedSkin, drawn: Floats) -> bool:
