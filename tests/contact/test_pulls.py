@@ -1,4 +1,4 @@
-"""Thin tools that are pulled at sheets in random directions: none passes without a report."""
+"""Thin tools and threads that are pulled at sheets: none passes without a report."""
 
 import numpy as np
 import pytest
@@ -17,14 +17,14 @@ body sheet {{
   tissue is gel; thickness = 1 mm
 }}
 set rim = nodes of sheet where x < -9.9 mm or x > 9.9 mm
-tool tool {{ {tool} }}
+{tool}
 environment {{
   gravity = (0, 0, 0) m/s^2; mass damping = 100 Hz; contact is tools only
   contact places is faces; contact surface stiffness = {stiffness:.4g} MPa/m
 }}
 script {{
   at 0 s: fix rim
-  from 0 s to 20 ms: move tool by {way} mm using smooth profile
+  {script}
 }}
 simulate {{ duration = 20 ms; tolerance = 1e-2 }}
 output {{ trajectory every 0.1 ms }}
@@ -52,7 +52,7 @@ def pull(number):
     points[:, :2] += chance.uniform(-5.0, 5.0, 2)
     points[:, 2] += radius + chance.uniform(0.3, 1.0) - points[:, 2].min()
     drawn = [f"{text_of(point)} mm" for point in points]
-    tool = f"radius = {radius:.4f} mm; "
+    tool = f"tool tool {{ radius = {radius:.4f} mm; "
     if len(points) == 2:
         tool += f"kind is probe; axis from {drawn[0]} to {drawn[1]}"
     else:
@@ -61,9 +61,43 @@ def pull(number):
     down = -chance.uniform(0.5, 7.0) - points[:, 2].min()
     return SHEET.format(
         **KINDS["springs" if chance.random() < 0.5 else "elements"],
-        tool=tool,
+        tool=tool + " }",
         stiffness=10.0 ** chance.uniform(0.0, 4.0),
-        way=text_of([*chance.uniform(-10.0, 10.0, 2), down]),
+        script=moved("tool", [*chance.uniform(-10.0, 10.0, 2), down]),
+    )
+
+
+def moved(what, way):
+    return f"from 0 s to 20 ms: move {what} by {text_of(way)} mm using smooth profile"
+
+
+STRAND = """tissue silk {{ spring law is tension only; spring constant = {constant:.4g} N/m
+  viscosity = 0.1 N*s/m; mass = 5 mg }}
+body strand {{ mesh is thread {{ line from {first} mm to {last} mm; pieces = {pieces}
+  thickness = {thickness:.4f} mm }}; tissue is silk }}
+set first end = nodes of strand in [1]
+set last end = nodes of strand in [{count}]"""
+
+
+def pull_of_thread(number):
+    """Return a random scene: a thread above a sheet, and where its ends go."""
+    chance = np.random.default_rng([12, number])
+    thickness, pieces = chance.uniform(0.4, 2.0), int(chance.integers(3, 12))
+    ends = np.concatenate(
+        [chance.uniform(-12.0, 12.0, (2, 2)), chance.uniform(1, 3, (2, 1))], 1
+    )
+    ends[1, 0] += 8.0 * np.sign(ends[1, 0] - ends[0, 0])
+    strand = STRAND.format(
+        constant=10.0 ** chance.uniform(1.0, 3.0),
+        first=text_of(ends[0]), last=text_of(ends[1]),
+        pieces=pieces, count=pieces + 1, thickness=thickness,
+    )  # fmt: skip
+    ways = [[*chance.uniform(-8.0, 8.0, 2), -chance.uniform(2.0, 10.0)] for _ in range(2)]
+    return SHEET.format(
+        **KINDS["springs" if chance.random() < 0.5 else "elements"],
+        tool=strand,
+        stiffness=10.0 ** chance.uniform(0.0, 4.0),
+        script="\n  ".join(map(moved, ("first end", "last end"), ways)),
     )
 
 
@@ -75,8 +109,12 @@ def passes(played):
     """
     network, position = played.compiled.network, played.position
     share = np.linspace(0.0, 1.0, 33)[:, None]
-    first = position[:, network.body_nodes : network.shown_nodes : 2]
-    second = position[:, network.body_nodes + 1 : network.shown_nodes : 2]
+    threads = [body.thread for body in network.bodies if body.thread is not None]
+    if threads:
+        ends = network.springs.ends[threads[0].pieces].T
+    else:
+        ends = np.arange(network.body_nodes, network.shown_nodes).reshape(-1, 2).T
+    first, second = (position[:, end] for end in ends)
     on_axis = first[:, :, None] * (1.0 - share) + second[:, :, None] * share
     on_axis = on_axis.reshape(len(position), -1, 1, 3)
     a, b, c = (position[:, None, corner] for corner in network.skin.T)
@@ -91,9 +129,9 @@ def passes(played):
     return int((there[1:] & there[:-1] & (side[1:] * side[:-1] < 0.0)).sum())
 
 
-def played_pull(number):
-    """Return whether the tool of a random pull passed, and whether the run reports it."""
-    played = play(pull(number))
+def played_pull(number, drawn=pull):
+    """Return whether something passed in a random pull, and whether the run reports it."""
+    played = play(drawn(number))
     assert played.outcome.kind == "done"
     return passes(played) > 0, any(one.kind == PASSES for one in played.outcome.doubts)
 
@@ -107,8 +145,21 @@ def test_no_tool_passes_a_sheet_without_a_report(first):
     assert not all(reported for _, reported in found)
 
 
+def test_no_thread_passes_a_sheet_without_a_report():
+    found = [played_pull(number, pull_of_thread) for number in range(20)]
+    assert all(reported for passed, reported in found if passed)
+    assert {passed for passed, _ in found} == {True, False}
+    assert not all(reported for _, reported in found)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(60, 1000, 94))
 def test_no_tool_of_a_thousand_passes_a_sheet_without_a_report(first):
     found = [played_pull(number) for number in range(first, min(first + 94, 1000))]
+    assert not sum(passed and not reported for passed, reported in found)
+
+
+@pytest.mark.slow
+def test_no_thread_of_three_hundred_passes_a_sheet_without_a_report():
+    found = [played_pull(number, pull_of_thread) for number in range(20, 300)]
     assert not sum(passed and not reported for passed, reported in found)
