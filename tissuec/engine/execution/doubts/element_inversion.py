@@ -20,7 +20,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network
 if TYPE_CHECKING:  # scenes without elements do not need them
     from tissuec.forces.elements import SolidElements
 
-_PART = 2048  # elements whose deformations are in memory at a time
+_PART = 2048  # elements whose sides are in memory at a time
 
 
 class ElementOrientation:
@@ -65,23 +65,22 @@ class ElementOrientation:
     ) -> tuple[Indices, float]:
         """Return elements that are inside out, and how far nodes can move before others are.
 
-        With F = Σ x_a ⊗ ∂N_a/∂X, moving each node by less than r changes F by less than
-        r Σ |∂N_a/∂X|; det F keeps its sign while this is less than the smallest stretch,
-        which is at least 1/|F⁻¹| = det F/|cof F|.
+        With Z = Σ x_a ⊗ ∂N_a/∂ξ, moving each node by less than r changes Z by less than
+        r Σ |∂N_a/∂ξ|; det Z keeps its sign while this is less than the smallest singular value
+        of Z, which is at least 1/|Z⁻¹| = det Z/|cof Z|.
         """
         from tissuec.forces.solid_strain import SolidStrain
 
         is_out = np.zeros(field.item_count, dtype=bool)
         is_lost = np.zeros(field.item_count, dtype=bool)
         is_lost[field.lost_items(alive)] = True
-        slope = norm(field.drawn.gradients).sum(axis=-1)  # of (row, point)
+        slope = norm(field.shape.gradients).sum(axis=-1)  # of each point
         margin = np.inf
         for first in range(0, field.item_count, _PART):
             part = np.arange(first, min(first + _PART, field.item_count))
-            own = field.only(part)
-            strain = SolidStrain(own.deformations(position))
-            is_out[part] = (strain.j <= 0.0).any(axis=1)
-            room = strain.j / (np.sqrt(strain.i2) * slope[own.row])
+            sides = SolidStrain(field.shape.sides(position[field.nodes[part]]))
+            is_out[part] = (sides.j <= 0.0).any(axis=1)
+            room = sides.j / (np.sqrt(sides.i2) * slope)
             margin = min(margin, float(room[~is_lost[part]].min(initial=np.inf)))
         return np.flatnonzero(is_out & ~is_lost), margin
 
