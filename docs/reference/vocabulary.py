@@ -1,5 +1,6 @@
 """The shipped vocabulary of matter and the usual ranges, as Markdown."""
 
+from collections.abc import Mapping
 from functools import cache
 
 from tissuec.core.markdown import code, table
@@ -9,7 +10,13 @@ from tissuec.fuzzy.hedges import hedged
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.pipeline import read_words
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import QUANTITIES, YOUNGS_MODULUS
+from tissuec.scene.quantities import (
+    BREAKING_STRAIN,
+    QUANTITIES,
+    STIFFENING,
+    STRENGTH,
+    YOUNGS_MODULUS,
+)
 from tissuec.scene.request import Request
 from tissuec.scene.usual_ranges import USUAL
 from tissuec.scene.vocabulary import Vocabulary
@@ -21,6 +28,12 @@ NEUTRAL = {
     "consistency": "smooth",
 }  # fmt: skip
 _HEDGES = ("extremely", "very", "markedly", "", "rather", "slightly", "hardly")
+#: What the words of a property give, and its words at both sides of the middle one.
+_TEARING = {
+    "extensibility": (BREAKING_STRAIN, ("short", "medium", "long")),
+    "cohesion": (STRENGTH, ("friable", "sound", "tough")),
+    "tightening": (STIFFENING, ("even", "gradual", "sudden")),
+}
 _SIZES = {
     "size": "largest extent of a body of matter, or from a file", "thickness": "of a wall",
     "distance": "of a tool from all bodies", "gravity": "",
@@ -31,6 +44,7 @@ def parts() -> dict[str, str]:
     """Return every generated part by its name."""
     return {
         "ladder of hardness": ladder(),
+        "ladders of tearing": ladders_of_tearing(),
         "presets of matter": preset_table(),
         "usual ranges": usual_table(),
     }
@@ -47,6 +61,24 @@ def ladder() -> str:
         ("hardness", "Young's modulus", "hardness", "Young's modulus"),
         [(*one, *other) for one, other in zip(rows[:half], beside, strict=True)],
     )
+
+
+def ladders_of_tearing() -> str:
+    """Return what the words give of how a tissue tears and stiffens."""
+    rows: list[tuple[str, ...]] = []
+    for k, hedge in enumerate((*_HEDGES, "", *_HEDGES[::-1])):
+        cells: list[str] = []
+        for name, (quantity, words) in _TEARING.items():
+            word = words[(k >= len(_HEDGES)) + (k > len(_HEDGES))]
+            phrase = f"{hedge} {word}".strip()
+            found = _concluded(quantity, {"hardness": "soft", name: phrase})
+            dimension = QUANTITIES[quantity].dimension
+            is_strain = quantity == BREAKING_STRAIN
+            value = f"{100.0 * found:.2g} %" if is_strain else show(found, dimension, digits=2)
+            cells += [phrase, value]
+        rows.append(tuple(cells))
+    heads = [(name, QUANTITIES[quantity].name) for name, (quantity, _) in _TEARING.items()]
+    return table(tuple(one for pair in heads for one in pair), rows)
 
 
 def preset_table() -> str:
@@ -88,13 +120,15 @@ def _vocabulary() -> Vocabulary:
 
 
 def _modulus(hardness: str) -> str:
-    facts = {
-        name: _place(name, phrase)
-        for name, phrase in (NEUTRAL | {"hardness": hardness}).items()
-    }
-    answer = _vocabulary().rules[RULES].base.conclude(YOUNGS_MODULUS, facts)
+    return show(_concluded(YOUNGS_MODULUS, {"hardness": hardness}), PRESSURE)
+
+
+def _concluded(quantity: str, phrases: Mapping[str, str]) -> float:
+    """Return a quantity of neutral tissue with some phrases, in SI units."""
+    facts = {name: _place(name, phrase) for name, phrase in (NEUTRAL | phrases).items()}
+    answer = _vocabulary().rules[RULES].base.conclude(quantity, facts)
     assert isinstance(answer, Inference)
-    return show(answer.value, PRESSURE)
+    return answer.value
 
 
 def _place(name: str, phrase: str) -> float:

@@ -14,12 +14,20 @@ from tissuec.scene.request import Request
 
 #: What grows (1) or falls (-1) with each property.
 LEADS = {
-    "hardness": {"young's modulus": 1, "breaking strain": -1},
+    "hardness": {"young's modulus": 1, "breaking strain": -1, "strength": 1},
     "elasticity": {"retardation time": -1, "breaking strain": 1},
     "weight": {"density": 1},
     "shiftability": {"young's modulus": -1, "retardation time": 1},
-    "consistency": {"young's modulus": 1, "breaking strain": -1},
-}
+    "consistency": {
+        "young's modulus": 1, "breaking strain": -1, "strength": -1,
+    },
+    "extensibility": {"breaking strain": 1},
+    "cohesion": {"strength": 1},
+    "tightening": {"stiffening": 1},
+    "fluid content": {"poisson's ratio": 1},
+}  # fmt: skip
+#: Those of the method; the others can be left out.
+PUBLISHED = ("hardness", "elasticity", "weight", "shiftability", "consistency")
 
 
 @cache
@@ -33,10 +41,11 @@ def concluded(facts):
 
 
 @pytest.mark.parametrize("name", LEADS)
-def test_sliders_change_conclusions_strictly_monotonically(name):
+@pytest.mark.parametrize("others", [PUBLISHED, LEADS], ids=["published", "all"])
+def test_sliders_change_conclusions_strictly_monotonically(name, others):
     source = random.Random(name)
     for _ in range(300):
-        facts = {key: source.random() for key in LEADS}
+        facts = {key: source.random() for key in others}
         less, more = sorted((source.random(), source.random()))
         one, other = (concluded(facts | {name: at}) for at in (less, more))
         for quantity, sign in LEADS[name].items():
@@ -188,7 +197,8 @@ def test_two_vocabularies_stand_in_one_scene_and_each_concludes_its_own_quantiti
     compiled, _ = read(TWO.replace("SMOOTH", "smooth"))
     matter, springs = (compiled.scene.tissues[name] for name in ("gland", "liver"))
     assert set(matter.given) == {
-        "young's modulus", "retardation time", "density", "breaking strain",
+        "young's modulus", "retardation time", "density", "breaking strain", "strength",
+        "stiffening", "poisson's ratio",
     }  # fmt: skip
     assert set(springs.given) == {"spring constant", "viscosity", "mass", "breaking force"}
     alone, _ = read(

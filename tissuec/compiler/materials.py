@@ -309,12 +309,27 @@ class MaterialReader:
             arrays["stiffness"], arrays["damping"], self.findings,
         )  # fmt: skip
 
+    @property
+    def _is_bar(self) -> bool:
+        found = [one for one in self.parts.found("spring constant") if one is not None]
+        if not found or not all(one.quantity.is_of_matter for one in found):
+            return False
+        return self._matter(found[0], 0.0).poisson is None
+
     @cached_property
     def poisson(self) -> Poisson | None:
-        """The Poisson's ratio of the body; None where its springs are what they are."""
+        """The Poisson's ratio of the body; None where its springs are what they are.
+
+        Springs have that of rules only where they do so by themselves; bars have none.
+        """
+        if self._is_bar:
+            return None
         used = part_numbers(np.append(self.node_part, self.springs.ends))
         said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.parts.materials]
-        ratios = [said[number] for number in used]
+        ratios = [
+            None if one is None or one.how != "written" else one
+            for one in (said[number] for number in used)
+        ]
         given = next((one for one in ratios if one is not None), None)
         if given is None:
             return None

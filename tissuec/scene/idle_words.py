@@ -21,6 +21,9 @@ from tissuec.scene.words import reading
 CONCLUDED = "concluded"
 """Said of a quantity whose inherited number gives way to rules."""
 
+#: Conclusions closer than by this part of their scale say nearly the same.
+ALIKE = 0.035
+
 #: What rules say about each quantity.
 Answers: TypeAlias = Mapping[str, Inference | NoRule]
 
@@ -93,7 +96,7 @@ class TissueWords(Struct, frozen=True):
             asked = [
                 f for f in self.facts if f.property in own and f.property in _asked(answer)
             ]
-            if not asked or _value(answer) == _value(earlier[key]):
+            if not asked or self._alike(key, answer, earlier[key]):
                 continue
             given, names = numbers[key], ", ".join(fact.property for fact in asked)
             name = given.quantity.name
@@ -151,6 +154,18 @@ class TissueWords(Struct, frozen=True):
         scale = self.vocabulary.properties[fact.property].scale
         places = [scale.axis.value_of(shape) for shape in scale.words.values()]
         return any(self._differ(fact, place, [key]) for place in places)
+
+    def _alike(
+        self, key: str, one: Inference | NoRule | None, other: Inference | NoRule | None
+    ) -> bool:
+        """Return whether rules say nearly the same: less than a hedge of its own word apart."""
+        first, second = _value(one), _value(other)
+        if first is None or second is None:
+            return first == second
+        axis = self.vocabulary.quantities[key].named.scale.axis
+        low, high = axis.bounds
+        apart = abs(axis.to_scale(first) - axis.to_scale(second))
+        return apart <= ALIKE * (high - low)
 
     def _differ(self, fact: PropertyFact, place: float, keys: Iterable[str]) -> bool:
         """Return whether rules say something else of another value of a property."""

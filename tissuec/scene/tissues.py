@@ -561,7 +561,11 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
         return f"no rule of {rules.name} holds to more than a negligible degree for these words"
     if answer.missing:
         unsaid = ", ".join(answer.missing)
-        return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
+        first = next(firing for firing in answer.silent if firing.missing)
+        return (
+            f"no rule of {rules.name} fires; the tissue does not say: {unsaid} (the first rule "
+            f"that asks for it is at {rules.spans[first.rule].place})"
+        )
     return f"no rule of {rules.name} fires for these words"
 
 
