@@ -24,10 +24,11 @@ from tissuec.core.units import LENGTH
 from tissuec.view.plots.options import reader
 
 if TYPE_CHECKING:
-    from tissuec.analysis.lab.laboratory import Examination, TestRow
+    from tissuec.analysis.lab.rows import Examination, LabCurve, TestRow
+    from tissuec.scene.model import Tissue
 
-HEADS = ("test", "quantity", "coarse", "fine", "given", "known", "verdict")
-LEAST = (14, 18, 12, 12, 12, 12)
+HEADS = ("test", "quantity", "measured", "check", "given", "known", "verdict")
+WIDTHS = (21, 20, 13, 13, 13, 26)  # of columns, before anything is known of their cells
 
 
 def _length(text: str) -> float:
@@ -68,10 +69,10 @@ def command(
     """Test the tissues of FILE in a virtual laboratory.
 
     FILE is a file with tissues, a scene, or a shipped tissue such as liver. Each tissue is
-    stretched, compressed, sheared, indented, torn and released on a coarse and on a fine
-    coupon. The results are compared with the numbers of the tissue and with its evidence. Exit
-    code 1: a measurement is more than 5 % (indentation: 15 %) outside the evidence, or the
-    coupons differ by more than that.
+    stretched, compressed, sheared, indented, torn, held and released. The results are compared
+    with the numbers of the tissue, with its evidence, and with the same by other means: the
+    closed form of its law, or a coarser mesh. Exit code 1: a measurement is more than 5 %
+    (indentation: 15 %) outside the evidence, or differs from the check by more than that.
 
     \b
     tissuec lab liver
@@ -89,9 +90,14 @@ def command(
         report(warnings, settings)
     found: list[Examination] = []
     for one in chosen(words, tissue, request.source):
-        found.append(examine(request, one, spacing=spacing, thickness=thickness))
         if not settings.json:
-            _print(found[-1])
+            _print_head(one)
+        listener = None if settings.json else _print_row
+        found.append(
+            examine(request, one, spacing=spacing, thickness=thickness, listener=listener)
+        )
+        if not settings.json:
+            _print_end(found[-1])
     if out is not None:
         for name in _write(found, out):
             settings.say(f"wrote {name}")
@@ -113,17 +119,22 @@ def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
     except TissueError:
         return  # tables are there, and nothing said that a picture is needed
     document = {"tissues": [*map(as_dict, found)]}
-    if any(map(len, (curves for one in found for curves in one.curves))):
+    if any(one.curves for one in found):
         path = folder / "stress_strain.png"
         save(draw("stress-strain", document), path)
         yield path
 
 
-def _print(found: "Examination") -> None:
-    coupons = " and ".join(coupon.shown() for coupon in found.coupons)
-    echo(f"\n{found.tissue.name}   ({found.tissue.span.place})   coupons of {coupons} cells")
-    for line in aligned([HEADS, *map(_cells, found.rows)], LEAST):
-        echo(f"  {line}")
+def _print_head(tissue: "Tissue") -> None:
+    echo(f"\n{tissue.name}   ({tissue.span.place})")
+    echo(f"  {aligned([HEADS], WIDTHS)[0]}")
+
+
+def _print_row(row: "TestRow") -> None:
+    echo(f"  {aligned([_cells(row)], WIDTHS)[0]}")
+
+
+def _print_end(found: "Examination") -> None:
     for note in found.notes:
         echo(f"  {note}")
     wrong = sum(not row.is_good for row in found.rows)
@@ -133,7 +144,7 @@ def _print(found: "Examination") -> None:
 def _cells(row: "TestRow") -> tuple[str, ...]:
     given = "" if row.given is None else row.shown(row.given)
     known = ", ".join(one.shown for one in row.known)
-    values = (row.shown(row.coarse), row.shown(row.fine))
+    values = (row.shown(row.measured), row.shown(row.check))
     return row.test, row.quantity, *values, given, known, row.verdict
 
 
@@ -143,13 +154,13 @@ def as_dict(found: "Examination") -> dict[str, Any]:
         "tissue": found.tissue.name,
         "place": found.tissue.span.place,
         "ok": found.is_good,
-        "coupons": [coupon.shown() for coupon in found.coupons],
+        "coupons": found.coupons,
         "rows": [
             {
                 "test": row.test,
                 "quantity": row.quantity,
-                "coarse": row.coarse,
-                "fine": row.fine,
+                "measured": row.measured,
+                "check": row.check,
                 "given": row.given,
                 "known": [
                     {"low": one.low, "high": one.high, "source": one.source,
@@ -161,9 +172,18 @@ def as_dict(found: "Examination") -> dict[str, Any]:
             }
             for row in found.rows
         ],
-        "curves": {
-            name: [{"strain": c.strain, "stress": c.stress} for c in curves]
-            for name, curves in zip(("coarse", "fine"), found.curves, strict=True)
-        },
+        "curves": [_curve(curve) for curve in found.curves],
         "notes": found.notes,
     }  # fmt: skip
+
+
+def _curve(curve: "LabCurve") -> dict[str, Any]:
+    from tissuec.compiler.provenance import curve_as_dict
+
+    return {
+        "mode": curve.mode or "relaxation",
+        "place": curve.place,
+        "value": curve.value,
+        "check": curve.check,
+        "known": [curve_as_dict(one) for one in curve.known],
+    }

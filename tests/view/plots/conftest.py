@@ -71,19 +71,24 @@ LAB = {
         {
             "tissue": "gel",
             "rows": [
-                {"test": test, "quantity": quantity, "coarse": fine, "fine": fine,
+                {"test": test, "quantity": quantity, "check": fine, "measured": fine,
                  "known": [{"low": low, "high": high, "source": "A"}]}
                 for test, quantity, low, fine, high in (
                     ("tension", "Young's modulus", 4e3, 5e3, 6e3),
-                    ("rupture", "breaking strain", 0.3, 0.4, 0.5),
-                    ("rupture", "strength", 1.5e3, 2e3, 2.5e3),
+                    ("tearing", "breaking strain", 0.3, 0.4, 0.5),
+                    ("tearing", "strength", 1.5e3, 2e3, 2.5e3),
                 )
             ],
-            "curves": {
-                name: [{"strain": [-0.1, 0.0], "stress": [-600.0, 0.0]},
-                       {"strain": [0.0, 0.2, 0.4], "stress": [0.0, 1e3, 2e3 * part]}]
-                for name, part in (("coarse", 0.9), ("fine", 1.0))
-            },
+            "curves": [
+                {"mode": "tension", "place": [0.1, 0.2, 0.4], "value": [500.0, 1e3, 2e3],
+                 "check": [500.0, 1e3, 1.8e3],
+                 "known": [{"places": [0.1, 0.3], "low": [400.0, 1e3], "high": [600.0, 2e3]}]},
+                {"mode": "compression", "place": [0.05, 0.1], "value": [300.0, 600.0],
+                 "check": [None, None],
+                 "known": [{"places": [0.1], "low": [400.0], "high": [700.0]}]},
+                {"mode": "relaxation", "place": [1.0], "value": [0.5], "check": [0.5],
+                 "known": []},
+            ],
         }
     ],
 }  # fmt: skip

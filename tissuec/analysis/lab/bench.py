@@ -116,13 +116,6 @@ class TestBench:
         return not self.of_springs and stress is not None and isfinite(stress.value)
 
     @property
-    def can_break(self) -> bool:
-        """Return whether the tissue has a limit at which it breaks."""
-        keys = ("breaking force", *OF_MATTER["breaking force"])
-        given = [self.tissue.given[key].value for key in keys if key in self.tissue.given]
-        return any(np.isfinite(value) for value in given)
-
-    @property
     def breaks_without_crack(self) -> bool:
         """Return whether it has other limits than a toughness alone."""
         given = self.tissue.given

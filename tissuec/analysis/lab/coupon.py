@@ -83,8 +83,7 @@ class Coupon(Struct, frozen=True):
         if tabs:
             low, high = (self._beside(part, side) for part, side in ((0.25, -1), (0.75, 1)))
             yield f"  region lab tabs where x < {low} or x > {high} {{ tissue is {tabs} }}"
-            if self.of_springs:
-                yield "  interface is mean"
+            yield "  interface is mean"
         if rupture:
             yield "  rupture is allowed"
         yield "}"

@@ -23,23 +23,32 @@ from tissuec.analysis.lab.statics import TensionTest
 CELLS = (16, 20)  # across a block, coarse and fine
 WIDTH = 0.04  # [m], of a block of matter
 CONTACT = 1.0 / 8.0  # radius of the contact, as part of the width
-ROUND = 4.0  # radius of the ball over that of the contact
+#: Radius of the ball over that of the contact: a flat ball hardly strains a tissue that
+#: stiffens; nets of springs are pressed more deeply, so that more of them carry the ball.
+ROUND, ROUND_FOR_SPRINGS = 64.0, 4.0
 _HARD = 80.0  # contact stiffness over Young's modulus times the length of a cell
-_THIN = 0.02  # contact layer over the length of a cell
+_THIN = 0.04  # contact layer over the depth
+_FREE = "lab free tissue"
+_QUARTER = " ".join(
+    f"symmetric about plane through (0, 0, 0) m facing ({axis});"
+    for axis in ("1, 0, 0", "0, 1, 0")
+)
 
 
 class IndentedBlock(Struct, frozen=True):
-    """A block a quarter as high as wide.
+    """A block a quarter as high as wide; of elements, a quarter of it, between two mirrors.
 
     Attributes:
         cells: Across; even.
         width: [m].
         of_springs: Whether it is a net of springs, and not of elements.
+        is_prestressed: Whether its tissue has a prestress, of which it is freed.
     """
 
     cells: int
     width: float
     of_springs: bool = False
+    is_prestressed: bool = False
 
     @property
     def cell(self) -> float:
@@ -53,7 +62,12 @@ class IndentedBlock(Struct, frozen=True):
     @property
     def radius(self) -> float:
         """Return the radius of the ball [m]."""
-        return ROUND * CONTACT * self.width
+        return self.round * CONTACT * self.width
+
+    @property
+    def round(self) -> float:
+        """Return the radius of the ball over that of the contact."""
+        return ROUND_FOR_SPRINGS if self.of_springs else ROUND
 
     @property
     def depth(self) -> float:
@@ -62,14 +76,19 @@ class IndentedBlock(Struct, frozen=True):
 
     def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
         """Yield the body, its ground and the ball; it has no tabs and does not break."""
-        corner = f"({self.width:.15g}, {self.width:.15g}, {self.height:.15g}) m"
+        width = self.width if self.of_springs else 0.5 * self.width
+        corner = f"({width:.15g}, {width:.15g}, {self.height:.15g}) m"
+        if self.is_prestressed:
+            yield f"tissue {_FREE} like {tissue} {{ prestress = 0 }}"
+            tissue = _FREE
         made, springs = ("made of springs; ", SPRINGS) if self.of_springs else ("", "")
         yield (
             f"body {BODY} {{ {made}mesh is lattice {{ {springs}cell = {self.cell:.15g} m; "
             f"box from (0, 0, 0) m to {corner} }}; tissue is {tissue} }}"
         )
         yield f"set lab ground = nodes of {BODY} where z < {0.25 * self.cell:.15g} m"
-        middle, top = 0.5 * self.width, self.height + self.radius - self.depth
+        middle = 0.5 * self.width if self.of_springs else 0.0
+        top = self.height + self.radius - self.depth
         yield (
             f"tool lab ball {{ kind is probe; radius = {self.radius:.15g} m; "
             f"centre = ({middle:.15g}, {middle:.15g}, {top:.15g}) m }}"
@@ -86,7 +105,8 @@ def blocks(bench: TestBench) -> tuple[IndentedBlock, IndentedBlock]:
         (WIDTH, WIDTH) if bench.is_of_matter else [cells * bench.spacing for cells in CELLS]
     )
     coarse, fine = (
-        IndentedBlock(*one, bench.of_springs) for one in zip(CELLS, widths, strict=True)
+        IndentedBlock(*one, bench.of_springs, bench.is_prestressed)
+        for one in zip(CELLS, widths, strict=True)
     )
     return coarse, fine
 
@@ -100,7 +120,8 @@ def indentation(bench: TestBench, block: IndentedBlock, tension: TensionTest) ->
     Raises:
         Unmeasured: The run stopped, or the block does not resist.
     """
-    stiffness, thickness = _HARD * tension.modulus * block.cell, _THIN * block.cell
+    stiffness, thickness = _HARD * tension.modulus * block.cell, _THIN * block.depth
+    mirrors, part = ("", 1.0) if block.of_springs else (_QUARTER, 4.0)
     reading = bench.run(
         block,
         ["at 0 s: fix lab ground", "at 0 s: settle"],
@@ -109,11 +130,11 @@ def indentation(bench: TestBench, block: IndentedBlock, tension: TensionTest) ->
         f"duration = 0.5 {TICK}; integrator is dop853",
         interval=f"1 {TICK}",
         environment=f"contact is tools only; contact stiffness = {stiffness:.15g} N/m; "
-        f"contact layer = {thickness:.15g} m",
+        f"contact layer = {thickness:.15g} m; {mirrors}",
     )
     if reading.stopped:
         raise Unmeasured(reading.stopped)
-    force = -float(reading.logs["force of lab ball"][0, 2])
+    force = -part * float(reading.logs["force of lab ball"][0, 2])
     if not force > 0.0:
         raise Unmeasured("it has no resistance")
     return force / layer_force(1.0, tension.ratio, block.radius, block.depth, block.height)

@@ -90,6 +90,17 @@ def oscillation(bench: TestBench, coupon: Coupon, tension: TensionTest) -> Oscil
     return found
 
 
+def let_go(bench: TestBench, coupon: Coupon, tension: TensionTest) -> dict[str, float]:
+    """Return the retardation time [s] and the shear viscosity [Pa s] of a coupon, by quantity.
+
+    Raises:
+        Unmeasured: The run stopped, or the coupon does not come to rest.
+    """
+    found = oscillation(bench, coupon, tension)
+    shear = tension.modulus / (2.0 * (1.0 + tension.ratio))
+    return {"retardation time": found.time, "shear viscosity": found.time * shear}
+
+
 def _let_go(coupon: Coupon, modulus: float) -> tuple[list[str], list[str], str, int]:
     """Return orders, sets, what is logged, and which of its columns counts."""
     if coupon.thickness is not None:
@@ -183,20 +194,4 @@ def held(bench: TestBench, coupon: Coupon, tension: TensionTest) -> HoldTest:
     left = force[start:] - force[-1]
     later = start + int(np.argmax(left <= np.exp(-1.0) * left[0]))
     share = 1.0 - float(force[-1] / force.max())
-    found = HoldTest(share, float(reading.time[later] - reading.time[start]))
-    return found if bench.of_springs else _of_shear(found, tension)
-
-
-def _of_shear(found: HoldTest, tension: TensionTest) -> HoldTest:
-    """Return the relaxation of the shear modulus μ, from that of E = 9 K μ/(3 K + μ).
-
-    The bulk modulus K does not relax. Of one branch with the time τ, E relaxes exponentially,
-    with the time τ (3 K + μ₀)/(3 K + μ), μ₀ being the modulus before.
-    """
-    bulk = tension.modulus / (3.0 * (1.0 - 2.0 * tension.ratio))
-    before, after = (
-        3.0 * bulk * young / (9.0 * bulk - young)
-        for young in (tension.modulus / (1.0 - found.share), tension.modulus)
-    )
-    time = found.time * (3.0 * bulk + after) / (3.0 * bulk + before)
-    return HoldTest(1.0 - after / before, time)
+    return HoldTest(share, float(reading.time[later] - reading.time[start]))

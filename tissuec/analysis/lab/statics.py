@@ -1,4 +1,4 @@
-"""Tests of a tissue at rest: tension and compression, shear, and tension to rupture.
+"""Tests of nets of springs at rest: tension and compression, shear, and tension to rupture.
 
 Coupons are under an even stress: it acts on opposite faces, and nothing else holds them. Stress
 is force over the area as drawn, strain the change of length over the length as drawn. Curves,
@@ -12,6 +12,7 @@ import numpy as np
 
 from tissuec.analysis.lab.bench import TICK, TestBench, TestReading, Unmeasured
 from tissuec.analysis.lab.coupon import BACK, BODY, FIRST, FRONT, SECOND, Coupon
+from tissuec.analysis.lab.rows import StressStrainCurve
 from tissuec.core.units import PRESSURE, show
 from tissuec.model.network import Floats
 
@@ -21,24 +22,9 @@ _TRIES = 8
 #: Strains to which a curve is drawn, if the tissue does not break before.
 FURTHEST, SHORTEST = 0.3, -0.1
 LEVELS = 24  # of loads until rupture, on the coarse coupon
-#: Loads of elements until something breaks, times the modulus: the first one, by how much each
-#: is larger than the one before, and how many follow.
-_LEAST, _GROWTH, _GROWING = 0.005, 1.4, 40
 _NEAR = np.array(
     [0.1, 0.2, 0.35, 0.5, 0.65, 0.8, *np.linspace(0.9, 1.1, 15)]
 )  # times the load of rupture, on others
-
-
-class StressStrainCurve(NamedTuple):
-    """Stress against strain, both relative to the drawn shape.
-
-    Attributes:
-        strain: Ascending, shape (level,).
-        stress: [Pa], shape (level,).
-    """
-
-    strain: Floats
-    stress: Floats
 
 
 class TensionTest(NamedTuple):
@@ -181,16 +167,14 @@ def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None
     Raises:
         Unmeasured: It has a limit, and breaks at none of the loads, or at the first of them.
     """
-    most = np.inf if bench.lacks("breaking force") else _strongest(bench, coupon, modulus)
+    most = np.inf if bench.lacks("breaking force") else _strongest(bench, coupon)
     if not np.isfinite(most):
         stresses = modulus * np.linspace(0.0, FURTHEST, 13)[1:]
         return Rupture(
             _curve(drawn(bench, coupon, stresses.tolist()), coupon, stresses), np.nan, np.nan
         )
     if near is None:
-        levels = most * np.linspace(0.5, 1.0, LEVELS + 1)
-        if bench.of_springs:
-            levels = 1.5 * most * np.linspace(0.0, 1.0, LEVELS + 1)[1:]
+        levels = 1.5 * most * np.linspace(0.0, 1.0, LEVELS + 1)[1:]
         near = _first_break(bench, coupon, levels).stress
     return _first_break(bench, coupon, near * _NEAR)
 
@@ -254,17 +238,12 @@ def _from_rest(strain: Floats) -> Floats:
     return (1.0 + strain) / (1.0 + strain[0]) - 1.0
 
 
-def _strongest(bench: TestBench, coupon: Coupon, modulus: float) -> float:
+def _strongest(bench: TestBench, coupon: Coupon) -> float:
     """Return a stress that a coupon does not bear [Pa], at most twice what it bears.
 
-    That is the one at which all springs through the middle would break at once, or for elements
-    the first at which they break of ever larger ones; infinite if nothing breaks.
+    That is the one at which all springs through the middle would break at once; infinite if
+    nothing breaks.
     """
-    if not bench.of_springs:
-        if not bench.can_break:
-            return np.inf
-        levels = modulus * _GROWTH ** np.arange(_GROWING + 1)
-        return 1.3 * _first_break(bench, coupon, levels * _LEAST).stress
     watched = [f"position of {FIRST}"]
     network = bench.rest(coupon, [[]], (), watched, rupture=True).network
     middle = 0.5 * coupon.length + 0.25 * coupon.cell

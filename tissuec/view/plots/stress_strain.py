@@ -16,10 +16,14 @@ from tissuec.view.plots.subjects import PlotSubject
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
-WIDTH, ROW, LEGEND = 150.0, 65.0, 14.0  # [mm]
+WIDTH, ROW, LEGEND = 150.0, 65.0, 20.0  # [mm]
+#: Of curves by their modes; those of compression continue those of tension below 0.
 LOOKS = {
-    "coarse": {"color": SERIES[1], "linestyle": "--", "marker": "o", "markersize": 2.5},
-    "fine": {"color": SERIES[0], "linestyle": "-", "marker": ".", "markersize": 3.0},
+    "tension": {"color": SERIES[0], "marker": "."},
+    "compression": {"color": SERIES[0], "marker": "."},
+    "shear": {"color": SERIES[1], "marker": "s"},
+    "equibiaxial tension": {"color": SERIES[4], "marker": "^"},
+    "tension across fibres": {"color": SERIES[6], "marker": "v"},
 }
 #: Of what is known: one colour and hatch for each kind.
 KNOWN = {
@@ -31,7 +35,7 @@ KNOWN = {
 
 @PLOTS.member("stress-strain")
 class StressStrain(Struct, frozen=True):
-    """Stress against strain of each tissue, on both coupons, beside what is known."""
+    """Stress against strain of each tissue, in all modes, beside what is known."""
 
     takes: ClassVar[str] = "laboratory"
     several: ClassVar[bool] = False
@@ -43,7 +47,9 @@ class StressStrain(Struct, frozen=True):
             TissueError: There is no curve of any tissue.
         """
         every = subjects[0].content["tissues"]
-        tissues = [one for one in every if any(map(len, one["curves"].values()))]
+        tissues = [
+            one for one in every if any(curve["mode"] in LOOKS for curve in one["curves"])
+        ]
         if not tissues:
             raise TissueError(f'"{subjects[0].name}" contains no curve of a tissue')
 
@@ -61,30 +67,47 @@ class StressStrain(Struct, frozen=True):
 
 
 def _draw(axes: "Axes", tissue: Mapping[str, Any]) -> None:
-    curves = {name: _joined(parts) for name, parts in tissue["curves"].items() if parts}
-    scale = scale_of("Pa", [stress for _, stress in curves.values()])
-    for name, (strain, stress) in curves.items():
-        look: Any = LOOKS[name]
-        axes.plot(PERCENT.of(strain), scale.of(stress), label=f"{name} coupon", **look)
+    curves = [one for one in tissue["curves"] if one["mode"] in LOOKS]
+    scale = scale_of("Pa", [np.asarray(one["value"], dtype=float) for one in curves])
+    for one in curves:
+        look: Any = LOOKS[one["mode"]]
+        sign = -1.0 if one["mode"] == "compression" else 1.0
+        place = PERCENT.of(sign * np.array(one["place"]))
+        style: Any = {"color": look["color"], "linewidth": 0.8}
+        is_same = one["mode"] == "compression"  # as tension, which is in the legend
+        label = "_" if is_same else one["mode"]
+        axes.plot(
+            place, scale.of(sign * np.array(one["value"])), label=label, marker=look["marker"],
+            markersize=3.0, **style,
+        )  # fmt: skip
+        check = np.array([np.nan if each is None else each for each in one["check"]])
+        there = np.isfinite(check)
+        if there.any():
+            axes.plot(
+                place[there], scale.of(sign * check[there]), linestyle="--", label="_", **style
+            )
+        for known in one["known"]:
+            band = sorted(
+                [sign * np.array(known["low"]), sign * np.array(known["high"])], key=max
+            )
+            axes.fill_between(
+                PERCENT.of(sign * np.array(known["places"])), *map(scale.of, band),
+                color=look["color"], alpha=0.2, linewidth=0.0, label="known stress",
+            )  # fmt: skip
     limits = axes.get_xlim(), axes.get_ylim()
     for quantity, low, high in _known(tissue):
         _shade(axes, quantity, low, high, scale)
     axes.set(xlim=limits[0], ylim=limits[1])
-    for row in tissue["rows"]:
-        if row["quantity"] == "breaking strain" and _is_number(row["fine"]):
-            strain, stress = curves["fine"]
-            end = scale.of(stress[np.argmax(strain)])
-            axes.plot(PERCENT.of(row["fine"]), end, "x", color=INK, label="first spring breaks")
+    torn = {
+        row["quantity"]: row["measured"]
+        for row in tissue["rows"]
+        if row["quantity"] in ("breaking strain", "strength") and _is_number(row["measured"])
+    }
+    if len(torn) == 2:
+        place = PERCENT.of(torn["breaking strain"]), scale.of(torn["strength"])
+        axes.plot(*place, "x", color=INK, label="it tears")
     axes.set(xlabel=PERCENT.label("strain"), ylabel=scale.label("stress"))
     axes.set_title(tissue["tissue"])
-
-
-def _joined(curves: Sequence[Mapping[str, Any]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the strains and stresses of all curves as one, ascending."""
-    strain = np.concatenate([curve["strain"] for curve in curves])
-    stress = np.concatenate([curve["stress"] for curve in curves])
-    order = np.argsort(strain, kind="stable")
-    return strain[order], stress[order]
 
 
 def _known(tissue: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:

@@ -1,0 +1,184 @@
+"""Stress of a tissue at strains that are the same everywhere, from its law alone.
+
+No net and no element is used: a principal stretch λ has the nominal stress
+
+    P = μ (ψ1 ∂I1/∂λ + ψ2 ∂I2/∂λ) + K (J - 1) J/λ + ∂W/∂λ of fibres,
+
+with I1 = J^(-2/3) Σ λ², I2 = J^(-4/3) Σ λ²λ'², J the product of the stretches; those across a
+load follow from having no stress. The derivatives of ψ are those of the reference. A bar that
+is sheared by γ keeps its volume, and has I1 = I2 = 3 + γ². (G. A. Holzapfel, Nonlinear Solid
+Mechanics, 2000, chapter 6; T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface
+3:15, 2006, on fibres.)
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.element_bodies import INCOMPRESSIBLE, POISSON, law_of
+from tissuec.laws.uniaxial import LARGEST, OfTension
+from tissuec.model.network import Floats
+from tissuec.scene.known_curves import ACROSS, ALONG, COMPRESSION, EQUIBIAXIAL, SHEAR, TENSION
+from tissuec.scene.model import Tissue
+from tissuec.scene.quantities import (
+    FIBRE_DISPERSION,
+    FIBRE_MODULUS,
+    FIBRE_STIFFENING,
+    POISSONS_RATIO,
+    YOUNGS_MODULUS,
+)
+from tissuec.validate.forces.solid_laws import Slopes, slopes_of
+
+_TRIES = 60  # of Newton's method
+_STRIDE = 0.2  # of logarithms of stretches, at most in one of them
+_SMALL = 1e-6  # over which stresses are differentiated
+
+
+class LawCurve(Struct, frozen=True):
+    """The law of a solid.
+
+    Attributes:
+        shear, bulk: Moduli μ and K at rest [Pa].
+        slopes: Derivatives of ψ by I1 and I2.
+        fibres: k1 [Pa], k2 and the dispersion κ of fibres along x; all 0 without any.
+    """
+
+    shear: float
+    bulk: float
+    slopes: Slopes
+    fibres: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def of(cls, tissue: Tissue) -> "LawCurve":
+        """Return that of a tissue whose numbers are those of matter."""
+        given = {key: one.value for key, one in tissue.given.items()}
+        law = law_of(tissue)[0]
+        young = given[YOUNGS_MODULUS]
+        usual = INCOMPRESSIBLE if isinstance(law, OfTension) else POISSON
+        ratio = given.get(POISSONS_RATIO, usual)
+        spread = given.get(FIBRE_DISPERSION, 0.0)
+        added = given.get(FIBRE_MODULUS, young) - young
+        fibres = 0.25 * added / (1.0 - 3.0 * spread) ** 2, given.get(FIBRE_STIFFENING, 0.0)
+        return cls(
+            young / (2.0 * (1.0 + ratio)),
+            young / (3.0 * (1.0 - 2.0 * ratio)),
+            _of_tension(law) if isinstance(law, OfTension) else slopes_of(law),
+            (*fibres, spread),
+        )
+
+    def stress(self, mode: str, strains: Sequence[float]) -> Floats:
+        """Return nominal stresses in a mode [Pa], shape (strain,).
+
+        Args:
+            mode: One of ``known_curves.MODES``.
+            strains: Ascending; positive in compression, too.
+
+        Raises:
+            ArithmeticError: The law has no equilibrium at one of them.
+        """
+        if mode == SHEAR:
+            return np.array([self._sheared(strain) for strain in strains])
+        found: list[float] = []
+        across = np.zeros(2)  # logarithms of stretches
+        for strain in strains:
+            stretch = 1.0 - strain if mode == COMPRESSION else 1.0 + strain
+            across = self._free(mode, stretch, across)
+            axis = 1 if mode == ACROSS else 0
+            stress = self._principal(_stretches(mode, stretch, across))[axis]
+            found.append(-stress if mode == COMPRESSION else stress)
+        return np.array(found)
+
+    def ratio(self, mode: str) -> float:
+        """Return Poisson's ratio at rest, towards y, in tension along x."""
+        across = self._free(mode, 1.0 + _SMALL, np.zeros(2))
+        return float(-across[0] / _SMALL)
+
+    # --- stresses -----------------------------------------------------------------------------
+
+    def _sheared(self, amount: float) -> float:
+        """Return the shear stress along x on faces across y."""
+        first, second = self._by_invariants(3.0 + amount**2, 3.0 + amount**2)
+        k1, k2, spread = self.fibres
+        e = spread * amount**2
+        return 2.0 * amount * (first + second + k1 * e * np.exp(k2 * e**2) * spread)
+
+    def _principal(self, stretches: Floats) -> Floats:
+        """Return the principal nominal stresses, shape (3,)."""
+        square, volume = stretches**2, float(np.prod(stretches))
+        g = volume ** (-2.0 / 3.0)
+        one = g * square.sum()
+        two = g**2 * 0.5 * (square.sum() ** 2 - (square**2).sum())
+        by_one = 2.0 * g * stretches - 2.0 / 3.0 * one / stretches
+        by_two = 2.0 * g**2 * stretches * (square.sum() - square) - 4.0 / 3.0 * two / stretches
+        first, second = self._by_invariants(one, two)
+        found = (
+            first * by_one + second * by_two + self.bulk * (volume - 1.0) * volume / stretches
+        )
+        k1, k2, spread = self.fibres
+        e = spread * (one - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0)
+        if k1 and e > 0.0:
+            slope = spread * by_one
+            slope[0] += 2.0 * (1.0 - 3.0 * spread) * stretches[0]
+            found = found + k1 * e * np.exp(k2 * e**2) * slope
+        return found
+
+    def _by_invariants(self, one: float, two: float) -> tuple[float, float]:
+        first, second = self.slopes(np.array([one]), np.array([two]))
+        return self.shear * float(first[0]), self.shear * float(second[0])
+
+    # --- equilibrium across -------------------------------------------------------------------
+
+    def _free(self, mode: str, stretch: float, start: Floats) -> Floats:
+        """Return the logarithms of the stretches that no load acts on, by Newton's method."""
+        free = _free_axes(mode)
+        way = start.copy()
+
+        def rest(at: Floats) -> Floats:
+            return self._principal(_stretches(mode, stretch, at))[free]
+
+        for _ in range(_TRIES):
+            here = rest(way)
+            columns = [
+                (rest(way + step) - rest(way - step)) / (2.0 * _SMALL)
+                for step in _SMALL * np.eye(len(way))
+            ]
+            if mode == EQUIBIAXIAL:  # one stretch is free, not two
+                columns = [columns[0], np.array([0.0])]
+                move = np.array([-here[0] / columns[0][0], 0.0])
+            else:
+                move = -np.linalg.solve(np.stack(columns, axis=1), here)
+            way = way + move * min(1.0, _STRIDE / max(np.abs(move).max(), 1e-300))
+            if np.abs(move).max() < 1e-11:
+                return way
+        raise ArithmeticError(f"the law has no equilibrium in {mode} at {stretch - 1.0:.4g}")
+
+
+def _free_axes(mode: str) -> list[int]:
+    return {EQUIBIAXIAL: [2], ACROSS: [0, 2]}.get(mode, [1, 2])
+
+
+def _stretches(mode: str, stretch: float, across: Floats) -> Floats:
+    """Return the principal stretches along x, y and z, shape (3,)."""
+    one, two = np.exp(across)
+    if mode == EQUIBIAXIAL:
+        return np.array([stretch, stretch, one])
+    if mode == ACROSS:
+        return np.array([one, stretch, two])
+    assert mode in (TENSION, ALONG, COMPRESSION)
+    return np.array([stretch, one, two])
+
+
+def _of_tension(law: OfTension) -> Slopes:
+    """Return the slopes of a law from its curve of stress σ: 2 (λ - λ⁻²) ∂W/∂I1 = σ."""
+
+    def slopes(one: Floats, two: Floats) -> tuple[Floats, Floats]:
+        # I1 = λ² + 2/λ is a cubic equation with one zero above 1; at rest, slopes are 1/2.
+        part = np.maximum(one / 3.0, 1.0 + 1e-10)
+        stretch = 2.0 * np.sqrt(part) * np.cos(np.arccos(-(part**-1.5)) / 3.0)
+        stretch = np.minimum(stretch, LARGEST)
+        stress = np.asarray(law.stress.at({"strain": stretch - 1.0}), dtype=float)
+        found = 1.5 / law.modulus * stress / (stretch - stretch**-2)
+        return found, np.zeros_like(two)
+
+    return slopes

@@ -1,0 +1,207 @@
+"""What the laboratory finds: rows of a table, curves, and what they say of the evidence."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct, field
+
+from tissuec.core.units import Dimension, show
+from tissuec.model.network import Floats
+from tissuec.scene.known_curves import ALONG, TENSION, KnownCurve
+from tissuec.scene.model import KnownQuantity, Tissue
+from tissuec.scene.quantities import TissueQuantity
+
+SHARE = 0.05  # by which a measurement may be off
+INSIDE = "inside the scatter"
+
+
+class StressStrainCurve(NamedTuple):
+    """Stress against strain, both relative to the drawn shape.
+
+    Attributes:
+        strain: Ascending, shape (level,).
+        stress: [Pa], shape (level,).
+    """
+
+    strain: Floats
+    stress: Floats
+
+
+class TestRow(Struct, frozen=True):
+    """One quantity that a test measured.
+
+    Attributes:
+        test: Which test.
+        quantity: What it measured.
+        check: The same by other means, in SI units: by the law of the tissue alone where the
+            state is the same everywhere, otherwise on a coarser coupon; NaN without.
+        measured: The value in SI units; NaN where it was not measured.
+        given: What the tissue says of it, in SI units; None if nothing.
+        known: Evidence on it.
+        verdict: What it contradicts; otherwise "good", or that it depends on the mesh.
+        is_good: Whether it agrees with the evidence, and with the check.
+        dimension: Of the quantity.
+    """
+
+    test: str
+    quantity: str
+    check: float
+    measured: float
+    given: float | None
+    known: tuple[KnownQuantity, ...]
+    verdict: str
+    is_good: bool
+    dimension: Dimension
+
+    def shown(self, value: float) -> str:
+        """Return a value of this quantity with its unit."""
+        return show(value, self.dimension, digits=4) if isfinite(value) else "-"
+
+
+class LabCurve(Struct, frozen=True):
+    """A curve that a test measured, with what is known of it.
+
+    Attributes:
+        mode: One of ``known_curves.MODES``; empty for a relaxation.
+        place: Strains, or times [s], ascending, shape (place,).
+        value: Nominal stresses [Pa], or shares of the stress that are left.
+        check: The same by other means, as of rows; NaN without.
+        known: Evidence on it.
+    """
+
+    mode: str
+    place: Floats
+    value: Floats
+    check: Floats
+    known: tuple[KnownCurve, ...] = ()
+
+    @property
+    def stress_strain(self) -> StressStrainCurve:
+        """Return strains and stresses, both negative in compression."""
+        if self.mode == "compression":
+            return StressStrainCurve(-self.place[::-1], -self.value[::-1])
+        return StressStrainCurve(self.place, self.value)
+
+    def at(self, place: float) -> tuple[float, float]:
+        """Return the value and the check at a place; NaN beyond what was measured."""
+        if len(self.place) == 0 or place > self.place[-1] * (1.0 + 1e-6):
+            return np.nan, np.nan
+        start = np.append(0.0, self.place), np.append(0.0 if self.mode else 1.0, self.value)
+        check = np.append(start[1][0], self.check)
+        return float(np.interp(place, *start)), float(np.interp(place, start[0], check))
+
+
+class Examination(Struct):
+    """Results of all tests of a tissue.
+
+    Attributes:
+        tissue: Which one.
+        coupons: What is tested, in words.
+        rows: One for each quantity of each test, and for each curve that is known.
+        curves: Those that were measured.
+        notes: What is to be known of how it was measured.
+    """
+
+    tissue: Tissue
+    coupons: str
+    rows: list[TestRow] = field(default_factory=list[TestRow])
+    curves: list[LabCurve] = field(default_factory=list[LabCurve])
+    notes: list[str] = field(default_factory=list[str])
+
+    @property
+    def is_good(self) -> bool:
+        """Return whether nothing contradicts the evidence, or itself."""
+        return all(row.is_good for row in self.rows)
+
+
+def known_of(tissue: Tissue, mode: str) -> tuple[KnownCurve, ...]:
+    """Return the evidence of a tissue on a curve.
+
+    Args:
+        tissue: The tissue.
+        mode: One of ``known_curves.MODES``; empty for a relaxation. Tension along fibres and
+            tension are the same.
+    """
+    modes = (TENSION, ALONG) if mode in (TENSION, ALONG) else (mode,)
+    return tuple(one for one in tissue.curves if one.mode in modes)
+
+
+def agrees(value: float, known: KnownQuantity, share: float = SHARE) -> bool:
+    """Return whether a measurement agrees with evidence within a relative deviation.
+
+    Args:
+        value: The measurement.
+        known: The evidence.
+        share: Relative deviation of the measurement that is allowed.
+    """
+    return _beyond(value, known.low, known.high, share) == 0.0
+
+
+def _beyond(value: float, low: float, high: float, share: float = SHARE) -> float:
+    """Return by which part a value is above, or below, a range; 0 within a deviation."""
+    most = share * abs(value)
+    if value > high + most:
+        return value / high - 1.0
+    return value / low - 1.0 if value < low - most else 0.0
+
+
+def curve_rows(test: str, curve: LabCurve, why: str) -> Iterator[TestRow]:
+    """Yield a row for each source on a curve: at its worst place, or at the last one.
+
+    Args:
+        test: Name of the test.
+        curve: What it measured.
+        why: Why the curve ends before places that are known, such as "it tears".
+    """
+    for known in curve.known:
+        reached = [place for place in known.places if isfinite(curve.at(place)[0])]
+        off = [_off(curve, known, place) for place in reached]
+        worst = int(np.argmax(np.abs(off))) if any(off) else len(off) - 1
+        is_good = not any(off) and len(reached) == len(known.places)
+        place = reached[worst] if reached else known.places[0]
+        value, check = curve.at(place)
+        verdict = INSIDE
+        if any(off):
+            side = "above" if off[worst] > 0.0 else "below"
+            verdict = f'{100.0 * abs(off[worst]):.2g} % {side} "{known.source}"'
+        elif not is_good:
+            missed = next(one for one in known.places if one not in reached)
+            verdict = f'not measured at {known.shown_place(missed)} of "{known.source}": {why}'
+        yield TestRow(
+            test, _name(known, place), check, value, None, (_limits(known, place),), verdict,
+            is_good, known.dimension,
+        )  # fmt: skip
+
+
+def _off(curve: LabCurve, known: KnownCurve, place: float) -> float:
+    limits = known.limits_at(place)
+    assert limits is not None
+    return _beyond(curve.at(place)[0], *limits)
+
+
+def _name(known: KnownCurve, place: float) -> str:
+    """Return what a row is about: "stress at 20 %"."""
+    about = "stress" if known.mode else "stress left"
+    return f"{about} at {known.shown_place(place)}"
+
+
+def _limits(known: KnownCurve, place: float) -> KnownQuantity:
+    """Return the evidence on a curve at one place as that on a quantity."""
+    limits = known.limits_at(place)
+    assert limits is not None
+    quantity = TissueQuantity(_name(known, place), known.dimension, "", ("matter",))
+    return KnownQuantity(quantity, limits, known.source, known.is_verified, known.span)
+
+
+def joined(curves: Iterable[LabCurve], modes: Sequence[str]) -> StressStrainCurve:
+    """Return the stresses of several modes over their strains as one curve, ascending."""
+    parts = [one.stress_strain for one in curves if one.mode in modes]
+    if not parts:
+        return StressStrainCurve(np.zeros(0), np.zeros(0))
+    strain = np.concatenate([one.strain for one in parts])
+    order = np.argsort(strain, kind="stable")
+    return StressStrainCurve(
+        strain[order], np.concatenate([one.stress for one in parts])[order]
+    )
