@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.contact_search import NearbyContact
+from tissuec.validate.field_matrices import FieldMatrices
 from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.fluids import FluidField
@@ -140,6 +141,8 @@ class Equations:
         self.fields = tuple(self._formula(block, state) for block in state.present_blocks)
         of_elements = (ElementSolid, MembraneWall)
         self.elements = [one for one in self.fields if isinstance(one, of_elements)]
+        smooth = [one for one in self.fields if one is not self.contact]
+        self.matrices = FieldMatrices(smooth, self.free, self.count)
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = state.gravity, state.braking[self.free]
         self.mass = state.mass[self.free]
@@ -396,12 +399,12 @@ class Equations:
         return self.contact.bristle_rates(position, velocity).ravel()
 
     def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
-        """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are empty.
+        """Return ∂(dy/dt)/∂y of springs, fields and drag, sparse; the other rows are empty.
 
         Work and losses follow from the other unknowns and have no effect on them, so that
-        Newton's iteration converges without them; without pressure and contact it needs smaller
-        steps. Of the internal variables, their effects on the net and on themselves are
-        included.
+        Newton's iteration converges without them; without contact it needs smaller steps. Of
+        the internal variables of springs, their effects on the net and on themselves are
+        included; of those of elements, those on themselves.
         """
         moved, velocity = self.spread(time, y)
         springs, behaviour = self.pull(time, moved, velocity), self.behaviour_at(time)
@@ -423,10 +426,13 @@ class Equations:
         drag = sparse.diags(np.repeat(self.drag, 3))
         spread, given = self._ends(), self.yielding.derivatives(springs.pull, steep)
         stretching = along_each(n) @ spread  # ∂e/∂u, shape (spring, 3 free)
+        position, inside = self.drawn + moved, self._inside(time)
+        stiff = self.between(by_place) + self.matrices.by_place(inside, position)
+        slow = self.between(by_speed) + self.matrices.by_speed(inside, position, velocity)
         falls = [
-            -lighter @ self.between(by_place),
-            -lighter @ (self.between(by_speed) + drag),
-            -lighter @ stretching.T @ given.pull_by_variable,
+            -lighter @ self.matrices.mirrored(stiff),
+            -lighter @ (self.matrices.mirrored(slow) + drag),
+            -lighter @ self.matrices.mirrored(stretching.T @ given.pull_by_variable),
         ]
         moves = [sparse.csr_matrix((size, size)), sparse.identity(size), None]
         count = self.relaxing.count
