@@ -6,8 +6,8 @@ import pytest
 from tissuec.laws import derivatives
 from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
-from tissuec.validate.forces.laws import derived
 from tissuec.validate.forces.solid_laws import slopes_of
+from tissuec.validate.forces.trees import derived
 
 SAMPLES = {
     "neo hookean": {},

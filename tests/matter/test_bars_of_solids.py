@@ -8,6 +8,7 @@ import tissuec
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.core.errors import CompileError
+from tissuec.validate.forces.laws import spring_rule
 
 SCENE = """language 1
 tissue tendon {{ {tissue} }}
@@ -106,6 +107,20 @@ def test_a_run_pulls_with_that_force(law):
     expected = SECTION * YOUNG / 3.0 * LAWS[law](1.3)
     assert abs(force[-1, 0]) == pytest.approx(expected, rel=5e-3)
     assert time[-1] == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_rule_of_the_reference_is_its_own(law):
+    springs = compiled_scene(text(law)).network.springs
+    c, rest = np.full(8, 3.0), np.full(8, 0.2)
+    bar = next(one for one in springs.laws if one.spring is not None and one.name != "linear")
+    rule, e = spring_rule(bar), 0.2 * (STRETCHES - 1.0)
+    stress = 0.2 * LAWS[law](STRETCHES)  # c L0 / E times E/3
+    np.testing.assert_allclose(rule.force(e, c, rest), stress, rtol=1e-12, atol=1e-15)
+    by_difference = (rule.force(e + 1e-7, c, rest) - rule.force(e - 1e-7, c, rest)) / 2e-7
+    np.testing.assert_allclose(rule.slope(e, c, rest), by_difference, rtol=1e-6)
+    rise = (rule.energy(e + 1e-6, c, rest) - rule.energy(e - 1e-6, c, rest)) / 2e-6
+    np.testing.assert_allclose(rise, stress, rtol=1e-6, atol=1e-8)
 
 
 @pytest.mark.parametrize("law", ["veronda westmann { stiffening = 0.4 }", "hencky"])

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.integrate import quad_vec
 from scipy.interpolate import PchipInterpolator
 
-from tissuec.validate.forces import principal
+from tissuec.validate.forces.solid_laws import slopes_of
+from tissuec.validate.forces.trees import derived, either, shipped
 
 if TYPE_CHECKING:
     from tissuec.laws import Law
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 Floats: TypeAlias = NDArray[np.float64]
 QUADRATURE = 1e-13  # relative error of energies of free formulas
 ROUNDING, TINY = 1e-15, 1e-200
+STEP = 1e-30  # of strains, in the complex plane
 
 
 class ForceRule(Struct, frozen=True):
@@ -111,7 +113,7 @@ def _exponential(law: Any) -> ForceRule:
         s = k * e / rest
         series = s * s / 2.0 * (1.0 + s / 3.0 * (1.0 + s / 4.0 * (1.0 + s / 5.0)))
         small: Floats = np.abs(s)
-        part = _either(small < 1e-3, series, np.expm1(s) - s)
+        part = either(small < 1e-3, series, np.expm1(s) - s)
         return c * (rest / k) ** 2 * part
 
     return ForceRule(
@@ -182,6 +184,28 @@ def _power(law: Any) -> Dashpot:
     return Dashpot(lambda e, w, d, rest: np.sign(w) * d * v * (np.abs(w) / v) ** n, slope)
 
 
+def _bar_of_solid(law: Any) -> ForceRule:
+    """A bar that keeps its volume, whose energy per volume is E/3 ψ(I1, I2) and c = E A/L0."""
+    slopes = slopes_of(law.solid)
+
+    def force(e: Any, c: Floats, rest: Floats) -> Any:
+        stretch = 1.0 + e / rest
+        i1, i2 = stretch**2 + 2.0 / stretch, 2.0 * stretch + 1.0 / stretch**2
+        first, second = slopes(i1, i2)
+        steep = stretch - 1.0 / stretch**2
+        return 2.0 / 3.0 * c * rest * steep * (first + second / stretch)
+
+    def slope(e: Floats, c: Floats, rest: Floats) -> Floats:
+        return np.asarray(force(e + 1j * STEP * rest, c, rest).imag / (STEP * rest))
+
+    def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
+        places, weights = np.polynomial.legendre.leggauss(40)
+        pairs = zip(0.5 + 0.5 * places, 0.5 * weights, strict=True)
+        return np.asarray(sum(weight * e * force(part * e, c, rest) for part, weight in pairs))
+
+    return ForceRule(force, slope, energy)
+
+
 #: By the names of the classes that the language has for them.
 RULES: dict[str, Callable[[Any], ForceRule]] = {
     "Linear": lambda law: LINEAR,
@@ -191,6 +215,7 @@ RULES: dict[str, Callable[[Any], ForceRule]] = {
     "Exponential": _exponential,
     "Polynomial": _polynomial,
     "Curve": _curve,
+    "BarOfSolid": _bar_of_solid,
 }
 DASHPOTS: dict[str, Callable[[Any], Dashpot]] = {
     "LinearDashpot": lambda law: LINEAR_DASHPOT,
@@ -242,78 +267,6 @@ def _like(one: Floats, *values: Any) -> tuple[Floats, Floats]:
     """Return two values in the shape of an array."""
     value, slope, _ = np.broadcast_arrays(*values, one)
     return value, slope
-
-
-def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
-    """Return value and derivative by one variable of a tree of ``laws.formula``.
-
-    Args:
-        tree: The formula.
-        values: Values of its variables in SI units, all of one shape.
-        name: The variable.
-
-    Raises:
-        TypeError: The tree has a node of an unknown type.
-    """
-
-    def of(part: Any) -> tuple[Any, Any]:
-        return derived(part, values, name)
-
-    match type(tree).__name__:
-        case "Constant":
-            return tree.value, 0.0
-        case "Variable":
-            return values[tree.name], 1.0 if tree.name == name else 0.0
-        case "Sum":
-            (a, da), (b, db), sign = of(tree.left), of(tree.right), -1.0 if tree.minus else 1.0
-            return a + sign * b, da + sign * db
-        case "Product":
-            (a, da), (b, db) = of(tree.left), of(tree.right)
-            return a * b, da * b + a * db
-        case "Quotient":
-            (a, da), (b, db) = of(tree.above), of(tree.below)
-            return a / b, (da * b - a * db) / (b * b)
-        case "Power":
-            (a, da), n = of(tree.base), tree.exponent
-            return np.power(a, n), n * np.power(a, n - 1.0) * da
-        case "Applied":
-            a, da = of(tree.argument)
-            return _FUNCTIONS[tree.function](a), _SLOPES[tree.function](a) * da
-        case "Choice":
-            test, above, below = of(tree.test)[0], of(tree.above), of(tree.below)
-            chosen = test >= 0.0
-            return _either(chosen, above[0], below[0]), _either(chosen, above[1], below[1])
-        case "PrincipalSum":
-            return _of_stretches(tree.exponent, values["i1"], values["i2"], name)
-        case other:
-            raise TypeError(f"a formula has no {other}")
-
-
-def _of_stretches(a: float, i1: Any, i2: Any, name: str) -> tuple[Any, Any]:
-    """Return Σ (λ^a - 1), or Σ log² λ if a is 0, and its derivative by an invariant."""
-    if a == 0.0:
-        value, (first, second) = (
-            principal.total(lambda w: 0.25 * w * w, np.real(i1), np.real(i2)),
-            principal.slopes(lambda w: 0.5 * w, i1, i2),
-        )
-    else:
-        value, (first, second) = (
-            principal.total(lambda w: np.exp(0.5 * a * w) - 1.0, np.real(i1), np.real(i2)),
-            principal.slopes(lambda w: 0.5 * a * np.exp(0.5 * a * w), i1, i2),
-        )
-    return value, {"i1": first, "i2": second}.get(name, 0.0)
-
-
-_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    "exp": np.exp, "log": np.log, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos,
-}  # fmt: skip
-_SLOPES: dict[str, Callable[[Any], Any]] = {
-    "exp": np.exp,
-    "log": lambda x: 1.0 / x,
-    "sqrt": lambda x: 0.5 / np.sqrt(x),
-    "sin": np.cos,
-    "cos": lambda x: -np.sin(x),
-}
 
 
 class ReferenceLaws:
@@ -386,10 +339,6 @@ class ReferenceLaws:
         return found
 
 
-def _either(test: NDArray[np.bool_], one: ArrayLike, other: ArrayLike) -> Floats:
-    return np.where(test, one, other)
-
-
 def _resisting(slope: Floats) -> Floats:
     return np.where(np.isfinite(slope), np.maximum(slope, 0.0), 0.0)
 
@@ -410,9 +359,3 @@ def dashpot_rule(law: "Law") -> Dashpot:
         return _free_dashpot(law.viscous)
     kind = shipped(law.dashpot)
     return DASHPOTS[kind](law.dashpot) if kind in DASHPOTS else _free_dashpot(law.viscous)
-
-
-def shipped(law: object) -> str:
-    """Return the name of the class of a shipped law; empty for one of another package."""
-    kind = type(law)
-    return kind.__name__ if kind.__module__.startswith("tissuec.laws.") else ""

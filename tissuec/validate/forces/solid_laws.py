@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.validate.forces import principal
-from tissuec.validate.forces.laws import derived, shipped
+from tissuec.validate.forces.trees import derived, shipped
 
 Floats = NDArray[np.float64]
 Slopes = Callable[[Any, Any], tuple[Any, Any]]  # by i1 and i2, of both
