@@ -14,6 +14,7 @@ SOLVER = (
     "crossings",
     "equations",
     "event_queue",
+    "field_matrices",
     "forces",
     "reference_run",
     "reference",

@@ -59,13 +59,14 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
     if part.thread is not None:
         pieces = numbers_in(part.thread.pieces)
         return BodyMatter(_along(network, part, pieces, pi * part.thread.radius**2), 1, pieces)
+    elements = network.elements_of(part.name)
+    if any(one.yields.any() for one in elements):
+        return "stress depends on how far its elements have yielded"
     if mesh.volume is not None:
         volume = mesh.volume if np.isfinite(mesh.volume).all() else _filled(mesh)
         if not (volume > 0.0).all():
             return "the volume of its cells cannot be computed"
-        if elements := network.elements_of(part.name):
-            if any(one.yields.any() for one in elements):
-                return "stress depends on how far its elements have yielded"
+        if elements:
             return BodyMatter(volume, 3, springs, elements=elements)
         pressure = _pressure(compiled, part)
         if isinstance(pressure, str):
@@ -75,7 +76,7 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
         return BodyMatter(volume, 3, springs, pressure, near)
     if len(mesh.skin) and body.thickness is not None:
         volume = body.thickness * node_areas(mesh.position, mesh.skin)
-        if elements := network.elements_of(part.name):
+        if elements:
             return BodyMatter(volume, 2, springs, elements=elements)
         return BodyMatter(volume, 2, springs[wall_springs(mesh.skin, ends)])
     if body.section is not None:

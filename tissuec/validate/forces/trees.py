@@ -84,6 +84,12 @@ _SLOPES: dict[str, Callable[[Any], Any]] = {
 
 
 def either(test: NDArray[np.bool_], one: ArrayLike, other: ArrayLike) -> Floats:
+    """Return one value where a test holds, and another elsewhere, in their unit.
+
+    Args:
+        test: Shape (n,).
+        one, other: In any unit, of shapes that broadcast to (n,).
+    """
     return np.where(test, one, other)
 
 
