@@ -17,13 +17,81 @@ from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.engine.execution.doubts.watched_skin import WatchedSkin
 from tissuec.geometry.balls import in_balls
 from tissuec.geometry.nearest import TRIANGLE, places
-from tissuec.geometry.sweeps import Passage, through
+from tissuec.geometry.sweeps import Passage, boxes, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 
 KIND = "bodies overlap"
 TOUCHING = 0.01  # of the median edge: surfaces as near as that as drawn touch
+AROUND = 0.5  # of the median edge: how far around each other surfaces are listed
+
+
+class _Couple:
+    """Two surfaces, and which of their edges and triangles are near each other.
+
+    These hold until a node has moved by half of the distance within which they are listed.
+    """
+
+    def __init__(self, one: WatchedSkin, other: WatchedSkin):
+        self.one, self.other = one, other
+        self._margin = AROUND * min(one.edge, other.edge)
+        self._nodes = np.unique(np.concatenate([one.triangles, other.triangles]))
+        self._around: Floats | None = None
+        self._near: list[tuple[WatchedSkin, WatchedSkin, Indices]] = []
+
+    def crossings(
+        self, position: Floats, alive: NDArray[np.bool_]
+    ) -> list[tuple[WatchedSkin, Passage]]:
+        """Return where edges go through whole triangles, with the surface that these are of.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            alive: Springs that are there, shape (spring,).
+        """
+        here = position[self._nodes]
+        if (
+            self._around is None
+            or norm(here - self._around).max(initial=0.0) > 0.5 * self._margin
+        ):
+            self._around = here
+            self._near = [
+                (first, second, near)
+                for first, second in ((self.one, self.other), (self.other, self.one))
+                if len(near := _near(first, second, position, self._margin))
+            ]
+        found: list[tuple[WatchedSkin, Passage]] = []
+        for first, second, pairs in self._near:
+            edges = first.surface.edges
+            holds = np.zeros(len(edges.ends), dtype=bool)
+            holds[edges.of[first.whole(alive)]] = True
+            pairs = pairs[holds[pairs[:, 0]] & second.whole(alive)[pairs[:, 1]]]
+            near, far = pairs.T
+            meet = _meet(
+                *boxes(position[edges.ends[near]]), *boxes(position[second.triangles[far]])
+            )
+            if not meet.any():
+                continue
+            passages = through(position, edges.ends, second.triangles, pairs[meet])
+            found += [(second, passage) for passage in passages]
+        return found
+
+    def touch(self, drawn: Floats) -> bool:
+        """Return whether the surfaces touch or cross as drawn [m], shape (node, 3)."""
+        margin = TOUCHING * min(self.one.edge, self.other.edge)
+        for first, second in ((self.one, self.other), (self.other, self.one)):
+            edges, triangles = first.surface.edges.ends, second.triangles
+            pairs = _near(first, second, drawn, margin)
+            if through(drawn, edges, triangles, pairs):
+                return True
+            for end in (0, 1):
+                node = edges[pairs[:, 0], end]
+                kinds = np.full(len(node), TRIANGLE)
+                corners = drawn[triangles[pairs[:, 1]]]
+                found = places(drawn[node], kinds, corners, np.full(len(node), margin))
+                if (found.depth > 0.0).any():
+                    return True
+        return False
 
 
 @WATCHES.member(KIND)
@@ -32,20 +100,14 @@ class Overlapping:
 
     Args:
         network: Of the run.
-        pairs: Their surfaces.
+        couples: Their surfaces.
         is_held_apart: Whether bodies touch each other.
     """
 
     kind = KIND
 
-    def __init__(
-        self,
-        network: Network,
-        pairs: list[tuple[WatchedSkin, WatchedSkin]],
-        *,
-        is_held_apart: bool,
-    ):
-        self._network, self._pairs = network, pairs
+    def __init__(self, network: Network, couples: list[_Couple], *, is_held_apart: bool):
+        self._network, self._couples = network, couples
         self._why, self._remedy = (
             (
                 "contact cannot hold them apart",
@@ -62,8 +124,8 @@ class Overlapping:
         if len(bodies) < 2:
             return None
         skins = [WatchedSkin(network, body) for body in bodies]
-        drawn = network.position
-        apart = [pair for pair in combinations(skins, 2) if not _touch(*pair, drawn)]
+        couples = [_Couple(*pair) for pair in combinations(skins, 2)]
+        apart = [couple for couple in couples if not couple.touch(network.position)]
         contact = network.contact
         is_held_apart = contact is not None and bool(
             (contact.radius[contact.kind[: len(contact.radius)] == TRIANGLE] > 0.0).any()
@@ -72,12 +134,9 @@ class Overlapping:
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         """Yield the pairs that overlap now."""
-        for one, other in self._pairs:
-            found = [
-                (crossed, passage)
-                for crossing, crossed in ((one, other), (other, one))
-                for passage in _crossings(crossing, crossed, position, state.alive)
-            ]
+        for couple in self._couples:
+            one, other = couple.one, couple.other
+            found = couple.crossings(position, state.alive)
             where = ""
             if found:
                 crossed, passage = found[0]
@@ -95,25 +154,13 @@ class Overlapping:
             )
 
 
-def _crossings(
-    one: WatchedSkin, other: WatchedSkin, position: Floats, alive: NDArray[np.bool_]
-) -> list[Passage]:
-    """Return where edges of one surface go through triangles of another."""
+def _near(one: WatchedSkin, other: WatchedSkin, position: Floats, margin: float) -> Indices:
+    """Return pairs of an edge and a triangle whose boxes are near each other, (pair, 2)."""
     edges, triangles = one.surface.edges.ends, other.triangles
-    pairs = _near(edges, triangles, position, 0.0)
-    if not len(pairs):
-        return []
-    holds = np.zeros(len(edges), dtype=bool)
-    holds[one.surface.edges.of[one.whole(alive)]] = True
-    pairs = pairs[holds[pairs[:, 0]] & other.whole(alive)[pairs[:, 1]]]
-    return through(position, edges, triangles, pairs)
-
-
-def _near(edges: Indices, triangles: Indices, position: Floats, margin: float) -> Indices:
-    """Return pairs of an edge and a triangle that may come near each other, (pair, 2)."""
     ends, corners = position[edges], position[triangles]
-    low, high = ends.min(axis=1) - margin, ends.max(axis=1) + margin
-    least, most = corners.min(axis=1), corners.max(axis=1)
+    low, high = boxes(ends)
+    low, high = low - margin, high + margin
+    least, most = boxes(corners)
     own = np.flatnonzero(_meet(low, high, least.min(axis=0), most.max(axis=0)))
     others = np.flatnonzero(_meet(least, most, low.min(axis=0), high.max(axis=0)))
     if not len(own) or not len(others):
@@ -130,21 +177,3 @@ def _near(edges: Indices, triangles: Indices, position: Floats, margin: float) -
 def _meet(low: Floats, high: Floats, least: Floats, most: Floats) -> NDArray[np.bool_]:
     """Return whether boxes have a point in common, shape (row,)."""
     return np.asarray(((low <= most) & (least <= high)).all(axis=-1))
-
-
-def _touch(one: WatchedSkin, other: WatchedSkin, drawn: Floats) -> bool:
-    """Return whether two surfaces touch or cross as drawn."""
-    margin = TOUCHING * min(one.edge, other.edge)
-    for first, second in ((one, other), (other, one)):
-        edges, triangles = first.surface.edges.ends, second.triangles
-        pairs = _near(edges, triangles, drawn, margin)
-        if through(drawn, edges, triangles, pairs):
-            return True
-        for end in (0, 1):
-            node = edges[pairs[:, 0], end]
-            kinds = np.full(len(node), TRIANGLE)
-            corners = drawn[triangles[pairs[:, 1]]]
-            found = places(drawn[node], kinds, corners, np.full(len(node), margin))
-            if (found.depth > 0.0).any():
-                return True
-    return False
