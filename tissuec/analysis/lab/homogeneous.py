@@ -67,7 +67,13 @@ class CubeResponse(Struct, frozen=True):
 
 
 def limits_in(bench: TestBench, law: LawCurve, mode: str) -> LoadLimit:
-    """Return up to where a tissue can be loaded in a mode, by its law."""
+    """Return up to where a tissue can be loaded in a mode, by its law.
+
+    Args:
+        bench: With the tissue.
+        law: Its stress by strain and mode.
+        mode: Of loading.
+    """
     given = {key: one.value for key, one in bench.tissue.given.items()}
     found = [LoadLimit(np.inf, "it was not loaded further")]
     longest, most = given.get("breaking strain", np.inf), given.get("strength", np.inf)
