@@ -22,7 +22,7 @@ from tests.forces.test_solid_branches import TIMES
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_branches import SolidBranches
 from tissuec.forces.solid_prestretch import Prestretch
-from tissuec.forces.solid_strain import SolidStrain
+from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
 from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.neo_hookean import NeoHookean
@@ -217,6 +217,27 @@ def test_the_bound_of_rates_holds_in_tension(law):
     at_rest = 3.0 * made.shear[0] / made.yielding.viscosity[0]
     assert rate(1.0, 1.0)[1] == pytest.approx(at_rest, rel=1e-6)
     assert fluid.relaxed.giving(drawn, np.zeros_like(drawn)) == 0.0
+
+
+@pytest.mark.parametrize("stretch", [0.6, 1.0, 1.7])
+def test_the_bound_of_rates_has_a_closed_form_in_tension(stretch):
+    """By each derivative of a law; b = Fe Feᵀ has the eigenvalues λ², 1/λ and 1/λ."""
+    yielding = SolidYield.new(np.zeros(1), np.full(1, VISCOSITY))
+    b = np.array([stretch**2, 1.0 / stretch, 1.0 / stretch])
+    wide, thin = ((each - each.mean()) @ each for each in (b, 1.0 / b))
+    ends = [2.0 * each.mean() + np.sqrt(8.0 / 3.0 * square)
+            for each, square in ((b, wide), (1.0 / b, thin))]  # fmt: skip
+    if stretch > 1.0:
+        assert ends[0] == pytest.approx(2.0 * b.max())
+    if stretch < 1.0:
+        assert ends[1] == pytest.approx(2.0 / b.min())
+    due = [*ends, 2.0 * wide, 4.0 * np.sqrt(wide * thin), 2.0 * thin]
+    for k, each in enumerate(due):
+        slopes = np.zeros((7, 1, 1))
+        slopes[k] = 1.0
+        i1, i2 = (np.full((1, 1), one.sum()) for one in (b, 1.0 / b))
+        found = yielding.fastest(i1, i2, EnergySlopes(*slopes), np.zeros((1, 1)))
+        assert found == pytest.approx(3.0 * each / VISCOSITY, abs=1e-12)
 
 
 def test_the_equivalent_strain_of_a_bar_is_its_logarithm():
