@@ -410,3 +410,13 @@ def test_the_estimate_of_the_largest_frequency_is_near_it(name, has_fibres):
     root = np.repeat(mass, 3) ** -0.5
     largest = np.sqrt(np.linalg.eigvalsh(root[:, None] * stiff * root)[-1])
     assert 0.9 * largest < made.fastest(mass) < 1.5 * largest
+
+
+@pytest.mark.parametrize("cells", [2, 4])
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_estimate_of_the_largest_stiffness_is_near_it(name, cells):
+    made, drawn = solid(name, NeoHookean(), cells=cells)
+    count = 3 * made.nodes.shape[1]
+    stiff = made.element_matrices(drawn, exact=True).reshape(-1, count, count)
+    largest = np.linalg.eigvalsh(stiff).max()
+    assert 0.25 * largest < made.stiffest < largest
