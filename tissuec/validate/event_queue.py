@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from tissuec.model.network import Floats
 from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import Action, LoggedEvent
@@ -15,10 +17,11 @@ class ReferenceQueue:
     Args:
         events: The script, its times counted from 0 s.
         near: Times that differ by no more than this are one time [s].
+        last: From here on, what ends does so after the run [s].
     """
 
-    def __init__(self, events: Sequence[ScheduledAction], near: float):
-        self._near = near
+    def __init__(self, events: Sequence[ScheduledAction], near: float, last: float = np.inf):
+        self._near, self._last = near, last
         self._written = sorted({event.time for event in events})
         self._rows: list[tuple[float, int, int, Action | None]] = []
         self._entered = 0
@@ -26,7 +29,8 @@ class ReferenceQueue:
 
     def add(self, time: float, action: Action) -> None:
         """Enter an action at a time [s]."""
-        self._enter(time, _ENTERED, action)
+        if time < self._last - self._near:
+            self._enter(time, _ENTERED, action)
 
     def land(self, times: Floats) -> None:
         """Enter times at which a derivative jumps [s]."""

@@ -52,7 +52,8 @@ class ReferenceRun:
         self.method, self.rtol = method, rtol
         self.duration = plan.simulation.duration
         self.state = plan.start(network)
-        self.queue = ReferenceQueue(plan.events, SAME * self.duration)
+        last = self.duration if plan.simulation.is_static else np.inf
+        self.queue = ReferenceQueue(plan.events, SAME * self.duration, last)
         self.waiting = list(range(len(plan.triggers)))
         self.work = self.lost = self.switched = self.initial = 0.0
         self.ruptured = np.zeros(network.spring_count, dtype=bool)

@@ -3,6 +3,7 @@
 import heapq
 from bisect import bisect_left, insort
 from collections.abc import Iterable, Iterator, Sequence
+from math import inf
 from typing import Self
 
 from msgspec import Struct, field
@@ -23,6 +24,8 @@ class ActionQueue(Struct, eq=False):
 
     Attributes:
         near: Times that differ by less are one time [s].
+        last: Time from which added actions are left out [s]: in a static run, what lasts until
+            the end still acts in the equilibrium there.
         entries: A heap of time [s], rank, number, and action; an action of None only asks for a
             step to land there.
         written: Times of the script, ascending [s]; an added time near one of them is it.
@@ -31,6 +34,7 @@ class ActionQueue(Struct, eq=False):
     """
 
     near: float
+    last: float = inf
     entries: list[tuple[float, int, int, Action | None]] = field(
         default_factory=list[tuple[float, int, int, Action | None]]
     )
@@ -41,14 +45,16 @@ class ActionQueue(Struct, eq=False):
     @classmethod
     def of(cls, plan: Plan) -> Self:
         """Return the script of a plan, all of which is still to come."""
-        near = SAME * plan.simulation.duration
-        queue = cls(near)
+        simulation = plan.simulation
+        near = SAME * simulation.duration
+        queue = cls(near, simulation.duration - near if simulation.is_static else inf)
         queue.write(plan.events)
         return queue
 
     def add(self, time: float, action: Action) -> None:
         """Add an action, such as the end of a motion, at a time [s]."""
-        self._enter(time, _ADDED, action)
+        if time < self.last:
+            self._enter(time, _ADDED, action)
 
     def land(self, times: Floats) -> None:
         """Ask for steps to land on times [s]."""
@@ -74,7 +80,7 @@ class ActionQueue(Struct, eq=False):
     @property
     def next(self) -> float:
         """Return the time of the next entry [s]; infinite without one."""
-        return self.entries[0][0] if self.entries else float("inf")
+        return self.entries[0][0] if self.entries else inf
 
     def due(self, time: float) -> Iterator[Action]:
         """Remove and yield the actions at a time, also those added meanwhile."""
