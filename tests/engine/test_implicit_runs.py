@@ -104,3 +104,85 @@ def test_a_plaque_in_a_soft_wall_takes_few_steps_by_our_own_choice(mesh, rest):
     exact = carried_out(compiled_scene(finer))[0].state.position
     moved = np.abs(exact - outcome.state.network.position).max()
     assert np.abs(outcome.state.position - exact).max() < 1e-3 * moved
+
+
+#: A strip with a weak middle, drawn out until it breaks.
+BREAKING = """language 1
+tissue gel {{ {matter}; {limit} }}
+tissue tough like gel {{ {tough} }}
+body strip {{
+  mesh is {mesh}
+  tissue is tough; rupture is allowed; {body}
+  region middle where x between 9 mm and 16 mm {{ tissue is gel }}
+}}
+set low = nodes of strip where x < 0.1 mm
+set high = nodes of strip where x > 24.9 mm
+environment {{ gravity = (0, 0, 0) m/s^2; mass damping = 20 Hz }}
+script {{
+  at 0 s: fix low
+  from 0 s to 40 ms: move high by (12, 1, 0) mm using smooth profile
+}}
+simulate {{ duration = 50 ms; {method} }}
+output {{ trajectory every 5 ms }}
+"""
+PASCALS = "Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3; "
+BOX = "lattice { cell = 5 mm; box from (0, 0, 0) mm to (25, 5, 5) mm }"
+STRIP = (
+    "sheet { corner = (0, 0, 0) mm; first edge = (25, 0, 0) mm; second edge = (0, 5, 0) mm; "
+    "columns = 6; rows = 2 }"
+)
+FLOWING = "yield stress = 400 Pa; flow viscosity = 20 Pa*s"
+STRAINS = {"limit": "breaking strain = 30 %", "tough": "breaking strain = 300 %"}
+STRANDS = "spring constant = 20 N/m; viscosity = 5 mN*s/m; mass = 20 mg"
+BROKEN = {
+    "a solid": STRAINS | {"matter": f"{PASCALS} retardation time = 3 ms", "mesh": BOX},
+    "a solid that relaxes and yields": STRAINS | {
+        "matter": f"{PASCALS} {RELAXING}; {FLOWING}", "mesh": BOX},
+    "a wall that relaxes": STRAINS | {
+        "matter": f"{PASCALS} {RELAXING}", "mesh": STRIP, "body": "thickness = 1 mm"},
+    "springs": {
+        "matter": STRANDS, "limit": "breaking force = 30 mN", "tough": "breaking force = 3 N",
+        "mesh": BOX.replace("{", "{ kind is sodium chloride;"), "body": "interface is mean"},
+    "springs that relax and yield": {
+        "matter": f"{STRANDS}; relaxing constant = 15 N/m; relaxation time = 5 ms; "
+                  "yield force = 20 mN; yield viscosity = 1 N*s/m",
+        "limit": "breaking force = 30 mN", "tough": "breaking force = 3 N",
+        "mesh": BOX.replace("{", "{ kind is sodium chloride;"), "body": "interface is mean"},
+}  # fmt: skip
+
+
+def broken(case, method):
+    """Return the ends of ruptures with their springs, and where all nodes are at the end."""
+    text = BREAKING.format(**{"body": ""} | BROKEN[case] | {"method": method})
+    outcome, _ = carried_out(compiled_scene(text))
+    assert outcome.kind == "done"
+    found = [
+        (t, event.springs) for t, event in outcome.logged_events if event.kind == "rupture"
+    ]
+    network = outcome.state.network
+    return found, outcome.state.position, network.position, outcome.statistics.method
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_what_breaks_in_implicit_steps_breaks_as_in_explicit_ones(case):
+    exact, position, drawn, _ = broken(case, "integrator is dop853; tolerance = 1e-9")
+    assert len(exact) > 0
+    found, there, _, method = broken(case, "integrator is esdirk43; tolerance = 1e-6")
+    assert method == "esdirk43"
+    assert [set(springs) for _, springs in found] == [set(springs) for _, springs in exact]
+    assert [t for t, _ in found] == pytest.approx([t for t, _ in exact], abs=1e-6)
+    assert np.abs(there - position).max() < 2e-6 * np.abs(position - drawn).max()
+
+
+FLOWS = f"{DAMPED}; yield stress = 100 Pa; flow viscosity = 20 Pa*s"
+
+
+@pytest.mark.parametrize("memory", [FLOWS, f"{FLOWS}; relaxing share = 40 %; "
+                                           "relaxation time = 5 ms"])  # fmt: skip
+def test_solids_that_yield_keep_the_tolerance(memory):
+    exact = ends("integrator is dop853; tolerance = 1e-9", memory).state
+    outcome = ends("integrator is esdirk43; tolerance = 1e-5", memory)
+    (made,) = outcome.state.of_kind("elements")
+    assert made.yielding.plastic(outcome.state.velocity, 8).equivalent.max() > 0.01
+    moved = np.abs(exact.position - exact.network.position).max()
+    assert np.abs(outcome.state.position - exact.position).max() < 1e-5 * moved

@@ -34,6 +34,7 @@ SHEET = (
 WALL = "made of elements; thickness = 1 mm"
 RELAXING = "relaxing share = 0.4; relaxation time = 2 ms"
 TWICE = f"{RELAXING}; second relaxing share = 0.2; second relaxation time = 50 ms"
+YIELDING = "yield stress = 100 Pa; flow viscosity = 5 Pa*s"
 NET = BLOCK.replace("lattice {", "lattice { kind is sodium chloride;")
 SPRINGS = {"mesh": NET, "tissue": "cord", "body": ""}
 RELAXES = "relaxing constant = 30 N/m; relaxation time = 2 ms"
@@ -43,6 +44,10 @@ CASES = {
     "a damped solid": {"memory": "retardation time = 3 ms"},
     "a solid that hardly changes its volume": {"poisson": "0.49"},
     "a solid that relaxes": {"memory": f"retardation time = 3 ms; {TWICE}"},
+    "a solid that yields": {"memory": f"retardation time = 3 ms; {YIELDING}"},
+    "a solid that relaxes and yields": {
+        "memory": f"{TWICE}; {YIELDING}; solid law is mooney rivlin {{ share = 0.4 }}"},
+    "a wall that relaxes": {"mesh": SHEET, "body": WALL, "memory": TWICE},
     "a wall": {"mesh": SHEET, "body": WALL, "memory": "retardation time = 3 ms"},
     "hinges": {"mesh": SHEET, "body": "made of springs; thickness = 1 mm; bending is elastic",
                "memory": "retardation time = 3 ms", "poisson": "1/3"},

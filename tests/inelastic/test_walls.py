@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tests.engine.running import Bench
 from tests.inelastic.elements import (
     ONE,
     PRONY,
@@ -193,7 +192,8 @@ def test_what_is_cut_or_breaks_takes_its_branches_along():
 # --- methods ---
 
 ORDERS = {"dop853": (8, (40, 52, 68)), "velocity verlet": (2, (256, 512, 1024)),
-          "rkc2": (2, (1024, 2048, 4096)), "rkn4": (3, (192, 384, 768))}  # fmt: skip
+          "rkc2": (2, (1024, 2048, 4096)), "rkn4": (3, (192, 384, 768)),
+          "esdirk43": (4, (48, 96)), "trbdf2": (2, (256, 512))}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -211,26 +211,13 @@ def test_methods_keep_their_order(swinging, method):
     assert observed == pytest.approx(declared, abs=0.15 * max(declared, 2))
 
 
-REFUSED = {
-    "esdirk43": "walls of elements that relax",
-    "relaxation { threshold = 1 uN }": "elements that relax or yield",
-}
-
-
-def test_methods_without_relaxation_are_refused():
-    for method, what in REFUSED.items():
-        with pytest.raises(CompileError) as caught:
-            compiled_scene(scene(method=f"integrator is {method}"))
-        error = caught.value.diagnostics[0]
-        assert error.code == "TIS306"
-        assert f"does not support {what}:" in error.message
-        assert "dop853" in error.hint
-
-
-def test_a_run_by_an_implicit_method_is_refused(swinging):
-    end = Bench(swinging, 0.1, method="esdirk43", tolerance=1e-4).advance(0.1)
-    assert end.kind == "stuck"
-    assert end.message == "esdirk43 does not support walls of elements that relax"
+def test_statics_is_refused():
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(scene(method="integrator is relaxation { threshold = 1 uN }"))
+    error = caught.value.diagnostics[0]
+    assert error.code == "TIS306"
+    assert "does not support elements that relax or yield:" in error.message
+    assert "dop853" in error.hint
 
 
 def test_a_run_that_is_resumed_gives_the_same_bytes():

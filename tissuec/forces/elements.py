@@ -54,12 +54,14 @@ from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.memory_differences import tangents_by_differences
 from tissuec.forces.solid_branches import RelaxingStress, SolidBranches
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
 from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
 from tissuec.forces.stored_tensors import StoredTensors
+from tissuec.forces.yield_response import YieldResponse
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import (
@@ -479,19 +481,22 @@ class SolidElements(MaterialField, frozen=True):
                 fastest = max(fastest, rate)
         return fastest
 
-    @property
-    def unsolved(self) -> str:
-        """Return that elements yield, if any do; branches are in the matrix."""
-        return "" if self.yielding is None or not len(self.hidden) else "elements that yield"
-
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
-        """Return the derivatives of branches, point by point; see ``Field``."""
-        if self.branches is None:
+        """Return the derivatives of branches and plastic strain, by points; see ``Field``."""
+        if not self.remembers:
             return None
-        return branch_tangents(
-            self.branches, self.deformations(position), velocity, self.nodes,
-            self.drawn.gradients[self.row], self.drawn.volume[self.row],
-        )  # fmt: skip
+        deformation, steep = self.deformations(position), self.drawn.gradients[self.row]
+        weight = self.drawn.volume[self.row]
+        if self.yielding is None:
+            assert self.branches is not None
+            return branch_tangents(
+                self.branches, deformation, velocity, self.nodes, steep, weight
+            )
+        response = YieldResponse(self.yielding, self.branches, self._slopes_at)
+        stored = [self.yielding, *([] if self.branches is None else [self.branches])]
+        return tangents_by_differences(
+            stored, response, deformation, velocity, self.nodes, steep, weight
+        )
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
         """Make branches give way for good; see ``Field``."""
@@ -598,17 +603,27 @@ class SolidElements(MaterialField, frozen=True):
         local = np.broadcast_to(self.local[:, None], strain.j.shape)
         return EnergySlopes.of(of_law, pressure, local)
 
+    def _slopes_at(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
+        """Return the derivatives of energies by both invariants [Pa], of their shape."""
+        by = (self._at_invariants(first, second, each) for each in DERIVATIVES[:2])
+        one, other = (self.shear[:, None] * slope for slope in by)
+        return one, other
+
     def _of_laws(self, strain: "SolidStrain", what: Derivative) -> Floats:
+        """Return a function of laws at points, shape (…, element, point); see below."""
+        return self._at_invariants(strain.first, strain.second, what)
+
+    def _at_invariants(self, first: Floats, second: Floats, what: Derivative) -> Floats:
         """Return a function of laws at points, shape (…, element, point).
 
         Args:
-            strain: At the points.
+            first, second: Isochoric invariants there, dimensionless.
             what: Returns the formula of a law.
         """
-        found = np.empty(strain.j.shape)
+        found = np.empty(first.shape)
         for number in np.unique(self.law):
             own = self.law == number
-            values = {"i1": strain.first[..., own, :], "i2": strain.second[..., own, :]}
+            values = {"i1": first[..., own, :], "i2": second[..., own, :]}
             found[..., own, :] = what(self.laws[int(number)]).at(values)
         return found
 

@@ -60,9 +60,29 @@ class MembraneBranches(Branches, frozen=True):
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
         """
-        inverse, across = plane_inverses(self.tensors(velocity, 1)[..., 0, :, :])
+        return self.effect_of(self.tensors(velocity, 1)[..., 0, :, :])
+
+    def effect_of(self, tensors: Floats) -> RelaxingPlane:
+        """Return the effect of branches.
+
+        Args:
+            tensors: P, dimensionless, shape (…, branch, triangle, 2, 2).
+        """
+        inverse, across = plane_inverses(tensors)
         weight = (self.shear[..., None, None] * inverse).sum(axis=-4)
         return RelaxingPlane(weight, (self.shear * across).sum(axis=-2), self.sudden)
+
+    def rates(self, right: Floats, across: Floats, tensors: Floats) -> Floats:
+        """Return dP/dt [1/s], shape (branch, triangle, 2, 2).
+
+        Args:
+            right, across: As for ``fastest``.
+            tensors: P, dimensionless, shape (branch, triangle, 2, 2).
+        """
+        inverse, part = plane_inverses(tensors)
+        trace = np.einsum("tkl,btkl->bt", right, inverse) + across * part
+        excess = right - trace[..., None, None] / 3.0 * tensors
+        return np.asarray(excess / self.time[..., None, None])
 
     def fastest(self, right: Floats, across: Floats, velocity: Floats) -> tuple[float, Floats]:
         """Return the largest rate at which any branch gives way [1/s], and Σ μk T.

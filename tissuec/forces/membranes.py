@@ -54,6 +54,8 @@ from tissuec.forces.membrane_record_kernel import STATE, MembraneTable
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
 from tissuec.forces.membranes_kernel import relax_membranes, stretch_membranes
+from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.memory_differences import tangents_by_differences
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.kernels.records import BoundaryConditions
@@ -352,10 +354,27 @@ class Membranes(MaterialField, frozen=True):
 
     @property
     def unsolved(self) -> str:
-        """Return that walls relax or yield, if they do; see ``Field``."""
-        if not len(self.hidden):
-            return ""
-        return f"walls of elements that {'relax' if self.yielding is None else 'yield'}"
+        """Return that walls yield, if they do; branches are in the matrix. See ``Field``."""
+        is_stored = self.yielding is not None and len(self.hidden)
+        return "walls of elements that yield" if is_stored else ""
+
+    def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
+        """Return the derivatives of branches; see ``Field``."""
+        if self.branches is None:
+            return None
+        return tangents_by_differences(
+            [self.branches], self._response, self.deformations(position)[:, None], velocity,
+            self.nodes, self.gradients[:, None], self.weight[:, None],
+        )  # fmt: skip
+
+    def _response(self, f: Floats, tensors: Floats) -> tuple[Floats, Floats]:
+        """Return stress and rates of branches; see ``tangents_by_differences``."""
+        assert self.branches is not None
+        plane = tensors[..., 0, :, :]
+        wall = replace(self, remembered=self.branches.effect_of(plane))
+        strain = MembraneStrain(wall, f[:, 0])
+        rates = self.branches.rates(*strain.isochoric, plane)
+        return strain.piola()[:, None], rates[..., None, :, :]
 
     @property
     def relaxed(self) -> Self:
