@@ -7,6 +7,7 @@ of stress and rates by F and by the tensors are central differences; those are e
 """
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,41 +43,15 @@ def tangents_by_differences(
         gradients: Of the shape functions [1/m], shape (element, point, node, k).
         weight: Volumes of the points [m³], shape (element, point).
     """
-    elements, points = deformation.shape[:2]
-    rows, columns = stored[0].at
+    points = deformation.shape[1]
     tensors = np.concatenate([each.tensors(velocity, points) for each in stored])
     places = np.concatenate([each.places(points) for each in stored])
     has = np.concatenate([each.slot for each in stored]) >= 0
     rate = np.where(has, np.concatenate([each.rate for each in stored]), 1.0)
-    count = len(rows) * len(has)
-
-    def told(of: Floats) -> Floats:
-        """Return the numbers of all tensors, shape (element, point, variable)."""
-        found = np.moveaxis(of[..., rows, columns], 0, 2)
-        return found.reshape(elements, points, count)
-
-    pull = np.empty((elements, points, count, *deformation.shape[2:]))
-    giving = np.empty((elements, points, count, count))
-    by_strain = np.empty_like(pull)
-    for variable in range(count):
-        tensor, number = divmod(variable, len(rows))
-        way = np.zeros((len(has), 1, 1, *tensors.shape[3:]))
-        way[tensor, ..., rows[number], columns[number]] = STEP
-        way[tensor, ..., columns[number], rows[number]] = STEP
-        above, below = (
-            response(deformation, tensors + way),
-            response(deformation, tensors - way),
-        )
-        pull[:, :, variable] = (above[0] - below[0]) / (2.0 * STEP)
-        giving[..., variable] = told(below[1] - above[1]) / (2.0 * STEP)
-    for x, k in np.ndindex(*deformation.shape[2:]):
-        way = np.zeros(deformation.shape[2:])
-        way[x, k] = STEP
-        above, below = (
-            response(deformation + way, tensors),
-            response(deformation - way, tensors),
-        )
-        by_strain[..., x, k] = told(above[1] - below[1]) / (2.0 * STEP)
+    rows, columns = stored[0].at
+    differences = _Differences(response, deformation, tensors, rows, columns)
+    pull, giving = differences.by_tensors()
+    by_strain = differences.by_strain()
     # Variables have the unit of velocities; those that do not exist take no part.
     exists, scale = (np.repeat(each.T, len(rows), axis=1)[:, None] for each in (has, rate))
     to_own, from_own = np.where(exists, scale, 0.0), np.where(exists, 1.0 / scale, 0.0)
@@ -84,6 +59,7 @@ def tangents_by_differences(
     by_position = np.einsum("epv,eqvxk,eqak->eqvax", to_own, by_strain, gradients)
     push = -np.einsum("eqv,eqvxk,eqak->eqaxv", weight[..., None] * from_own, pull, gradients)
     slots = np.moveaxis(np.where(has[..., None, None], places, -1), 0, 2)
+    count = differences.count
     return MemoryTangents(
         slots=slots.reshape(-1, count),
         nodes=np.repeat(nodes, points, axis=0),
@@ -91,3 +67,53 @@ def tangents_by_differences(
         by_position=by_position.reshape(-1, *by_position.shape[2:]),
         pull=push.reshape(-1, *push.shape[2:]),
     )
+
+
+class _Differences(NamedTuple):
+    """Central differences of a response; attributes are as for ``tangents_by_differences``.
+
+    Attributes:
+        rows, columns: Of the numbers that tell a tensor, shape (number,).
+    """
+
+    response: Response
+    deformation: Floats
+    tensors: Floats
+    rows: Indices
+    columns: Indices
+
+    @property
+    def count(self) -> int:
+        """Return the number of variables of a point: the numbers of all of its tensors."""
+        return len(self.rows) * len(self.tensors)
+
+    def by_tensors(self) -> tuple[Floats, Floats]:
+        """Return ∂P/∂T and -∂(dT/dt)/∂T, shape (element, point, variable, …)."""
+        f, tensors, numbers = self.deformation, self.tensors, len(self.rows)
+        pull = np.empty((*f.shape[:2], self.count, *f.shape[2:]))
+        giving = np.empty((*f.shape[:2], self.count, self.count))
+        for variable in range(self.count):
+            tensor, number = divmod(variable, numbers)
+            row, column = self.rows[number], self.columns[number]
+            way = np.zeros((len(tensors), 1, 1, *tensors.shape[3:]))
+            way[tensor, ..., row, column] = way[tensor, ..., column, row] = STEP
+            above, below = self.response(f, tensors + way), self.response(f, tensors - way)
+            pull[:, :, variable] = (above[0] - below[0]) / (2.0 * STEP)
+            giving[..., variable] = self._told(below[1] - above[1]) / (2.0 * STEP)
+        return pull, giving
+
+    def by_strain(self) -> Floats:
+        """Return ∂(dT/dt)/∂F [1/s], shape (element, point, variable, 3, k)."""
+        f, shape = self.deformation, self.deformation.shape
+        found = np.empty((*shape[:2], self.count, *shape[2:]))
+        for x, k in np.ndindex(*shape[2:]):
+            way = np.zeros(shape[2:])
+            way[x, k] = STEP
+            above, below = (self.response(f + by, self.tensors)[1] for by in (way, -way))
+            found[..., x, k] = self._told(above - below) / (2.0 * STEP)
+        return found
+
+    def _told(self, of: Floats) -> Floats:
+        """Return the numbers of all tensors, shape (element, point, variable)."""
+        found = np.moveaxis(of[..., self.rows, self.columns], 0, 2)
+        return found.reshape(*found.shape[:2], self.count)
