@@ -10,10 +10,12 @@ from msgspec.structs import replace
 import tissuec
 from tests.engine.running import block, chain, pair, tube
 from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.prediction import predict
 from tissuec.engine import method_choice
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.layout import FEW, SMALL, order_nodes
 from tissuec.engine.method import Method
-from tissuec.engine.method_choice import choose
+from tissuec.engine.method_choice import choose, measured_facts
 from tissuec.engine.spring_runs import places_of
 from tissuec.engine.stability import (
     damping_radius,
@@ -265,3 +267,74 @@ def test_runs_import_no_compiler():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert run.stdout.strip() == "[]"
+
+
+#: Springs that relax, in a viscous surrounding, held for minutes.
+TENDON = """language 1
+tissue tendon { spring constant = 20 kN/m; viscosity = 0 N*s/m; mass = 1 g
+  relaxing constant = 10 kN/m; relaxation time = 30 s }
+body strand { tissue is tendon
+  mesh is thread { line from (0, 0, 0) mm to (50, 0, 0) mm; pieces = 10; thickness = 2 mm }
+}
+environment { gravity = (0, 0, 0) m/s^2; damping = 100 N*s/m }
+simulate { duration = 300 s; tolerance = 1e-3 }
+"""
+#: A wall of elements that bends and creeps, with a calcified part.
+CALCIFIED = """language 1
+tissue wall { Young's modulus = 500 kPa; density = 1100 kg/m^3; retardation time = 2 ms }
+tissue plaque like wall { Young's modulus = 300 MPa }
+body artery {
+  mesh is tube { axis from (0, 0, 0) mm to (10, 0, 0) mm; radius = 3 mm; rings = 6; sides = 8 }
+  tissue is wall; thickness = 0.8 mm
+  region lime where x between 3 mm and 7 mm and z > 1 mm { tissue is plaque }
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 20 ms; tolerance = 1e-3 }
+"""
+BENT = """language 1
+tissue skin { Young's modulus = 10 kPa; Poisson's ratio = 0.45; density = 1000 kg/m^3
+  retardation time = 20 ms }
+body flap { tissue is skin; thickness = 1 mm
+  mesh is sheet { corner = (0, 0, 0) mm; first edge = (0, 0, 40) mm
+    second edge = (40, 0, 0) mm; columns = 15; rows = 15 }
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 2 s; tolerance = 1e-3 }
+"""
+FILLED = """language 1
+tissue parenchyma { Young's modulus = 5 kPa; Poisson's ratio = 0.45; density = 1060 kg/m^3
+  retardation time = 50 ms }
+body liver { tissue is parenchyma
+  mesh is imported { file "meshes/liver.obj" in mm; filling is tetrahedra; cell = 20 mm }
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = DURATION; tolerance = 1e-3 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (TENDON, "esdirk43"),
+        (CALCIFIED, "esdirk43"),
+        (BENT, "esdirk43"),
+        (FILLED.replace("DURATION", "1.2 s"), "esdirk43"),
+        (FILLED.replace("DURATION", "2 ms"), "rkc2"),
+        (GEL.format(delay="1 s", duration="5 ms"), "rkc2"),  # too short for matrices
+        (GEL.format(delay="20 ms", duration="2 s"), "esdirk43"),
+    ],
+)
+def test_overdamped_scenes_begin_with_what_costs_less(text, name):
+    chosen = predict(tissuec.compile(text))
+    assert chosen.method == name
+    assert "overdamped" in chosen.reason
+
+
+def test_stages_are_counted_for_the_longest_steps_of_a_stabilised_method():
+    """Where springs limit its steps, a long hold takes many of them."""
+    compiled = tissuec.compile(TENDON)
+    facts = measured_facts(state_at_start(compiled))
+    assert 300.0 / INTEGRATORS["rkc2"].stability_limit(facts["omega"], facts["zeta"]) > 1e5
+    # For as long as the common number of steps covers it, the stabilised method remains.
+    short = TENDON.replace("duration = 300 s", "duration = 0.1 s")
+    assert predict(tissuec.compile(short)).method == "rkc2"

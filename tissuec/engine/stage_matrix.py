@@ -23,7 +23,7 @@ from tissuec.engine.fill import Fill
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import SolvingCost
 from tissuec.forces.matrices import assembled
-from tissuec.forces.memory import Condensed, MemoryTangents
+from tissuec.forces.memory import ELIMINATION_SECONDS, Condensed, MemoryTangents
 from tissuec.forces.spring_matrices import memory_of_springs, stage_blocks
 from tissuec.forces.springs import SpringForce
 from tissuec.kernels.records import Net, Solver
@@ -32,11 +32,11 @@ from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model.network import Floats
 
-# Time of making the matrix of fields, over that of an evaluation of them, and of springs, per
-# spring; of a factor per multiplication; of a solution, and of one per number of the factor; of
-# some rounds of conjugate gradients, per node [s].
-MAKING, SPRING = 600.0, 2e-6
-MULTIPLICATION, CALL, NUMBER = 4e-10, 6e-5, 1.5e-9
+# Time of making the matrix, of each field in it besides, and of springs, per spring; of a
+# factor per multiplication; of a solution, and of one per number of the factor; of some rounds
+# of conjugate gradients, per node [s].
+MAKING, FIELD, SPRING = 1.3e-3, 1.5e-3, 2e-6
+MULTIPLICATION, CALL, NUMBER = 4e-10, 6e-5, 1e-9
 ROUNDS, PRODUCT = 50, 5e-7
 
 
@@ -70,12 +70,13 @@ class StageMatrix:
     @cached_property
     def cost(self) -> SolvingCost:
         """Return the predicted times."""
-        fields = sum(field.seconds for field in self._fields)
-        making = MAKING * fields + SPRING * len(self._acting.springs.ends)
+        making = MAKING + SPRING * len(self._acting.springs.ends)
+        making += sum(FIELD + field.matrix_seconds for field in self._fields)
+        solution = CALL + sum(ELIMINATION_SECONDS * len(f.hidden) for f in self._fields)
         if self.fill.is_small:
-            factor, solution = MULTIPLICATION, NUMBER * self.fill.numbers
-            return SolvingCost(making + factor * self.fill.multiplications, CALL + solution)
-        return SolvingCost(making, CALL + ROUNDS * PRODUCT * len(self._free))
+            making += MULTIPLICATION * self.fill.multiplications
+            return SolvingCost(making, solution + NUMBER * self.fill.numbers)
+        return SolvingCost(making, solution + ROUNDS * PRODUCT * len(self._free))
 
     def assemble(self, q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
         """Make S at a state; return False if there is none that is positive definite.
@@ -107,8 +108,11 @@ class StageMatrix:
 
     def _is_made(self, q: float, time: float, position: Floats, velocity: Floats) -> bool:
         """Make S, and return whether it is positive definite; arguments as of ``assemble``."""
-        for exact in (True, False):
-            matrix = self._matrix(q, time, position, velocity, exact=exact)
+        # What relaxes within the step may make S indefinite where K is not exact.
+        for exact, relaxes in ((True, True), (False, True), (False, False)):
+            if not exact and relaxes and not self._memories:
+                continue
+            matrix = self._matrix(q, time, position, velocity, exact=exact, relaxes=relaxes)
             if not np.isfinite(matrix.sparse.data).all():
                 return False
             if self._is_factorised(matrix):
@@ -167,9 +171,22 @@ class StageMatrix:
         return self._state.at(time).acting
 
     def _matrix(
-        self, q: float, time: float, position: Floats, velocity: Floats, *, exact: bool
+        self,
+        q: float,
+        time: float,
+        position: Floats,
+        velocity: Floats,
+        *,
+        exact: bool,
+        relaxes: bool,
     ) -> Stiffness:
-        """Return S [kg]; arguments as those of ``assemble``, in the order of the network."""
+        """Return S [kg].
+
+        Args:
+            q, time, position, velocity: As those of ``assemble``, in the order of the network.
+            exact: Whether K is exact, and positive semidefinite otherwise.
+            relaxes: Whether internal variables change within the step.
+        """
         number, size = self._number, len(self._free)
         springs = self._springs(time)
         blocks = stage_blocks(springs, q, position, velocity, exact=exact)
@@ -183,9 +200,8 @@ class StageMatrix:
             slow = field.damping_matrices(position, velocity, number, size)
             if slow is not None:
                 total = total + q * csc_matrix(slow[1])
-        if exact:
-            for memory in self._memories:
-                total = total + csc_matrix(memory.matrix(number, size))
+        for memory in self._memories if relaxes else ():
+            total = total + csc_matrix(memory.matrix(number, size))
         every = np.hstack(wide)
         if self._within is not None:
             total, every = self._within @ total @ self._within, self._within @ every

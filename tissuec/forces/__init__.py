@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 #: Time that a kernel takes for each number of its field, by measuring the shipped ones [s].
 SECONDS = 5e-9
+MATRIX = 400.0  # time of making a matrix, over that of an evaluation
 
 #: Adds an operator applied to a vector to another one, both of shape (node, 3).
 Resisting = Callable[[Floats, Floats], None]
@@ -379,6 +380,11 @@ class Field(Effect, frozen=True):
         """
         parts = astuple(self)
         return SECONDS * sum(part.size for part in parts if isinstance(part, np.ndarray))
+
+    @property
+    def matrix_seconds(self) -> float:
+        """Return an estimate of the time of making its matrix [s], as that of an evaluation."""
+        return MATRIX * self.seconds
 
     @property
     def derivatives(self) -> "ForceDerivatives | str":

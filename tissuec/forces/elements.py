@@ -53,7 +53,7 @@ from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
-from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
 from tissuec.forces.memory_differences import tangents_by_differences
 from tissuec.forces.solid_branches import RelaxingStress, SolidBranches
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
@@ -77,8 +77,9 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
-_SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
-_BRANCH_SECONDS = 17e-9  # and for each branch, or where it yields
+_SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
+_MAKING = 85.0  # of the matrix, over one of them without tensors
+_BRANCH_SECONDS = 85e-9  # and for each branch, or where it yields
 _COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
 _PARTS = (
     "fibres", "prestretch", "limits", "branches", "remembered", "yielding", "plastic",
@@ -394,6 +395,12 @@ class SolidElements(MaterialField, frozen=True):
         tensors = sum(len(each.exists) for each in self._stored())
         own = _SECONDS * self.item_count * self.shape.nodes
         return self._points * (own + _BRANCH_SECONDS * tensors)
+
+    @property
+    def matrix_seconds(self) -> float:
+        """Return an estimate of the time of making their matrix [s]."""
+        bare = replace(self, branches=None, yielding=None).seconds
+        return _MAKING * bare + TANGENT_SECONDS * len(self.hidden)
 
     # --- memory -------------------------------------------------------------------------------
 

@@ -54,7 +54,7 @@ from tissuec.forces.membrane_record_kernel import STATE, MembraneTable
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
 from tissuec.forces.membranes_kernel import relax_membranes, stretch_membranes
-from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
 from tissuec.forces.memory_differences import tangents_by_differences
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.stored_tensors import StoredTensors
@@ -326,6 +326,11 @@ class Membranes(MaterialField, frozen=True):
         """Return an estimate of the time of one evaluation [s]."""
         tensors = sum(len(each.exists) for each in self._stored())
         return _SECONDS * self.item_count + _TENSOR_SECONDS * tensors
+
+    @property
+    def matrix_seconds(self) -> float:
+        """Return an estimate of the time of making their matrix [s]."""
+        return super().matrix_seconds + TANGENT_SECONDS * len(self.hidden)
 
     # --- memory -------------------------------------------------------------------------------
 
