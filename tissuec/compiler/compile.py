@@ -167,6 +167,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     expects, of_learning = split_expectations(scene.declarations.expects)
     start = _kept_volumes(network, bodies.built)
     plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
+    _refuse_intervals(scene, network, plan, findings)
     blocks = _blocks(scene, network, conditions, plan, planes, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
     if scene.fit_problems or of_learning:
@@ -194,6 +195,22 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
     else:
         return
     findings.add("TIS306", said, scene.simulation.span, hint=hint)
+
+
+def _refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Findings) -> None:
+    """Reject static intervals of what needs time, and of what is static anyway."""
+    name = scene.simulation.integrator
+    for interval in plan.static_intervals:
+        if scene.simulation.is_static:
+            said = f"settle over an interval has no effect: {name} is static all the time"
+            hint = "remove it, or write integrator is automatic"
+        elif network.relaxes:
+            what = "springs" if network.springs.inelastic is not None else "elements"
+            said = f"{what} that relax or yield cannot settle over an interval: they need time"
+            hint = "let them move, with integrator is esdirk43, or settle at one time"
+        else:
+            continue
+        findings.add("TIS306", said, interval.span, hint=hint)
 
 
 def _refuse_forces(network: Network, findings: Findings) -> None:

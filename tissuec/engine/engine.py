@@ -252,6 +252,22 @@ class Engine:
             self.stepper.flush()
         self.stepper.synchronise(state)
 
+    @property
+    def has_begun(self) -> bool:
+        """Return whether ``restart`` was called."""
+        return self._control.begun
+
+    def remember_motion(self, origin: Floats, displacement: float) -> None:
+        """Relate errors to the motion of a whole run, of which this steps a later part.
+
+        Args:
+            origin: Positions of all nodes where it began [m], shape (node, 3).
+            displacement: The largest one so far [m].
+        """
+        stepper = self.stepper
+        stepper.work.origin[:] = stepper.inputs.inwards(origin)
+        stepper.update(displacement=displacement, displacement_before=displacement)
+
     def finish(self, state: State) -> None:
         """Record the sample at the final time, after every event there."""
         self.stepper.record_end(state)

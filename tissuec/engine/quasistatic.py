@@ -88,6 +88,10 @@ class QuasiStatic:
             changes=(MethodChange(0.0, self.name, reason),),
         )
 
+    def skip_samples(self, time: float) -> None:
+        """Leave out the samples before a time [s]."""
+        self._sample = int(np.searchsorted(self._times, time))
+
     def restart(self, state: State) -> None:
         """Take over a state; see ``Engine.restart``."""
         self._stale, self._begun = True, state.time

@@ -109,6 +109,7 @@ class State(Struct, eq=False):
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
+        still_until: When the scene ceases to be static [s]; minus infinity if it is not.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] of all nodes alike.
     """
@@ -131,6 +132,7 @@ class State(Struct, eq=False):
     )
     knots: dict[str, Knot] = field(default_factory=dict[str, Knot])
     hold_ends: dict[str, float] = field(default_factory=dict[str, float])
+    still_until: float = -np.inf
 
     @classmethod
     def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":

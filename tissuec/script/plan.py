@@ -14,6 +14,7 @@ from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs import Action
+from tissuec.script.verbs.static_interval import StaticInterval
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.engine.integrators.procedures import Choices
@@ -165,6 +166,12 @@ class Plan(Struct, frozen=True, eq=False):
     def every_event(self) -> tuple[ScheduledAction, ...]:
         """The actions at set times, and then those that follow conditions."""
         return *self.events, *(event for trigger in self.triggers for event in trigger.events)
+
+    @property
+    def static_intervals(self) -> list[StaticInterval]:
+        """Return the orders that make the scene static for an interval."""
+        every = (event.action for event in self.every_event)
+        return [action for action in every if isinstance(action, StaticInterval)]
 
     def start(self, network: Network) -> State:
         """Return the state at 0 s, before any event."""

@@ -9,7 +9,7 @@ from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan
 from tissuec.validate.reference_run import ReferenceRun
 from tissuec.validate.solution import Reference, Track
-from tissuec.validate.static_run import StaticRun
+from tissuec.validate.static_run import PhasedRun, StaticRun
 
 FINEST = 1e-13  # the smallest error per step that rounding leaves room for
 WITHOUT_PROMISE = 1e-4  # stands in for the tolerance where a scene has a fixed step
@@ -47,7 +47,8 @@ def reference(
     """
     started = clock.monotonic()
     track = Track(np.asarray(times, dtype=float), network.node_count)
-    kind = StaticRun if plan.simulation.is_static else ReferenceRun
+    kind = ReferenceRun if not plan.static_intervals else PhasedRun
+    kind = StaticRun if plan.simulation.is_static else kind
     run = kind(network, plan, track, method, rtol or default_rtol(plan))
     run.go(plan.simulation.duration if until is None else until, progress)
     run.effort.wall_time = clock.monotonic() - started

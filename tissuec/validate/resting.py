@@ -155,6 +155,8 @@ def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
 
 
 def _lowered(field: "EnergyField", moved: Floats) -> Floats:
+    if not field.frozen_force(moved).any():
+        return moved  # SciPy would divide by its gradient
     place, matrix = moved, field.stiffness(moved)
 
     def bent(u: Floats, p: Floats) -> Floats:  # for many p at each place

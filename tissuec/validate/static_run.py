@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tissuec.model.network import Floats
+from tissuec.script.plan import LOAD_STEPS
 from tissuec.validate.equations import Equations, overloaded
 from tissuec.validate.reference_run import Ending, ReferenceRun
 from tissuec.validate.resting import rest
@@ -32,6 +33,11 @@ class StaticRun(ReferenceRun):
     def _equations(self, stop: float) -> Equations:
         return StillEquations(self.state, stop)
 
+    @property
+    def _longest(self) -> float:
+        """Return the longest time between two equilibria [s]."""
+        return self.plan.simulation.step or np.inf
+
     def _at_once(self, equations: Equations) -> Ending | None:
         """Return nothing: ruptures are determined when the net is at rest."""
         return None
@@ -40,7 +46,7 @@ class StaticRun(ReferenceRun):
         self, equations: Equations, stop: float, progress: Callable[[float], None]
     ) -> Ending:
         """Go from one equilibrium to the next, to a time or to the first break or trigger."""
-        state, size = self.state, self.plan.simulation.step or np.inf
+        state, size = self.state, self._longest
         if (ending := self._rested(equations, state.time)) is not None:
             return ending
         self._look_now(equations)
@@ -76,10 +82,36 @@ class StaticRun(ReferenceRun):
         state.place_held()
         state.velocity[:] = 0.0
         rest(state, np.ones(self.network.node_count, dtype=bool))
-        self.work = standing_energy(state) - self.initial - self.switched
+        self.work = standing_energy(state) - self.initial - self.switched + self.lost
         y = self._y(equations)
         moved, velocity = equations.spread(time, y)
         self.track.measure(equations, time, y)
         broken = overloaded(equations, moved, equations.pull(time, moved, velocity))
         true = self._true(self._now())
         return Ending(time, broken, true) if len(broken) or true else None
+
+
+class PhasedRun(StaticRun):
+    """One reference under way that is static for some intervals."""
+
+    @property
+    def _is_still(self) -> bool:
+        return self.state.still_until > self.state.time
+
+    @property
+    def _longest(self) -> float:
+        return self.duration / LOAD_STEPS
+
+    def _equations(self, stop: float) -> Equations:
+        of = super()._equations if self._is_still else super(StaticRun, self)._equations
+        return of(stop)
+
+    def _at_once(self, equations: Equations) -> Ending | None:
+        of = super()._at_once if self._is_still else super(StaticRun, self)._at_once
+        return of(equations)
+
+    def _stretch(
+        self, equations: Equations, stop: float, progress: Callable[[float], None]
+    ) -> Ending:
+        of = super()._stretch if self._is_still else super(StaticRun, self)._stretch
+        return of(equations, stop, progress)

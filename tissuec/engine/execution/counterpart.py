@@ -12,7 +12,7 @@ import numpy as np
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Statistics
 from tissuec.model.network import Network
-from tissuec.script.plan import Plan, Simulation
+from tissuec.script.plan import STATIC, Plan, Simulation
 
 IMPLICIT = "implicit"
 COARSE = 1e-6  # tolerance down to which steps of order 2 are not too many
@@ -23,6 +23,8 @@ MOST, LEAST = 4.0, 0.1
 
 def kind_of(method: str) -> str:
     """Return what a method has in common with others that share its code."""
+    if method in STATIC:
+        return method
     return IMPLICIT if INTEGRATORS[method].implicit else method
 
 
@@ -46,7 +48,8 @@ def counterpart(ran: Statistics, network: Network, plan: Plan) -> str:
     if plan.simulation.step is not None:
         return ""
     used = {change.method for change in ran.changes}
-    candidates = _candidates(_longest(ran, plan), network, plan.simulation)
+    longest = _longest(ran, plan)
+    candidates = _candidates(longest, network, plan.simulation) if longest else ()
     return next((name for name in candidates if is_another(name, used)), "")
 
 
@@ -55,8 +58,9 @@ def _longest(ran: Statistics, plan: Plan) -> str:
     times = [change.time for change in ran.changes] + [plan.simulation.duration]
     share: dict[str, float] = {}
     for change, lasted in zip(ran.changes, np.diff(times), strict=True):
-        share[change.method] = share.get(change.method, 0.0) + float(lasted)
-    return max(share, key=lambda name: share[name])
+        if change.method not in STATIC:
+            share[change.method] = share.get(change.method, 0.0) + float(lasted)
+    return max(share, key=lambda name: share[name], default="")
 
 
 def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from tissuec.script.plan import EQUILIBRIUM, RELAXATION, Plan, ScheduledAction
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine, Pause
     from tissuec.engine.method import Interruption
+    from tissuec.engine.phases import Phases
     from tissuec.engine.quasistatic import QuasiStatic
 
 Kind = Literal["done", "diverged", "stuck", "interrupted"]
@@ -45,11 +46,11 @@ class RunLoop:
 
     def __init__(self, network: Network, plan: Plan, recorder: Recorder, threads: int):
         self.network, self.plan, self.recorder = network, plan, recorder
+        self.engine: Engine | QuasiStatic | Phases
         self.engine = _make_engine(network, plan, recorder, threads)
         self.engine.follow = recorder.follow
         self.ending: tuple[Kind, str] | None = None
         self._true: list[int] = []
-        self._is_static = plan.simulation.is_static
 
     def begin(self, further: Sequence[ScheduledAction] = ()) -> None:
         """Start at 0 s with the events of that time.
@@ -60,7 +61,7 @@ class RunLoop:
         self._attach(RunState.begin(self.network, self.plan, self.recorder.memory))
         self.run_state.queue.write(further)
         self.handler.begin()
-        self.engine.restart(self.run_state.state)
+        self._restart()
         self.handler.enter()
         self._look_for_end()
 
@@ -73,6 +74,8 @@ class RunLoop:
         run_state = read_run_state(saved, self.network, self.plan)
         self.recorder.memory = run_state.memory
         self._attach(run_state)
+        if "inner" in run_state.engine:
+            self._enter_phases()
         self.engine.restore(run_state.state, run_state.engine)
         self.handler.enter()
 
@@ -117,7 +120,7 @@ class RunLoop:
         true = self._true if reason.kind == "triggered" else None
         self._true = []
         if self.handler.handle(ruptured=reason.springs, true=true):
-            self.engine.restart(state)
+            self._restart()
             self.handler.enter()
             # A net without inertia is elsewhere after events: where it is relaxed again.
             if not self._is_static or state.time >= duration:
@@ -136,14 +139,33 @@ class RunLoop:
     def notes(self) -> tuple[str, ...]:
         """Return notes on the effect of a fixed step on the energy, and on lost equilibria."""
         simulation = self.plan.simulation
-        if simulation.is_static:
+        if simulation.is_static or simulation.step is None:
             return tuple(self.engine.remarks)
-        if simulation.step is None:
-            return ()
         run_state = self.run_state
         ledger = EnergyBalance(run_state.initial, *self.sums(), run_state.switched)
         kept = ledger if self.plan.needs_ledger else None
-        return notes(self.engine.statistics, run_state.state, kept)
+        return (*self.engine.remarks, *notes(self.engine.statistics, run_state.state, kept))
+
+    def _restart(self) -> None:
+        """Have the engine take over the state, which may ask for equilibrium from now on."""
+        state = self.run_state.state
+        if state.still_until > state.time and not self.plan.simulation.is_static:
+            self._enter_phases()
+        self.engine.restart(state)
+
+    def _enter_phases(self) -> None:
+        """Have the engine step static intervals, too, also those that no plan foresaw."""
+        from tissuec.engine.engine import Engine
+        from tissuec.engine.phases import Phases
+
+        if isinstance(self.engine, Engine):
+            self.engine = Phases(self.engine, self.recorder.times, self.recorder.record)
+
+    @property
+    def _is_static(self) -> bool:
+        """Return whether the net has no inertia now."""
+        state = self.run_state.state
+        return self.plan.simulation.is_static or state.still_until > state.time
 
     def _attach(self, run_state: RunState) -> None:
         self.run_state = run_state

@@ -103,5 +103,6 @@ _UNKNOWN = {
     "tie": "knots can slip",
     "tighten": "a thread is tightened",
     "settle": "the net settles during the script",
+    "static_interval": "the net is in equilibrium during an interval",
     "turn": "nodes are turned",
 }

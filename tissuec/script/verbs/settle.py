@@ -9,6 +9,7 @@ from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, ActionFailed, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.static_interval import StaticInterval
 
 
 @VERBS.member("settle")
@@ -24,6 +25,10 @@ class Settle(Struct, frozen=True):
     and its orientation unless loads turn it. If gravity acts on a free body, there is no
     equilibrium and the run ends with an error. The event log notes where the net buckled, and
     where it can move without any force.
+
+    Over an interval, everything is in equilibrium all the time, while holders and loads change:
+    inertia, dashpots and friction do not act, as with the method ``equilibrium``. Then the
+    scene moves on from the last equilibrium, at rest.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")
@@ -31,9 +36,9 @@ class Settle(Struct, frozen=True):
     span: Span
 
     @classmethod
-    def read(cls, order: Order) -> Self:
+    def read(cls, order: Order) -> Self | StaticInterval:
         if order.duration is not None:
-            order.reject("TIS403", "settle cannot have an interval", hint="write: at T: settle")
+            return StaticInterval.read(order)
         return cls(order.nodes() if order.words else None, order.span)
 
     def chosen(self, state: State) -> np.ndarray:

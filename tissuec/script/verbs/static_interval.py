@@ -1,0 +1,63 @@
+"""``from … to …: settle``: an interval in which the whole scene is static."""
+
+from typing import Self
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.source import Span
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent, Order
+from tissuec.script.verbs.holding import sentence
+
+
+class EndStaticInterval(Struct, frozen=True):
+    """The end of the interval; the scene moves again from its last equilibrium."""
+
+    stop: float  # [s]
+    span: Span
+
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if state.still_until != self.stop:
+            return ()  # another interval lasts longer
+        state.still_until = -np.inf
+        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
+
+
+class StaticInterval(Struct, frozen=True):
+    """Has the engine go from one equilibrium to the next, from now on for a time."""
+
+    duration: float  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        """Return the interval of a sentence that has one.
+
+        Raises:
+            CompileError: It names a set or body.
+        """
+        assert order.duration is not None
+        if order.words:
+            order.reject(
+                "TIS403",
+                "a part of the scene cannot settle over an interval",
+                hint="write settle alone, which is everything, or: at T: settle SET",
+            )
+        return cls(order.duration, order.span)
+
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        """Begin the interval.
+
+        Raises:
+            ActionFailed: The net relaxes or yields, which takes time.
+        """
+        text = sentence(self.span)
+        if state.network.relaxes:
+            message = f"{text}: what relaxes or yields cannot settle over an interval"
+            raise ActionFailed(message, None, self.span)
+        state.velocity[~state.held] = 0.0
+        stop = state.time + self.duration
+        state.still_until = max(state.still_until, stop)
+        queue.add(stop, EndStaticInterval(stop, self.span))
+        return (LoggedEvent("settle", (), text, self.span),)
