@@ -10,7 +10,7 @@ from importlib import import_module
 import pytest
 from click.testing import CliRunner
 
-from benchmarks import features, kernels, publishing, scenes, stepping, threads
+from benchmarks import features, force_costs, kernels, publishing, scenes, stepping, threads
 from benchmarks.__main__ import benchmarks
 from tests.test_docs import PAGES
 
@@ -95,6 +95,18 @@ def test_every_feature_is_measured(quick):
     rows = rows_of(invoke(features.main))
     assert [row[0] for row in rows[3:]] == [feature.name for feature in features.FEATURES]
     assert all(float(cell) > 0.0 for row in rows[3:] for cell in row[1:] if cell)
+
+
+def test_forces_are_compared_with_a_spring(monkeypatch):
+    monkeypatch.setattr(force_costs, "REPEATS", 1)
+    monkeypatch.setattr(force_costs, "LASTS", 1e-4)
+    monkeypatch.setattr(force_costs, "FEATURES", force_costs.FEATURES[:2])
+    monkeypatch.setattr(force_costs, "MATRICES", dict(list(force_costs.MATRICES.items())[:1]))
+    rows = rows_of(invoke(force_costs.main))
+    assert [row[0] for row in rows[2:5]] == [
+        "spring", *(one.name for one in force_costs.FEATURES)]  # fmt: skip
+    assert rows[3][2].endswith(" ns")
+    assert float(rows[-1][2]) > 0.0
 
 
 def test_scenes_are_measured_beside_scipy(monkeypatch):

@@ -101,11 +101,22 @@ class Phases:
         survey: Survey | None = None,
         view: float = np.inf,
     ) -> Interruption:
-        """Step to ``until`` or to the first interruption; see ``Engine.advance``."""
+        """Step to ``until`` or to the first interruption; see ``Engine.advance``.
+
+        Args:
+            state: The one that ``restart`` took over.
+            until: Time [s].
+            watch: Condition that interrupts.
+            pause: Returns whether to return between two steps.
+            survey: As for ``Engine.advance``.
+            view: Come back "viewed" as soon as the state at this time [s] is known.
+        """
         return self._now.advance(state, until, watch, pause, survey, view)
 
     def look(self, time: float) -> tuple[Floats, Floats, Floats]:
-        """Return positions [m], velocities [m/s] and the ledger [J]; see ``Engine.look``.
+        """Return positions [m], velocities [m/s] and the ledger [J] of the whole run.
+
+        The shapes are (node, 3) twice, and (2,); see ``Engine.look``.
 
         Args:
             time: That was viewed [s].
