@@ -517,7 +517,7 @@ class TissueReader:
             if key in said:
                 continue
             if isinstance(answer, NoRule):
-                missing[key] = why(rules, answer)
+                missing[key] = why(rules, answer) + _where(rules, answer)
                 continue
             given[key] = self._concluded(rules, key, answer)
             for rival in given.keys() & set(rivals(key)):
@@ -561,12 +561,16 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
         return f"no rule of {rules.name} holds to more than a negligible degree for these words"
     if answer.missing:
         unsaid = ", ".join(answer.missing)
-        first = next(firing for firing in answer.silent if firing.missing)
-        return (
-            f"no rule of {rules.name} fires; the tissue does not say: {unsaid} (the first rule "
-            f"that asks for it is at {rules.spans[first.rule].place})"
-        )
+        return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
     return f"no rule of {rules.name} fires for these words"
+
+
+def _where(rules: RulesBlock, answer: NoRule) -> str:
+    """Return where the first rule is that asks for what a tissue does not say."""
+    first = next((firing for firing in answer.silent if firing.missing), None)
+    if first is None:
+        return ""
+    return f" (the first rule that asks for it is at {rules.spans[first.rule].place})"
 
 
 def is_word(item: s.Sentence | s.Assign, word: str) -> bool:
