@@ -215,7 +215,7 @@ MISTAKES = {
         "tissue is dermis\n",
         "TIS301",
         "dermis",
-        "tissues: skin, fat, graft, own, cord",
+        "tissues: skin, aged skin, fat, graft, own, cord",
     ),
     "file that does not exist": M(
         'use "matter/fat"',
@@ -523,7 +523,7 @@ MISTAKES = {
     ),
     "word over a number": M(
         "tissue graft like own {",
-        "tissue stiff skin like skin { hardness is hard }\ntissue graft like own {",
+        "tissue stiff fat like fat { hardness is hard }\ntissue graft like own {",
         "W206",
         "hardness is hard",
         'write "Young\'s modulus is concluded", so that the words count, or "You',

@@ -29,7 +29,8 @@ def breaking_strains(behaviour: Behaviour, strength: Floats) -> Floats:
             strain = strength / (behaviour.stiffness * rest)
         else:
             strain = _least_strain(behaviour, lambda e: behaviour.pull(e) >= strength)
-    return np.where((rest > 0.0) & (strain < _FURTHEST), strain, np.inf)
+    breaks = (rest > 0.0) & (strain < _FURTHEST) & np.isfinite(strength)
+    return np.where(breaks, strain, np.inf)
 
 
 def force_at_energy(behaviour: Behaviour, energy: Floats) -> Floats:

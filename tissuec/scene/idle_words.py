@@ -113,17 +113,27 @@ class TissueWords(Struct, frozen=True):
             )
 
     def refuse_outdone_ones(
-        self, changed: Collection[str], tissue: str, numbers: Mapping[str, AssignedQuantity]
+        self,
+        changed: Collection[str],
+        tissue: str,
+        numbers: Mapping[str, AssignedQuantity],
+        left: Collection[str],
     ) -> None:
         """TIS208: a word that is set from outside would change what is written as a number.
+
+        A word that changes what was left to rules on purpose is not refused, although other
+        numbers remain.
 
         Args:
             changed: Properties that are set, by ``--set``, a study or Python.
             tissue: Name of the tissue.
             numbers: Written in the tissue or its parents, by quantity.
+            left: Quantities of which the text says that they are concluded.
         """
         for fact in self.facts:
             if fact.property not in changed:
+                continue
+            if any(key in self.answers and self._counts(fact, key) for key in left):
                 continue
             outdone = [
                 given

@@ -68,6 +68,7 @@ class _Written(Struct):
 
     Attributes:
         inherited: What the parent has by itself; None without one.
+        left: Quantities whose inherited numbers are left out, so that rules conclude them.
     """
 
     rules: RulesBlock | None = None
@@ -83,6 +84,7 @@ class _Written(Struct):
     curves: dict[str, list[KnownCurve]] = field(default_factory=dict[str, list[KnownCurve]])
     appearance: Appearance = field(default_factory=Appearance)
     inherited: "_Written | None" = None
+    left: set[str] = field(default_factory=set[str])
 
     def heir(self) -> "_Written":
         """Return what a child has before it writes anything."""
@@ -94,6 +96,7 @@ class _Written(Struct):
             known=dict(self.known),
             curves=dict(self.curves),
             inherited=self,
+            left=set(self.left),
         )
 
 
@@ -177,7 +180,9 @@ class TissueReader:
             for key in own
             if (item := written.facts[key]).span.source.name == SET or self.scope.is_set(item)
         }
-        words.refuse_outdone_ones(changed, declared.name.text, written.numbers)
+        words.refuse_outdone_ones(
+            changed, declared.name.text, written.numbers, written.left
+        )
         if inherited.numbers:
             before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
             words.warn_of_outdone_ones(
@@ -407,6 +412,7 @@ class TissueReader:
         if is_word(item, CONCLUDED):
             self._leave_to_rules(item, key, written)
             return
+        written.left.discard(key)
         if is_word(item, "none") and quantity.none is not None:
             spread = quantity.spreads[0]
             written.numbers[key] = AssignedQuantity(
@@ -441,6 +447,7 @@ class TissueReader:
             hint = f"write {schema.Entry(name, key, kind, None, '').example}"
             self.findings.reject("TIS312", message, item.span, hint=hint)
         written.numbers.pop(key, None)
+        written.left.add(key)
 
     # --- facts --------------------------------------------------------------------------------
 

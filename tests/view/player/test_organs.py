@@ -42,7 +42,7 @@ body sample {
     box from (0, 0, 0) mm to (20, 20, 10) mm; cell = 5 mm
     kind is sodium chloride; reach is second neighbours
   }
-  tissue is fat; interface is mean
+  tissue is fat; interface is softer
   region cover where z > 7 mm { tissue is skin }
 }
 environment { gravity = (0, 0, 0) m/s^2 }
