@@ -19,6 +19,7 @@ LONG = {"indentation", "ligature", "tubal_ligation"}  # scenes whose beginnings 
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
     "bladder": 0.005,
+    "breast_lumps": 0.04,
     "indentation": 0.05,
     "ligature": 0.01,
     "liver": 0.015,
