@@ -13,7 +13,6 @@ MISTAKES = {
         "TIS104",
         "psi",
         'write "13.78951 kPa"',
-        ("W206",),
     ),
     "pressure in cmH2O": M(
         "tissue own { described",
@@ -21,7 +20,6 @@ MISTAKES = {
         "TIS104",
         "cmH2O",
         'write "2.941995 kPa"',
-        ("W206",),
     ),
     "force in grams-force": M(
         "breaking force = 1 N", "breaking force = 50 gf", "TIS104", "gf", 'write "490.3325 mN"'
@@ -39,7 +37,6 @@ MISTAKES = {
         "TIS104",
         "bar",
         'write "5 kPa"',
-        ("W206",),
     ),
     "mm Hg apart": M(
         "tissue own { described",
@@ -47,7 +44,6 @@ MISTAKES = {
         "TIS104",
         "Hg",
         'write "mmHg"',
-        ("W206",),
     ),
     "density per cc": M(
         "tissue own { described",

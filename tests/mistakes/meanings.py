@@ -19,31 +19,31 @@ def _time(written: str, code: str, marked: str, hint: str) -> M:
 MISTAKES = {
     # ranges where one number is needed
     "range with a hyphen": _own(
-        "Young's modulus = 5-6 kPa", "TIS312", "5-6 kPa", 'write "5 kPa" or "6 kPa"', "W206"
+        "Young's modulus = 5-6 kPa", "TIS312", "5-6 kPa", 'write "5 kPa" or "6 kPa"'
     ),
     "range with to": _own(
-        "Young's modulus = 5 to 6 kPa", "TIS312", "5 to 6 kPa", 'write "5 kPa" or "6 kPa"', "W206"
+        "Young's modulus = 5 to 6 kPa", "TIS312", "5 to 6 kPa", 'write "5 kPa" or "6 kPa"'
     ),
     "range with a dash": _own(
-        "Young's modulus = 5 – 6 kPa", "TIS114", "–", 'write "5 kPa" or "6 kPa"', "W206"
+        "Young's modulus = 5 – 6 kPa", "TIS114", "–", 'write "5 kPa" or "6 kPa"'
     ),
     "range with dots": _own(
-        "Young's modulus = 5 kPa .. 6 kPa", "TIS312", "5 kPa .. 6 kPa", 'write "5 kPa" or "6 kPa"', "W206"
+        "Young's modulus = 5 kPa .. 6 kPa", "TIS312", "5 kPa .. 6 kPa", 'write "5 kPa" or "6 kPa"'
     ),
     "range with both units": _own(
-        "Young's modulus = 5 kPa - 6 kPa", "TIS308", "5 kPa - 6 kPa", 'write "5 kPa" or "6 kPa"', "W206"
+        "Young's modulus = 5 kPa - 6 kPa", "TIS308", "5 kPa - 6 kPa", 'write "5 kPa" or "6 kPa"'
     ),
     "range with between": _own(
         "Young's modulus = between 5 kPa and 6 kPa",
-        "TIS312", "between 5 kPa and 6 kPa", 'write "5 kPa" or "6 kPa"', "W206",
+        "TIS312", "between 5 kPa and 6 kPa", 'write "5 kPa" or "6 kPa"',
     ),
     "range of a tool": M("radius = 4 mm", "radius = 3-4 mm", "TIS312", "3-4 mm", 'write "3 mm" or "4 mm"'),
     "tolerance in ASCII": _own(
-        "Young's modulus = 5 +/- 1 kPa", "TIS312", "5 +/- 1 kPa", 'write "5 kPa"', "W206"
+        "Young's modulus = 5 +/- 1 kPa", "TIS312", "5 +/- 1 kPa", 'write "5 kPa"'
     ),
-    "about": _own("Young's modulus = about 5 kPa", "TIS312", "about 5 kPa", 'write "5 kPa"', "W206"),
-    "tilde": _own("Young's modulus = ~5 kPa", "TIS114", "~", 'write "5 kPa"', "W206"),
-    "limit": _own("Young's modulus = < 6 kPa", "TIS312", "< 6 kPa", 'write "6 kPa"', "W206"),
+    "about": _own("Young's modulus = about 5 kPa", "TIS312", "about 5 kPa", 'write "5 kPa"'),
+    "tilde": _own("Young's modulus = ~5 kPa", "TIS114", "~", 'write "5 kPa"'),
+    "limit": _own("Young's modulus = < 6 kPa", "TIS312", "< 6 kPa", 'write "6 kPa"'),
     # numbers beyond their limits
     "incompressible": _own("Poisson's ratio = 0.5", "TIS308", "0.5", 'write "0.4999"'),
     "negative thickness": M("thickness = 2 mm", "thickness = -2 mm", "TIS308", "-2 mm", 'write "2 mm"'),
@@ -58,12 +58,12 @@ MISTAKES = {
         "by (0 mm, 0 mm, lift)", "by 20 %", "TIS312", "by 20 %", "by (0, 0, 1 mm)"
     ),
     # entries by other words
-    "letter of Young's modulus": _own("E = 5 kPa", "TIS202", "E", '"Young\'s modulus"', "W206"),
+    "letter of Young's modulus": _own("E = 5 kPa", "TIS202", "E", '"Young\'s modulus"'),
     "letter of a spring constant": M(
         "spring constant = 40 N/m", "k = 40 N/m", "TIS303", "k", '"spring constant"'
     ),
     "stiffness as a pressure": _own(
-        "stiffness = 5 kPa", "TIS202", "stiffness", '"Young\'s modulus"', "W206"
+        "stiffness = 5 kPa", "TIS202", "stiffness", '"Young\'s modulus"'
     ),
     "misspelt stiffness": M(
         "spring constant = 40 N/m", "stifness = 40 N/m", "TIS303", "stifness", '"spring constant"'

@@ -22,6 +22,7 @@ from tissuec.compiler.spring_laws import SpringLaws
 from tissuec.compiler.spring_parts import SpringParts
 from tissuec.compiler.tissue_parts import TissueParts, part_numbers
 from tissuec.core.names import key_of
+from tissuec.core.resources import is_preset
 from tissuec.forces.bending import Hinges
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -320,14 +321,17 @@ class MaterialReader:
     def poisson(self) -> Poisson | None:
         """The Poisson's ratio of the body; None where its springs are what they are.
 
-        Springs have that of rules only where they do so by themselves; bars have none.
+        Springs have that of rules, or of a preset, only where they do so by themselves; bars
+        have none.
         """
         if self._is_bar:
             return None
         used = part_numbers(np.append(self.node_part, self.springs.ends))
         said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.parts.materials]
         ratios = [
-            None if one is None or one.how != "written" else one
+            None
+            if one is None or one.how != "written" or is_preset(one.span.source.path)
+            else one
             for one in (said[number] for number in used)
         ]
         given = next((one for one in ratios if one is not None), None)

@@ -27,3 +27,8 @@ def grammar(name: str) -> Path:
 def library() -> Path:
     """Return the folder of the shipped vocabularies, tissues and scenes."""
     return root() / "library"
+
+
+def is_preset(path: Path | None) -> bool:
+    """Return whether a file is one of the shipped tissues that are matter."""
+    return path is not None and (library() / "matter").resolve() in path.resolve().parents

@@ -180,9 +180,7 @@ class TissueReader:
             for key in own
             if (item := written.facts[key]).span.source.name == SET or self.scope.is_set(item)
         }
-        words.refuse_outdone_ones(
-            changed, declared.name.text, written.numbers, written.left
-        )
+        words.refuse_outdone_ones(changed, declared.name.text, written.numbers, written.left)
         if inherited.numbers:
             before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
             words.warn_of_outdone_ones(
