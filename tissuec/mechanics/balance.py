@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import norm
+from tissuec.forces.element_fields import ElementField
 from tissuec.forces.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
@@ -113,6 +114,11 @@ class Balance:
         for acting in self._fields:
             found |= acting.touched(position)
         return found[self.free]
+
+    @property
+    def has_elements(self) -> bool:
+        """Return whether elements act, whose K costs much more if it is clamped."""
+        return any(isinstance(acting, ElementField) for acting in self._fields)
 
     def bars(self, x: Floats) -> Bars:
         """Return the state of the springs with the free nodes at x [m], shape (free, 3)."""

@@ -1,10 +1,12 @@
 """Newton's method for the minimum of the energy, with a line search.
 
 Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
-near it the exact K, where it is positive definite, converges quadratically. Steps are cut to a
-tenth of the net or half a spring, because a net that is not yet under tension resists hardly at
-all across its springs, and halved until the energy falls. Rigid motions that cost no energy are
-left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, chapter 3.)
+near it the exact K, where it is positive definite, converges quadratically. For elements, whose
+clamped K costs most, the exact one is tried from afar, too, until it is indefinite once. Steps
+are cut to a tenth of the net or half a spring, because a net that is not yet under tension
+resists hardly at all across its springs, and halved until the energy falls. Rigid motions that
+cost no energy are left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006,
+chapter 3.)
 
 Shared arguments:
     balance: The free nodes and what acts on them.
@@ -35,6 +37,7 @@ def descend(balance: Balance, x: Floats, rounds: int = ROUNDS) -> tuple[Floats, 
     Args:
         rounds: Steps at most.
     """
+    hopes = balance.has_elements
     for _ in range(rounds):
         bars = balance.bars(x)
         force = balance.force(bars)
@@ -43,7 +46,13 @@ def descend(balance: Balance, x: Floats, rounds: int = ROUNDS) -> tuple[Floats, 
         balance.freeze(bars)
         near = greatest(force) <= NEAR * balance.largest(bars)
         neutral = NeutralMotions.of(balance, x)
-        step = direction(balance, bars, neutral, force, exact=near)
+        step = None
+        if hopes and not near:
+            step = direction(balance, bars, neutral, force, matrices=(True,))
+            hopes = step is not None
+        if step is None:
+            matrices = (True, False) if near else (False,)
+            step = direction(balance, bars, neutral, force, matrices=matrices)
         found = None if step is None else downhill(balance, x, bars, force, step)
         if found is None:
             return x, False
@@ -56,7 +65,8 @@ def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Floats:
 
     Soft motions may still be far from their equilibrium when forces are already small.
     """
-    step = direction(balance, bars, NeutralMotions.of(balance, x), force, exact=True)
+    neutral = NeutralMotions.of(balance, x)
+    step = direction(balance, bars, neutral, force, matrices=(True, False))
     if step is None:
         return x
     after = balance.force(balance.bars(x + step))
@@ -75,19 +85,24 @@ def greatest(force: Floats) -> float:
 
 
 def direction(
-    balance: Balance, bars: Bars, neutral: NeutralMotions, force: Floats, *, exact: bool
+    balance: Balance,
+    bars: Bars,
+    neutral: NeutralMotions,
+    force: Floats,
+    *,
+    matrices: tuple[bool, ...],
 ) -> Floats | None:
     """Return a step downhill without neutral motions [m], shape (free, 3).
 
     Args:
         neutral: Rigid motions that cost no energy.
-        exact: Whether to try the exact K first.
+        matrices: Whether K is exact, for each that is tried.
 
     Returns:
         The step, None if no matrix gives one.
     """
     force = neutral.balanced(force)
-    for matrix in (True, False) if exact else (False,):
+    for matrix in matrices:
         stiffness = balance.matrix(bars, exact=matrix)
         top = float(stiffness.diagonal().max(initial=0.0))
         shift = 0.0 if matrix else SHIFT * top

@@ -56,8 +56,10 @@ def is_firm(balance: Balance, x: Floats) -> bool:
 
 def _resistance(balance: Balance, bars: Bars) -> tuple[Stiffness, float]:
     """Return K, and the largest stiffness of a node without negative parts [N/m]."""
-    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
-    return balance.matrix(bars, exact=True), top
+    matrix = balance.matrix(bars, exact=True)
+    # Clamped matrices of elements cost more than all else here, and are as stiff.
+    clamped = matrix if balance.has_elements else balance.matrix(bars, exact=False)
+    return matrix, float(clamped.diagonal().max(initial=0.0))
 
 
 def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
