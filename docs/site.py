@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import colours  # MkDocs searches the folder of this file for modules
+import make_atlas
 from mkdocs.structure.files import File, Files
 
 from tissuec import __version__
@@ -18,6 +19,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 #: Files beside ``docs/`` that are pages, and their names on the site.
 BESIDE = {"README.md": "index.md", "CHANGELOG.md": "changes.md"}
+ATLAS = "atlas.html"  # a name in texts, and on the site a link
 #: The language of a code block and what tests read behind it, such as the name of a file.
 _FENCE = re.compile(r"^( *```)(\w+)( .*)?$", re.MULTILINE)
 #: Scenes with mistakes are scenes, too.
@@ -35,10 +37,11 @@ def on_config(config: Any) -> Any:
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the pages that are made of files beside ``docs/``."""
+    """Add the pages that are made of files beside ``docs/``, and the atlas of tissues."""
     for path, name in BESIDE.items():
         text = (ROOT / path).read_text(encoding="utf-8")
         files.append(File.generated(config, name, content=text))
+    files.append(File.generated(config, ATLAS, content=make_atlas.page()))
     return files
 
 
@@ -47,6 +50,8 @@ def on_page_markdown(markdown: str, page: Any, **context: Any) -> str:
     at = DOCS / page.file.src_uri
     folder = ROOT if page.file.src_uri in BESIDE.values() else at.parent
     linked = _LINK.sub(lambda found: _on_site(found, folder, at.parent), markdown)
+    atlas = Path(os.path.relpath(DOCS / ATLAS, at.parent)).as_posix()
+    linked = linked.replace(f"the atlas `{ATLAS}`", f"the [atlas]({atlas})")
     return _FENCE.sub(lambda found: found[1] + _LANGUAGES.get(found[2], found[2]), linked)
 
 

@@ -1,5 +1,6 @@
 """Words without effect: an error from outside, a warning in a text, and ways out of both."""
 
+import json
 import re
 
 import numpy as np
@@ -199,3 +200,19 @@ def test_what_is_set_of_a_tissue_out_of_use_is_warned_of_unless_an_heir_has_it()
         "; measure", "; vary tissue of lobe = [liver, cirrhotic liver]; measure"
     )
     assert codes(SCENE + both) == []
+
+
+def test_explain_prints_what_words_give_where_something_else_replaces_it(tmp_path):
+    replaced = "shear viscosity = 3 Pa*s; stress of strain = 5 kPa*(exp(2*strain)-1)"
+    text = SCENE.replace("tissue is liver", "tissue is mine")
+    mine = f"tissue mine like liver {{ {replaced}; breaking strain is none }}\n"
+    (tmp_path / "scene.tis").write_text(text + mine)
+    found = call("explain", "scene.tis", "--tissue", "mine", cwd=tmp_path).stdout
+    assert re.search(
+        r"retardation time +\S+ ms +words alone +replaced by shear viscosity", found
+    )
+    assert re.search(r"stiffening +\S+ +words alone +replaced by the law", found)
+    assert re.search(r"breaking strain +none +written +words: 0\.\d+ ", found)
+    plain = json.loads(call("explain", "scene.tis", "--json", cwd=tmp_path).stdout)
+    from_words = plain["tissues"]["mine"]["from_words"]
+    assert from_words["retardation time"] > 0.0 and from_words["stiffening"] > 0.0

@@ -12,7 +12,9 @@ from tissuec.cli.common import (
     FAILED,
     Command,
     Settings,
+    check_page_name,
     echo,
+    keep_input,
     print_json,
     report,
     scene_options,
@@ -20,12 +22,15 @@ from tissuec.cli.common import (
 from tissuec.cli.completing import shipped_names
 from tissuec.core.columns import aligned
 from tissuec.core.errors import TissueError
+from tissuec.core.files import write_file
 from tissuec.core.units import LENGTH
 from tissuec.view.plots.options import reader
 
 if TYPE_CHECKING:
     from tissuec.analysis.lab.rows import Examination, LabCurve, TestRow
     from tissuec.scene.model import Tissue
+    from tissuec.scene.request import Request
+    from tissuec.scene.resolve import ResolvedProgram
 
 HEADS = ("test", "quantity", "measured", "check", "given", "known", "verdict")
 WIDTHS = (21, 20, 13, 13, 13, 26)  # of columns, before anything is known of their cells
@@ -61,14 +66,22 @@ def _length(text: str) -> float:
     help="Write the table and the stress-strain curves to this folder: CSV, and a picture "
     "if matplotlib is installed.",
 )
+@click.option(
+    "--page",
+    type=click.Path(path_type=Path),
+    help="Write a page about all of these tissues: words, numbers with their sources, curves "
+    "with the scatter of the sources, measurements. It is searchable and needs no network.",
+)
 @scene_options
 def command(
     settings: Settings, file: str, tissue: str | None, thickness: float | None, spacing: float,
-    out: Path | None, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
+    out: Path | None, page: Path | None, overrides: tuple[str, ...],
+    libraries: tuple[Path, ...], strict: bool,
 ) -> int:  # fmt: skip
     """Test the tissues of FILE in a virtual laboratory.
 
-    FILE is a file with tissues, a scene, or a shipped tissue such as liver. Each tissue is
+    FILE is a file with tissues, a scene, a shipped tissue such as liver, or a folder of such
+    files, such as matter, that of the shipped tissues. Each tissue is
     stretched, compressed, sheared, indented, torn, held and released. The results are compared
     with the numbers of the tissue, with its evidence, and with the same by other means: the
     closed form of its law, or a coarser mesh. Exit code 1: a measurement is more than 5 %
@@ -77,33 +90,80 @@ def command(
     \b
     tissuec lab liver
     tissuec lab my_tissues.tis --tissue scar --out measured
+    tissuec lab matter --page atlas.html
     """
-    from tissuec.analysis.lab.laboratory import chosen, examine
+    from tissuec.analysis.lab.laboratory import examine
     from tissuec.pipeline import read_words
-    from tissuec.scene.library import find_tissues
     from tissuec.scene.request import Request
 
-    path = find_tissues(file, libraries)
-    request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
-    words, warnings = read_words(request)
-    if not settings.json:
-        report(warnings, settings)
+    if page is not None:
+        check_page_name(page)
+    paths = _files(file, libraries)
+    for path in paths if page is not None else ():
+        keep_input(page, path)
     found: list[Examination] = []
-    for one in chosen(words, tissue, request.source):
+    for path in paths:
+        request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
+        words, warnings = read_words(request)
         if not settings.json:
-            _print_head(one)
-        listener = None if settings.json else _print_row
-        found.append(
-            examine(request, one, spacing=spacing, thickness=thickness, listener=listener)
-        )
-        if not settings.json:
-            _print_end(found[-1])
+            report(warnings, settings)
+        for one in _chosen(words, tissue, request, is_single=len(paths) == 1):
+            if not settings.json:
+                _print_head(one)
+            listener = None if settings.json else _print_row
+            found.append(
+                examine(request, one, spacing=spacing, thickness=thickness, listener=listener)
+            )
+            if not settings.json:
+                _print_end(found[-1])
+    if not found:
+        named = f' tissue "{tissue}"' if tissue else " a tissue"
+        raise TissueError(f'no file of "{file}" declares{named}')
     if out is not None:
         for name in _write(found, out):
             settings.say(f"wrote {name}")
+    if page is not None:
+        from tissuec.view.atlas.page import render
+
+        title = (
+            f"Atlas of {file}"
+            if len(paths) > 1
+            else ", ".join(one.tissue.name for one in found)
+        )
+        write_file(page, render(found, title))
+        settings.say(f"wrote {page}")
     if settings.json:
         print_json({"ok": all(one.is_good for one in found), "tissues": [*map(as_dict, found)]})
     return DONE if all(one.is_good for one in found) else FAILED
+
+
+def _files(file: str, libraries: tuple[Path, ...]) -> list[Path]:
+    """Return the files that are meant: one, or all of a folder, which can be of a library."""
+    from tissuec.core.resources import library
+    from tissuec.scene.library import find_tissues
+
+    folders = (Path(file), *(folder / file for folder in (*libraries, library())))
+    folder = next((one for one in folders if one.is_dir()), None)
+    if folder is None:
+        return [find_tissues(file, libraries)]
+    found = sorted(folder.glob("*.tis"))
+    if not found:
+        raise TissueError(f'there is no file with tissues in the folder "{folder}"')
+    return found
+
+
+def _chosen(
+    words: "ResolvedProgram", tissue: str | None, request: "Request", *, is_single: bool
+) -> "list[Tissue]":
+    """Return the tissues of a file; of several, some may have none."""
+    from tissuec.analysis.lab.laboratory import chosen
+
+    try:
+        return chosen(words, tissue, request.source)
+    except TissueError:
+        if is_single:
+            raise
+        return []
 
 
 def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":

@@ -29,15 +29,22 @@ if TYPE_CHECKING:
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
-DEFAULT = "fuzzy/soft_tissue"
+DEFAULT, OF_MATTER = "fuzzy/soft_tissue", "fuzzy/soft_matter"
 
 
 @click.command(cls=Command)
-@click.argument("vocabulary", default=DEFAULT, shell_complete=shipped_names("fuzzy"))
+@click.argument("vocabulary", required=False, shell_complete=shipped_names("fuzzy"))
 @click.option(
     "--explore",
     is_flag=True,
     help="Write a page with a slider for each property that shows the results of the rules.",
+)
+@click.option(
+    "--from",
+    "wanted",
+    metavar="TISSUE|NUMBERS",
+    help="Propose words for the written numbers of a tissue, or for numbers such as "
+    '"Young\'s modulus = 5 kPa, density = 1.05 g/cm^3".',
 )
 @click.option(
     "-o",
@@ -48,16 +55,17 @@ DEFAULT = "fuzzy/soft_tissue"
 @click.option("--open", "opens", is_flag=True, help="Open that page in a browser.")
 @library_option()
 def command(
-    settings: Settings, vocabulary: str, explore: bool, output: Path | None, opens: bool,
-    libraries: tuple[Path, ...],
+    settings: Settings, vocabulary: str | None, explore: bool, wanted: str | None,
+    output: Path | None, opens: bool, libraries: tuple[Path, ...],
 ) -> int:  # fmt: skip
     """List the words of VOCABULARY and their values.
 
-    VOCABULARY is a file, with or without .tis, or the name of a shipped vocabulary such as
-    fuzzy/soft_tissue.
+    VOCABULARY is a file, with or without .tis, or the name of a shipped vocabulary; by default
+    fuzzy/soft_tissue, and with --from, fuzzy/soft_matter.
 
     \b
     tissuec words
+    tissuec words --from liver
     tissuec words my_words.tis --explore --open
     """
     from tissuec.pipeline import read_words
@@ -66,11 +74,17 @@ def command(
 
     if not explore and (output is not None or opens):
         raise click.UsageError("-o and --open need --explore")
-    path = find_words(vocabulary, libraries)
+    if explore and wanted is not None:
+        raise click.UsageError("--explore and --from exclude each other")
+    path = find_words(vocabulary or (DEFAULT if wanted is None else OF_MATTER), libraries)
     request = Request.file(path, libraries=libraries)
     if explore:
         return _explore(request, path, output or Path(f"{path.stem}.html"), settings, opens)
     words, warnings = read_words(request)
+    if wanted is not None:
+        from tissuec.cli.proposed_words import propose_words
+
+        return propose_words(words, wanted, libraries, settings)
     listing = _listing(words.vocabulary)
     if settings.json:
         print_json(listing)

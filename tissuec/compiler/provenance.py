@@ -14,7 +14,7 @@ from tissuec.scene.evidence import KNOWN, UNVERIFIED
 from tissuec.scene.force_numbers import ForceNumbers, numbers_of
 from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
-from tissuec.scene.quantities import Spread
+from tissuec.scene.quantities import QUANTITIES, STIFFENING, Spread, rivals
 from tissuec.scene.resolve import ResolvedProgram
 
 SET = "set on the command line"
@@ -48,9 +48,9 @@ class Explained(Struct, frozen=True):
     """A quantity of a tissue, its value and its reasons, strongest first.
 
     Attributes:
-        from_words: What the words of the tissue would give in place of a written number; None
-            for other values, and where rules conclude nothing.
-        ratio: Of the number to that.
+        from_words: What the words of the tissue would give in place of a number that is not
+            theirs; None for what is concluded, and where rules conclude nothing.
+        ratio: Of the number to that; None where it is no limit.
     """
 
     quantity: str
@@ -93,6 +93,7 @@ def tissue_rows(tissue: Tissue) -> list[ProvenanceRow]:
             ProvenanceRow("quantity", e.quantity, e.shown, e.how, e.reasons)
             for e in explain_tissue(tissue)
         ),
+        *_replaced(tissue),
         *(
             ProvenanceRow("law", word, law.name, "", (_at(law.span.place),))
             for word, law in tissue.written_laws.items()
@@ -161,6 +162,7 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
             for f in tissue.facts
         },
         "quantities": {e.quantity: as_data(e) for e in explain_tissue(tissue)},
+        "from_words": {QUANTITIES[key].name: one for key, one in tissue.concluded.items()},
         "laws": {
             word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
             for word, law in tissue.written_laws.items()
@@ -218,15 +220,33 @@ def explain_tissue(tissue: Tissue) -> tuple[Explained, ...]:
 def _explained(given: AssignedQuantity, concluded: float | None) -> Explained:
     quantity, reasons = given.quantity, tuple(_reasons(given))
     ratio = None
-    if given.how != "written" or given.value == quantity.none:
-        concluded = None
+    if given.fired or given.how == "otherwise":
+        concluded = None  # which is the number itself
     if concluded:
-        ratio = given.value / concluded
-        said = f"words: {show(concluded, quantity.dimension)}, ratio {ratio:.2f}"
+        said = f"words: {show(concluded, quantity.dimension)}"
+        if given.value != quantity.none:
+            ratio = given.value / concluded
+            said += f", ratio {ratio:.2f}"
         reasons = tuple(replace(one, word=said) for one in reasons)
     return Explained(
         quantity.name, given.value, shown_value(given), given.how, reasons, concluded, ratio
     )
+
+
+def _replaced(tissue: Tissue) -> Iterator[ProvenanceRow]:
+    """Yield what words alone would give of quantities that other entries replace."""
+    for key, value in tissue.concluded.items():
+        if key in tissue.given or key in tissue.missing:
+            continue
+        written = (tissue.given[one] for one in rivals(key) if one in tissue.given)
+        by = [(one.quantity.name, one.span) for one in written if one.how == "written"]
+        if key == STIFFENING:
+            by += [(f'the law "{one.name}"', one.span) for one in tissue.written_laws.values()]
+        if by:
+            (name, span), quantity = by[0], QUANTITIES[key]
+            reason = Reason(f"replaced by {name}", None, span.place, "")
+            shown = show(value, quantity.dimension)
+            yield ProvenanceRow("quantity", quantity.name, shown, "words alone", (reason,))
 
 
 def shown_value(given: AssignedQuantity) -> str:

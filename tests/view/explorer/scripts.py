@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-PLAIN = ("inference.js", "numbers.js")  # what needs no page
+PLAIN = ("inference.js", "numbers.js", "stress.js")  # what needs no page
 INFER = """
 const system = prepare(given.tables);
 return given.cases.map(({ rules, facts }) => {

@@ -1,6 +1,7 @@
 """The page infers what Python infers, on vocabularies that nobody prepared."""
 
 import math
+import re
 
 import pytest
 
@@ -31,7 +32,7 @@ def expected(one, rules, case):
         answers[key] = {
             "source": answer.source if is_found else "none",
             "value": answer.value if is_found else None,
-            "reason": "" if is_found else why(chosen, answer),
+            "reason": "" if is_found else re.sub(r" at \S*/", " at ", why(chosen, answer)),
         }
     return {"degrees": degrees, "answers": answers}
 
@@ -99,3 +100,44 @@ def test_values_are_shown_as_messages_show_them(script):  # noqa: F811
     ]
     found = script("return given.map(([value, units]) => show(value, units));", given)
     assert found == [show(value, kind) for value, kind in pairs]
+
+
+# --- the curve of stress ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiffening", [None, 8.0])
+def test_the_curve_of_stress_is_that_of_the_law(script, stiffening):  # noqa: F811
+    strains = [0.0, 1e-3, 0.1, 0.5, 1.0]
+    given = {"numbers": {"young": 5e3, "stiffening": stiffening}, "strains": strains}
+    found = script("return given.strains.map((one) => stressAt(given.numbers, one));", given)
+    k = stiffening or 1.0
+    expected = [
+        5e3 / k * math.expm1(k * one) if stiffening else 5e3 / 3 * (1 + one - (1 + one) ** -2)
+        for one in strains
+    ]
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("limits", "strain"),
+    [
+        ({"breaking": 0.4, "strength": None}, 0.4),
+        ({"breaking": 0.4, "strength": 1e9}, 0.4),
+        ({"breaking": 0.4, "strength": 1000.0}, math.log(1 + 8 * 0.2) / 8),
+        ({"breaking": None, "strength": 1000.0}, math.log(1 + 8 * 0.2) / 8),
+        ({"breaking": None, "strength": None}, None),
+    ],
+)
+def test_the_curve_ends_where_the_tissue_tears(script, limits, strain):  # noqa: F811
+    numbers = {"young": 5e3, "stiffening": 8.0, **limits}
+    found = script("return tearing(given);", numbers)
+    assert found == (strain if strain is None else pytest.approx(strain, rel=1e-9))
+
+
+def test_the_nearest_tissue_is_that_of_the_least_ratio(script):  # noqa: F811
+    pairs = [["liver", 5e3], ["muscle", 4e4], ["none", None]]
+    lines = "return given.values.map((one) => nearest(given.pairs, one)?.[0] ?? null);"
+    assert script(lines, {"pairs": pairs, "values": [1e3, 1.3e4, 1.5e4]}) == [
+        "liver", "liver", "muscle",
+    ]  # fmt: skip
+    assert script(lines, {"pairs": [], "values": [1e3]}) == [None]

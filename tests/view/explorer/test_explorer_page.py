@@ -177,7 +177,9 @@ def test_random_vocabularies_are_explored_and_their_tissues_compile(page, seed, 
         for shown in page.evaluate(BY_HAND, list(settings(one, rules, 20, seed))):
             assert shown["state"]["rules"] == rules
             assert_inferred(one, shown)
-            words, warnings = read_words(Request(Source("", f"{one.text}{shown['text']}\n")))
+            words, warnings = read_words(
+                Request(Source("words.tis", f"{one.text}{shown['text']}\n"))
+            )
             tissue = words.tissues["my tissue"]
             mine = [w for w in warnings if w.span and w.span.start >= len(one.text)]
             assert {w.code for w in mine} <= {"W205"}  # hedges that change nothing

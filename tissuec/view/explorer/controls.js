@@ -37,7 +37,8 @@ class Control {
     const head = make("div", { class: "head" }, make("label", {}, this.told, make("b", {}, name)),
       this.text, this.hedge, this.number);
     this.box.append(head, make("div", { class: "scale" },
-      plot(...this.outlines, this.hedged, this.line, this.dots), this.slider, this.ticks), this.error);
+      plot(...this.outlines, this.hedged, this.line, this.dots), this.slider, this.ticks),
+    make("p", { class: "anchors" }, ladder(property)), this.error);
     if (property.cannot_be_said) this.refuse(property.cannot_be_said);
   }
 

@@ -2,6 +2,7 @@
 
 const controls = DATA.properties.map((property) => new Control(SYSTEM.properties.get(property.key)));
 const results = DATA.quantities.map((quantity) => new Result(SYSTEM.quantities.get(quantity.key)));
+const stressCurve = new StressCurve($("#curve"));
 let sentences = [];
 const surface = new Surface($("#surface"), (x, across, y, up) => change(() => {
   slide(x, across);
@@ -22,6 +23,7 @@ function draw() {
   found = infer(SYSTEM, base, facts);
   controls.forEach((control) => control.draw());
   results.forEach((result) => result.draw(base));
+  stressCurve.draw();
   sentences.forEach((sentence, i) => sentence.draw(found.verdicts[i]));
   const firing = found.verdicts.filter(({ degree }) => degree > 0).length;
   $("#count").textContent = `${firing} of ${base.rules.length} fire`;

@@ -544,7 +544,9 @@ function reasonOf(base, key, verdicts) {
   }
   const missing = [...new Set(bearings.flatMap(({ rule }) => verdicts[rule].missing))];
   if (missing.length) {
-    return `no rule of ${base.name} fires; the tissue does not say: ${missing.join(", ")}`;
+    const first = bearings.find(({ rule }) => verdicts[rule].missing.length);
+    return `no rule of ${base.name} fires; the tissue does not say: ${missing.join(", ")} `
+      + `(the first rule that asks for it is at ${base.rules[first.rule].place})`;
   }
   return `no rule of ${base.name} fires for these words`;
 }

@@ -20,8 +20,8 @@ from tissuec.view.explorer.tables import tables
 
 #: One program, in this order.
 SCRIPTS = (
-    "inference.js", "numbers.js", "drawing.js", "facts.js", "controls.js", "results.js",
-    "surface.js", "texts.js", "explorer.js",
+    "inference.js", "numbers.js", "stress.js", "drawing.js", "facts.js", "curve.js",
+    "controls.js", "results.js", "surface.js", "texts.js", "explorer.js",
 )  # fmt: skip
 PARTS = ("shell.html", "explorer.css")
 

@@ -26,7 +26,7 @@ from tissuec.view.report.markup import Html, Section, element, link
 
 _HERE = Path(__file__).parent
 #: The page, and the player in it, may ask for nothing that is not in it.
-_ALONE = (
+ALONE = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
 )
 #: The names that the style sheet has for the colours of all pictures: on paper, in the dark.
@@ -65,9 +65,9 @@ def document(title: str, header: Html, parts: Sequence[Section]) -> str:
             element("meta", charset="utf-8"),
             element("meta", name="viewport", content="width=device-width, initial-scale=1"),
             element("meta", name="color-scheme", content="light dark"),
-            element("meta", http_equiv="Content-Security-Policy", content=_ALONE),
+            element("meta", http_equiv="Content-Security-Policy", content=ALONE),
             element("title", title),
-            element("style", Html(_colours() + _file("report.css"))),
+            element("style", Html(colours() + stylesheet())),
         ),
         element(
             "body",
@@ -109,7 +109,7 @@ def _foot() -> Html:
     return element("footer", element("p", f"Made by tissuec report {__version__}."))
 
 
-def _colours() -> str:
+def colours() -> str:
     """Return the shared colours as custom properties, in the light and in the dark."""
     light, dark = (
         "".join(f"--{name}:{pair[place]};" for name, pair in _COLOURS.items())
@@ -119,6 +119,11 @@ def _colours() -> str:
         f":root{{color-scheme:light dark;{light}}}\n"
         f"@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
     )
+
+
+def stylesheet() -> str:
+    """Return the style sheet, without the colours."""
+    return _file("report.css")
 
 
 def _file(name: str) -> str:

@@ -1,0 +1,45 @@
+"""Make the atlas: one page about all shipped tissues, as they are measured in the laboratory.
+
+    python -m docs.make_atlas [FILE]
+
+takes two minutes. The build of the site makes it by itself, and keeps it in ``build/`` until a
+file changes that it is made of.
+"""
+
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+import tissuec
+from tissuec.core.files import write_file
+from tissuec.core.resources import library
+from tissuec.view.atlas.page import render
+
+ROOT = Path(__file__).resolve().parent.parent
+TITLE = "Atlas of tissues"
+#: Of what the page is made.
+_PARTS = ("library/matter", "library/fuzzy", "tissuec/analysis/lab", "tissuec/view/atlas")
+
+
+def page() -> str:
+    """Return the page, which is made anew only if something changed."""
+    digest = sha256()
+    for part in _PARTS:
+        for path in sorted((ROOT / part).glob("*.*")):
+            digest.update(path.read_bytes())
+    kept = ROOT / "build" / f"atlas-{digest.hexdigest()[:16]}.html"
+    if not kept.exists():
+        found = [
+            one
+            for path in sorted((library() / "matter").glob("*.tis"))
+            for one in tissuec.examine(path)
+        ]
+        kept.parent.mkdir(exist_ok=True)
+        write_file(kept, render(found, TITLE))
+    return kept.read_text(encoding="utf-8")
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1] if len(sys.argv) > 1 else "atlas.html")
+    write_file(target, page())
+    print(target)

@@ -1,0 +1,123 @@
+"""``tissuec words --from``: Words for the numbers of a tissue, found and shown."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tissuec.cli.common import DONE, Settings, echo, print_json
+from tissuec.core.columns import aligned
+from tissuec.core.data import as_data
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import did_you_mean
+from tissuec.core.names import key_of
+
+if TYPE_CHECKING:
+    from tissuec.analysis.proposal import Proposal
+    from tissuec.scene.model import AssignedQuantity, Tissue
+    from tissuec.scene.resolve import ResolvedProgram
+
+NAME = "proposed tissue"  # of a tissue that is made of numbers
+
+
+def propose_words(
+    words: "ResolvedProgram", wanted: str, libraries: tuple[Path, ...], settings: Settings
+) -> int:
+    """Print the words of a vocabulary that come nearest to numbers.
+
+    Args:
+        words: The vocabulary.
+        wanted: The name of a tissue, or numbers with their names.
+        libraries: Further folders of tissues.
+        settings: Of the command.
+
+    Raises:
+        TissueError: There is no such tissue, it has no number, or no rule concludes one.
+        CompileError: The numbers cannot be read.
+    """
+    from tissuec.analysis.proposal import propose
+
+    if "=" in wanted:
+        name, rules, numbers = NAME, "", _read(wanted)
+    else:
+        tissue = _find(words, wanted, libraries)
+        name, rules = tissue.name, key_of(tissue.vocabulary)
+        numbers = {key: one for key, one in tissue.given.items() if one.how == "written"}
+        if not numbers:
+            raise TissueError(
+                f"tissue {name} has no written number; its words are: "
+                + ", ".join(f"{fact.property} {fact.written}" for fact in tissue.facts)
+            )
+    found = propose(words.vocabulary, numbers, rules)
+    if settings.json:
+        print_json({**as_data(found), "text": found.text(name)})
+        return DONE
+    _print(found, name, _unsaid(found, numbers))
+    return DONE
+
+
+def _read(text: str) -> "Mapping[str, AssignedQuantity]":
+    """Return the numbers of a text such as "Young's modulus = 5 kPa, density = 1 g/cm^3"."""
+    from tissuec.core.source import Source
+    from tissuec.pipeline import read_words
+    from tissuec.scene.request import Request
+
+    entries = "\n".join(part.strip() for part in text.replace(";", ",").split(","))
+    source = Source("--from", f"language 1\ntissue {NAME} {{\n{entries}\n}}\n")
+    words, _ = read_words(Request(source))
+    return words.tissues[NAME].given
+
+
+def _find(words: "ResolvedProgram", name: str, libraries: tuple[Path, ...]) -> "Tissue":
+    """Return a tissue of the file of the vocabulary, of another file, or of the library."""
+    from tissuec.core.errors import CompileError
+    from tissuec.core.resources import library
+    from tissuec.pipeline import read_words
+    from tissuec.scene.request import Request
+
+    key = key_of(name)
+    known = {} if key not in words.tissues else {key: words.tissues[key]}
+    if known:
+        return known[key]
+    files = [path for path in (Path(name), Path(f"{name}.tis")) if path.is_file()]
+    for folder in (*libraries, library()):
+        files += sorted((folder / "matter").glob("*.tis")) or sorted(folder.glob("*.tis"))
+    for path in files:
+        try:
+            read, _ = read_words(Request.file(path, libraries=libraries))
+        except CompileError:
+            continue  # told where the file is used
+        own = {k: one for k, one in read.tissues.items() if one.span.source.name == str(path)}
+        if path.stem == Path(name).stem and key not in own and own:
+            return next(iter(own.values()))
+        known |= {k: one for k, one in own.items() if k not in known}
+        if key in known:
+            return known[key]
+    hint = did_you_mean(key, known) or 'name one that "tissuec library matter" lists'
+    raise TissueError(f'there is no tissue "{name}"; {hint}')
+
+
+def _unsaid(found: "Proposal", numbers: "Mapping[str, AssignedQuantity]") -> list[str]:
+    """Return the names of numbers that no rule concludes."""
+    said = {key_of(one.quantity) for one in found.numbers}
+    return [one.quantity.name for key, one in numbers.items() if key not in said]
+
+
+def _print(found: "Proposal", name: str, unsaid: list[str]) -> None:
+    rows: list[tuple[str, ...]] = [("number", "wanted", "by the words", "ratio")]
+    for one in found.numbers:
+        ratio = "" if one.ratio is None else f"{one.ratio:.2f}"
+        rows.append((one.quantity, one.shown(one.wanted), one.shown(one.found), ratio))
+    for line in aligned(rows, (24, 14, 14)):
+        echo(line)
+    echo("")
+    words: list[tuple[str, ...]] = [("property", "word", "degrees", "decides")]
+    for word in found.words:
+        degrees = ", ".join(f"{text} {degree:.2f}" for text, degree in word.degrees)
+        words.append((word.property, word.phrase, degrees, word.decides))
+    for line in aligned(words, (18, 20, 28)):
+        echo(line)
+    if found.left:
+        echo(f"\nwithout effect on these numbers: {', '.join(found.left)}")
+    if unsaid:
+        echo(f"\nno rule concludes: {', '.join(unsaid)}")
+    echo(f"\n{found.text(name)}")
