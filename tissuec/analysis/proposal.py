@@ -31,7 +31,7 @@ _LEAST_DEGREE = 0.01
 _CLEAR = 0.02  # change of a coordinate that is said of a property
 
 
-class Phrase(Struct, frozen=True):
+class TriedWord(Struct, frozen=True):
     """A word of a property, plain or behind a hedge.
 
     Attributes:
@@ -85,7 +85,7 @@ class ProposedNumber(Struct, frozen=True):
         return show(value, QUANTITIES[key_of(self.quantity)].dimension)
 
 
-class Proposal(Struct, frozen=True):
+class ProposedTissue(Struct, frozen=True):
     """A description in words.
 
     Attributes:
@@ -109,7 +109,7 @@ class Proposal(Struct, frozen=True):
 
 def propose(
     vocabulary: Vocabulary, wanted: Mapping[str, AssignedQuantity], rules: str = ""
-) -> Proposal:
+) -> ProposedTissue:
     """Return the words that come nearest to numbers.
 
     Args:
@@ -134,10 +134,10 @@ def propose(
         raise TissueError(
             f"no rule of {chosen.name} concludes any of these numbers; it concludes: {names}"
         )
-    return _Search(vocabulary, chosen, asked).found()
+    return _WordSearch(vocabulary, chosen, asked).found()
 
 
-class _Search:
+class _WordSearch:
     """The search for words."""
 
     def __init__(self, vocabulary: Vocabulary, rules: RulesBlock, wanted: Mapping[str, float]):
@@ -152,7 +152,7 @@ class _Search:
             key: list(_phrases(vocabulary, key)) for key in vocabulary.properties if key in used
         }
 
-    def found(self) -> Proposal:
+    def found(self) -> ProposedTissue:
         """Return the best description."""
         best = min(map(self._descended, self._starts()), key=self.cost)
         kept = dict(best)
@@ -175,14 +175,14 @@ class _Search:
             if key not in self.wanted
         ]
         properties = self.vocabulary.properties
-        return Proposal(
+        return ProposedTissue(
             self.rules.name,
             tuple(self._word(key, phrase, kept) for key, phrase in kept.items()),
             tuple(numbers),
             tuple(properties[key].name for key in self.phrases if key not in kept),
         )
 
-    def _starts(self) -> Iterator[dict[str, Phrase]]:
+    def _starts(self) -> Iterator[dict[str, TriedWord]]:
         """Yield descriptions to begin with: all words in the middle, and toward both ends."""
         for part in (0.5, 0.25, 0.75):
             yield {
@@ -190,7 +190,7 @@ class _Search:
                 for key, phrases in self.phrases.items()
             }
 
-    def _descended(self, start: dict[str, Phrase]) -> dict[str, Phrase]:
+    def _descended(self, start: dict[str, TriedWord]) -> dict[str, TriedWord]:
         """Return a description that no change of a single word makes better."""
         said, cost = dict(start), self.cost(start)
         for _ in range(_SWEEPS):
@@ -205,7 +205,7 @@ class _Search:
                 break
         return said
 
-    def cost(self, said: Mapping[str, Phrase]) -> float:
+    def cost(self, said: Mapping[str, TriedWord]) -> float:
         """Return how far a description is from the numbers; infinite where it gives none."""
         answers = self._answers(said)
         if any(key not in answers for key in self.wanted):
@@ -221,20 +221,20 @@ class _Search:
         apart = axis.coordinate(value) - axis.coordinate(wanted)
         return apart if axis.log else _LINEAR * apart / (axis.high - axis.low)
 
-    def _answers(self, said: Mapping[str, Phrase]) -> dict[str, float]:
+    def _answers(self, said: Mapping[str, TriedWord]) -> dict[str, float]:
         """Return what rules conclude of a description, by quantity."""
         facts = {key: phrase.value for key, phrase in said.items()}
         answers = self.rules.base.infer(facts)
         return {key: one.value for key, one in answers.items() if isinstance(one, Inference)}
 
-    def _word(self, key: str, phrase: Phrase, said: Mapping[str, Phrase]) -> ProposedWord:
+    def _word(self, key: str, phrase: TriedWord, said: Mapping[str, TriedWord]) -> ProposedWord:
         named = self.vocabulary.properties[key]
         place = named.scale.axis.coordinate(phrase.value)
         degrees = [(word, shape.degree(place)) for word, shape in named.scale.words.items()]
         true_ = tuple(one for one in degrees if one[1] >= _LEAST_DEGREE)
         return ProposedWord(named.name, phrase.text, true_, self._decided(key, said))
 
-    def _decided(self, key: str, said: Mapping[str, Phrase]) -> str:
+    def _decided(self, key: str, said: Mapping[str, TriedWord]) -> str:
         """Return the number that the next words of a property change most."""
         phrases = _plain(self.phrases[key])
         here = min(range(len(phrases)), key=lambda n: abs(phrases[n].value - said[key].value))
@@ -251,20 +251,20 @@ class _Search:
         return QUANTITIES[most].name if changes[most] > _CLEAR else ""
 
 
-def _phrases(vocabulary: Vocabulary, key: str) -> Iterator[Phrase]:
+def _phrases(vocabulary: Vocabulary, key: str) -> Iterator[TriedWord]:
     """Yield the words of a property, and each behind each hedge that moves it."""
     scale = vocabulary.properties[key].scale
     middle = 0.5 * (len(scale.words) - 1)
     for number, (word, shape) in enumerate(scale.words.items()):
         steps = abs(number - middle)
-        yield Phrase(word, scale.axis.value_of(shape), False, steps)
+        yield TriedWord(word, scale.axis.value_of(shape), False, steps)
         for name, hedge in vocabulary.hedges.items():
             if isinstance(hedge, Shift) and has_effect(hedge, shape, scale.axis):
                 moved = hedged([hedge], shape, scale.axis)
-                yield Phrase(f"{name} {word}", scale.axis.value_of(moved), True, steps)
+                yield TriedWord(f"{name} {word}", scale.axis.value_of(moved), True, steps)
 
 
-def _plain(phrases: Sequence[Phrase]) -> list[Phrase]:
+def _plain(phrases: Sequence[TriedWord]) -> list[TriedWord]:
     return [one for one in phrases if not one.is_hedged]
 
 

@@ -92,7 +92,6 @@ def command(
     tissuec lab my_tissues.tis --tissue scar --out measured
     tissuec lab matter --page atlas.html
     """
-    from tissuec.analysis.lab.laboratory import examine
     from tissuec.pipeline import read_words
     from tissuec.scene.request import Request
 
@@ -107,34 +106,47 @@ def command(
         words, warnings = read_words(request)
         if not settings.json:
             report(warnings, settings)
-        for one in _chosen(words, tissue, request, is_single=len(paths) == 1):
-            if not settings.json:
-                _print_head(one)
-            listener = None if settings.json else _print_row
-            found.append(
-                examine(request, one, spacing=spacing, thickness=thickness, listener=listener)
-            )
-            if not settings.json:
-                _print_end(found[-1])
+        chosen = _chosen(words, tissue, request, is_single=len(paths) == 1)
+        found += [_examined(request, one, spacing, thickness, settings) for one in chosen]
     if not found:
         named = f' tissue "{tissue}"' if tissue else " a tissue"
         raise TissueError(f'no file of "{file}" declares{named}')
-    if out is not None:
-        for name in _write(found, out):
-            settings.say(f"wrote {name}")
+    written = [*_write(found, out)] if out is not None else []
     if page is not None:
-        from tissuec.view.atlas.page import render
-
-        title = (
-            f"Atlas of {file}"
-            if len(paths) > 1
-            else ", ".join(one.tissue.name for one in found)
-        )
-        write_file(page, render(found, title))
-        settings.say(f"wrote {page}")
+        written.append(_write_page(found, page, f"Atlas of {file}" if len(paths) > 1 else ""))
+    for name in written:
+        settings.say(f"wrote {name}")
     if settings.json:
         print_json({"ok": all(one.is_good for one in found), "tissues": [*map(as_dict, found)]})
     return DONE if all(one.is_good for one in found) else FAILED
+
+
+def _examined(
+    request: "Request",
+    tissue: "Tissue",
+    spacing: float,
+    thickness: float | None,
+    settings: Settings,
+) -> "Examination":
+    """Return what is found of a tissue; print it as it comes."""
+    from tissuec.analysis.lab import laboratory
+
+    if settings.json:
+        return laboratory.examine(request, tissue, spacing=spacing, thickness=thickness)
+    _print_head(tissue)
+    found = laboratory.examine(
+        request, tissue, spacing=spacing, thickness=thickness, listener=_print_row
+    )
+    _print_end(found)
+    return found
+
+
+def _write_page(found: "list[Examination]", page: Path, title: str) -> Path:
+    """Write the page about tissues; without a title, it is called after them."""
+    from tissuec.view.atlas.page import render
+
+    write_file(page, render(found, title or ", ".join(one.tissue.name for one in found)))
+    return page
 
 
 def _files(file: str, libraries: tuple[Path, ...]) -> list[Path]:

@@ -12,7 +12,7 @@ from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
 
 if TYPE_CHECKING:
-    from tissuec.analysis.proposal import Proposal
+    from tissuec.analysis.proposal import ProposedTissue
     from tissuec.scene.model import AssignedQuantity, Tissue
     from tissuec.scene.resolve import ResolvedProgram
 
@@ -96,13 +96,13 @@ def _find(words: "ResolvedProgram", name: str, libraries: tuple[Path, ...]) -> "
     raise TissueError(f'there is no tissue "{name}"; {hint}')
 
 
-def _unsaid(found: "Proposal", numbers: "Mapping[str, AssignedQuantity]") -> list[str]:
+def _unsaid(found: "ProposedTissue", numbers: "Mapping[str, AssignedQuantity]") -> list[str]:
     """Return the names of numbers that no rule concludes."""
     said = {key_of(one.quantity) for one in found.numbers}
     return [one.quantity.name for key, one in numbers.items() if key not in said]
 
 
-def _print(found: "Proposal", name: str, unsaid: list[str]) -> None:
+def _print(found: "ProposedTissue", name: str, unsaid: list[str]) -> None:
     rows: list[tuple[str, ...]] = [("number", "wanted", "by the words", "ratio")]
     for one in found.numbers:
         ratio = "" if one.ratio is None else f"{one.ratio:.2f}"

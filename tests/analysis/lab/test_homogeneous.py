@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from tissuec.analysis.lab import homogeneous, relaxation
+from tissuec.analysis.lab import homogeneous, indentation, laboratory, relaxation
 from tissuec.analysis.lab.bench import TestBench
 from tissuec.analysis.lab.closed_form import LawCurve
 from tissuec.analysis.lab.rows import curve_rows
@@ -232,3 +232,13 @@ def test_known_relaxation_is_compared_at_its_times(monkeypatch):
     found = relaxation.relaxed(bench(f"Young's modulus = {YOUNG} Pa; {one}; {known}"))
     ((row),) = curve_rows("t", found.curve, "")
     assert (row.quantity, row.verdict) == ("stress left at 20 s", '14 % below "A"')
+
+
+def test_a_tissue_that_does_not_relax_contradicts_a_relaxation_that_is_known(monkeypatch):
+    monkeypatch.setattr(homogeneous, "POINTS", 2)
+    monkeypatch.setattr(indentation, "indentation", lambda *_: YOUNG)
+    known = 'known relaxation at 10 s from 60 % to 70 % by "A"'
+    gel = bench(f"Young's modulus = {YOUNG} Pa; {known}")
+    found = laboratory.examiner_of(gel, lambda _: None).all()
+    (row,) = [one for one in found.rows if one.test == "ramp and hold"]
+    assert (row.quantity, row.verdict) == ("stress left at 10 s", '43 % above "A"')

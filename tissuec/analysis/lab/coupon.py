@@ -12,7 +12,7 @@ from msgspec import Struct
 
 AXES = ("x", "y", "z")
 SPRINGS = "kind is sodium chloride; reach is second neighbours; "  # of a lattice of them
-BODY = "lab coupon"
+BODY, FREE = "lab coupon", "lab free tissue"  # FREE: of prestress
 FIRST, SECOND, FRONT, BACK = "lab first gauge", "lab second gauge", "lab front", "lab back"
 
 
@@ -25,7 +25,7 @@ class Coupon(Struct, frozen=True):
         thickness: Of a strip [m]; None of a bar.
         fibres: Along which axis they run, "x" or "y"; empty without any.
         of_springs: Whether it is a net of springs, and not of elements.
-        prestressed: Whether its tissue has a prestress; that of elements is along x.
+        prestressed: Whether its tissue has a prestress, of which elements are freed.
     """
 
     cells: int
@@ -69,12 +69,13 @@ class Coupon(Struct, frozen=True):
             tabs: What it is made of beyond the gauges, if of another tissue.
             rupture: Whether it can break.
         """
+        if self.prestressed and not self.of_springs:
+            yield f"tissue {FREE} like {tissue} {{ prestress = 0 }}"
+            tissue = FREE
         yield f"body {BODY} {{"
         yield f"  {self._mesh()}"
         if self.of_springs:
             yield "  made of springs"
-        elif self.prestressed:
-            yield "  prestress along (1, 0, 0)"
         yield f"  tissue is {tissue}"
         if self.thickness is not None:
             yield f"  thickness = {_si(self.thickness, 'm')}"

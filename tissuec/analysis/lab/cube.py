@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from msgspec import Struct
 
 from tissuec.analysis.lab.bench import TICK
-from tissuec.analysis.lab.coupon import AXES, BODY
+from tissuec.analysis.lab.coupon import AXES, BODY, FREE
 from tissuec.scene.known_curves import ACROSS, EQUIBIAXIAL
 
 SIDE = 0.01  # [m]
@@ -18,7 +18,6 @@ PLANES = " ".join(
     f"symmetric about plane through (0, 0, 0) m facing ({axis});"
     for axis in ("1, 0, 0", "0, 1, 0", "0, 0, 1")
 )
-_FREE = "lab free tissue"
 
 
 class Cube(Struct, frozen=True):
@@ -41,10 +40,10 @@ class Cube(Struct, frozen=True):
         free = ["prestress = 0"] if self.is_prestressed else []
         free += ["retardation time = 0 s"] if self.is_inviscid else []
         free += [f"{share} = 0" for share in self.relaxing]
-        yield f"tissue {_FREE} like {tissue} {{ {'; '.join(free)} }}"
+        yield f"tissue {FREE} like {tissue} {{ {'; '.join(free)} }}"
         yield f"body {BODY} {{"
         yield f"  mesh is lattice {{ cell = {SIDE} m; box from (0, 0, 0) m to ({SIDE}, {SIDE}, "
-        yield f"  {SIDE}) m }}; tissue is {_FREE}"
+        yield f"  {SIDE}) m }}; tissue is {FREE}"
         if self.has_fibres:
             yield "  fibres = (1, 0, 0)"
         if rupture:

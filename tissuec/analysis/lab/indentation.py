@@ -17,7 +17,7 @@ from math import pi, sqrt
 from msgspec import Struct
 
 from tissuec.analysis.lab.bench import TICK, TestBench, Unmeasured
-from tissuec.analysis.lab.coupon import BODY, SPRINGS
+from tissuec.analysis.lab.coupon import BODY, FREE, SPRINGS
 from tissuec.analysis.lab.statics import TensionTest
 
 CELLS = (16, 20)  # across a block, coarse and fine
@@ -28,7 +28,6 @@ CONTACT = 1.0 / 8.0  # radius of the contact, as part of the width
 ROUND, ROUND_FOR_SPRINGS = 64.0, 4.0
 _HARD = 80.0  # contact stiffness over Young's modulus times the length of a cell
 _THIN = 0.04  # contact layer over the depth
-_FREE = "lab free tissue"
 _QUARTER = " ".join(
     f"symmetric about plane through (0, 0, 0) m facing ({axis});"
     for axis in ("1, 0, 0", "0, 1, 0")
@@ -79,8 +78,8 @@ class IndentedBlock(Struct, frozen=True):
         width = self.width if self.of_springs else 0.5 * self.width
         corner = f"({width:.15g}, {width:.15g}, {self.height:.15g}) m"
         if self.is_prestressed:
-            yield f"tissue {_FREE} like {tissue} {{ prestress = 0 }}"
-            tissue = _FREE
+            yield f"tissue {FREE} like {tissue} {{ prestress = 0 }}"
+            tissue = FREE
         made, springs = ("made of springs; ", SPRINGS) if self.of_springs else ("", "")
         yield (
             f"body {BODY} {{ {made}mesh is lattice {{ {springs}cell = {self.cell:.15g} m; "

@@ -2,12 +2,14 @@
 
 from math import isfinite, nan
 
+import numpy as np
+
 from tissuec.analysis.lab import homogeneous, indentation, motion
 from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.examiner import OTHERS, Examiner, Listener, Values
 from tissuec.analysis.lab.homogeneous import CubeResponse
 from tissuec.analysis.lab.relaxation import branches_of, relaxed
-from tissuec.analysis.lab.rows import SHARE, Examination
+from tissuec.analysis.lab.rows import SHARE, Examination, LabCurve, known_of
 from tissuec.analysis.lab.spring_tests import BY_LAYER
 from tissuec.analysis.lab.statics import TensionTest
 from tissuec.core.names import key_of
@@ -141,6 +143,7 @@ class SolidExaminer(Examiner):
         if branches_of(self.bench):
             self._relax()
             return
+        self._stay()
         lacking = [what for what in ("mass", "viscosity") if self.bench.lacks(what)]
         if lacking:
             self.note(f"no dynamic tests: the tissue has no {' and no '.join(lacking)}")
@@ -154,6 +157,14 @@ class SolidExaminer(Examiner):
             return measured, check
 
         self.attempt("oscillation", let_go)
+
+    def _stay(self) -> None:
+        """Compare a tissue that does not relax with a relaxation that is known of it."""
+        known = known_of(self.found.tissue, "")
+        if known:
+            place = np.unique([place for one in known for place in one.places])
+            all_left = np.ones_like(place)
+            self.keep_curve("ramp and hold", LabCurve("", place, all_left, all_left, known), "")
 
     def _relax(self) -> None:
         names = (

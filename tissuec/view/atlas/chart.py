@@ -20,7 +20,7 @@ _COLOURS = ("warned", "good", "silk", "open")  # of sources, one after the other
 _TIP = 3.5  # half the width of the ends of a bar
 
 
-class Axis(Struct, frozen=True):
+class ChartAxis(Struct, frozen=True):
     """An axis of a chart.
 
     Attributes:
@@ -47,7 +47,7 @@ class Axis(Struct, frozen=True):
         return self.start + min(max(part, -0.02), 1.02) * (self.end - self.start)
 
 
-def even(low: float, high: float, start: float, end: float) -> Axis:
+def even(low: float, high: float, start: float, end: float) -> ChartAxis:
     """Return an axis whose ends are ticks.
 
     Args:
@@ -59,14 +59,21 @@ def even(low: float, high: float, start: float, end: float) -> Axis:
     step = next(one * power for one in _STEPS if one * power >= size * (1.0 - 1e-9))
     first, last = floor(low / step + 1e-9), ceil(high / step - 1e-9)
     ticks = tuple(step * number for number in range(first, last + 1))
-    return Axis(ticks[0], ticks[-1], start, end, ticks)
+    return ChartAxis(ticks[0], ticks[-1], start, end, ticks)
 
 
-def powers(low: float, high: float, start: float, end: float) -> Axis:
-    """Return an axis with powers of ten at equal distances; arguments as for ``even``."""
+def powers(low: float, high: float, start: float, end: float) -> ChartAxis:
+    """Return an axis with powers of ten at equal distances.
+
+    Args:
+        low, high: Its ends, positive.
+        start, end: Where they are in the drawing.
+    """
     first, last = floor(log10(low) + 1e-9), ceil(log10(high) - 1e-9)
     ticks = tuple(10.0**number for number in range(first, last + 1))
-    return Axis(low, high, start, end, tuple(one for one in ticks if low <= one <= high), True)
+    return ChartAxis(
+        low, high, start, end, tuple(one for one in ticks if low <= one <= high), True
+    )
 
 
 def chart(curve: LabCurve, torn: tuple[float, float] | None = None) -> Html:
@@ -127,7 +134,7 @@ def _scales(curve: LabCurve) -> tuple[AxisUnit, AxisUnit]:
 
 def _axes(
     curve: LabCurve, across: AxisUnit, up: AxisUnit, torn: tuple[float, float] | None
-) -> tuple[Axis, Axis]:
+) -> tuple[ChartAxis, ChartAxis]:
     places = [*curve.place, *(place for one in curve.known for place in one.places)]
     heights = [*curve.value, *(value for one in curve.known for value in one.high)]
     if torn is not None:
@@ -140,7 +147,9 @@ def _axes(
     return powers(*ends, *sides), y
 
 
-def _grid(x: Axis, y: Axis, across: AxisUnit, up: AxisUnit, curve: LabCurve) -> Iterator[Html]:
+def _grid(
+    x: ChartAxis, y: ChartAxis, across: AxisUnit, up: AxisUnit, curve: LabCurve
+) -> Iterator[Html]:
     """Yield lines of the grid, and labels."""
     for tick in x.ticks:
         at = _n(x.place(tick))
@@ -165,7 +174,7 @@ def _grid(x: Axis, y: Axis, across: AxisUnit, up: AxisUnit, curve: LabCurve) -> 
 
 
 def _scatter(
-    known: KnownCurve, colour: str, x: Axis, y: Axis, across: AxisUnit, up: AxisUnit
+    known: KnownCurve, colour: str, x: ChartAxis, y: ChartAxis, across: AxisUnit, up: AxisUnit
 ) -> Iterator[Html]:
     """Yield the band between the limits of a source, and a bar at each of its places."""
     low = [_at(*one, x, y, across, up) for one in zip(known.places, known.low, strict=True)]
@@ -182,7 +191,13 @@ def _scatter(
 
 
 def _line(
-    place: Floats, value: Floats, class_: str, x: Axis, y: Axis, across: AxisUnit, up: AxisUnit
+    place: Floats,
+    value: Floats,
+    class_: str,
+    x: ChartAxis,
+    y: ChartAxis,
+    across: AxisUnit,
+    up: AxisUnit,
 ) -> Html:
     points = (_at(*one, x, y, across, up) for one in zip(place, value, strict=True))
     return element(
@@ -191,7 +206,7 @@ def _line(
 
 
 def _at(
-    place: float, value: float, x: Axis, y: Axis, across: AxisUnit, up: AxisUnit
+    place: float, value: float, x: ChartAxis, y: ChartAxis, across: AxisUnit, up: AxisUnit
 ) -> tuple[float, float]:
     return x.place(float(across.of(place))), y.place(float(up.of(value)))
 
