@@ -72,22 +72,31 @@ def ladders_of_tearing() -> str:
             word = words[(k >= len(_HEDGES)) + (k > len(_HEDGES))]
             phrase = f"{hedge} {word}".strip()
             found = _concluded(quantity, {"hardness": "soft", name: phrase})
-            dimension = QUANTITIES[quantity].dimension
-            is_strain = quantity == BREAKING_STRAIN
-            value = f"{100.0 * found:.2g} %" if is_strain else show(found, dimension, digits=2)
-            cells += [phrase, value]
+            cells += [phrase, _shown(quantity, float(f"{found:.2g}"))]
         rows.append(tuple(cells))
     heads = [(name, QUANTITIES[quantity].name) for name, (quantity, _) in _TEARING.items()]
     return table(tuple(one for pair in heads for one in pair), rows)
 
 
 def preset_table() -> str:
-    """Return the presets of matter with a measured modulus, and what their words give."""
-    rows = [
-        (tissue.name, show(written, PRESSURE), show(by_words, PRESSURE), f"{ratio:.2f}")
-        for tissue, written, by_words, ratio in _moduli()
-    ]
-    return table(("tissue", "Young's modulus", "from its words", "ratio"), rows)
+    """Return the numbers that presets of matter write, each with its ratio to their words."""
+    keys = (YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density")
+    rows = [(t.name, *(_beside_words(t, key) for key in keys)) for t in _presets()]
+    return table(("tissue", *(QUANTITIES[key].name for key in keys)), rows)
+
+
+def _beside_words(tissue: Tissue, key: str) -> str:
+    """Return a written number of a tissue, with its ratio to words: "5.5 kPa, 0.75"."""
+    given, by_words = tissue.given.get(key), tissue.concluded.get(key)
+    if given is None or given.how != "written" or given.value == given.quantity.none:
+        return ""
+    shown = _shown(key, given.value)
+    return shown if by_words is None else f"{shown}, {given.value / by_words:.2f}"
+
+
+def _shown(key: str, value: float) -> str:
+    is_strain = key == BREAKING_STRAIN
+    return f"{100.0 * value:.3g} %" if is_strain else show(value, QUANTITIES[key].dimension)
 
 
 def usual_table() -> str:
@@ -103,15 +112,15 @@ def usual_table() -> str:
     return table(("quantity", "usual range", "of"), rows)
 
 
-def _moduli() -> list[tuple[Tissue, float, float, float]]:
-    found: list[tuple[Tissue, float, float, float]] = []
-    for path in sorted((library() / "matter").glob("*.tis")):
-        for tissue in read_words(Request.file(path))[0].tissues.values():
-            given = tissue.given[YOUNGS_MODULUS]
-            if given.how == "written":
-                by_words = tissue.concluded[YOUNGS_MODULUS]
-                found.append((tissue, given.value, by_words, given.value / by_words))
-    return sorted(found, key=lambda row: row[1])
+def _presets() -> list[Tissue]:
+    """Return the presets of matter that write numbers, from the softest to the stiffest."""
+    found = {
+        name: tissue
+        for path in sorted((library() / "matter").glob("*.tis"))
+        for name, tissue in read_words(Request.file(path))[0].tissues.items()
+        if any(given.how == "written" for given in tissue.given.values())
+    }
+    return sorted(found.values(), key=lambda tissue: tissue.given[YOUNGS_MODULUS].value)
 
 
 @cache

@@ -116,7 +116,7 @@ def test_a_tissue_is_said_as_explain_says_it(path):
                 where = f"line {place[1]}" if place[0] == view.source.name else reason.place
                 assert where in text
                 if reason.degree is not None:
-                    assert f"{reason.word} {reason.degree:.2f}: `if " in text
+                    assert f"{reason.said}: `if " in text
                     assert reason.facts in text
 
 

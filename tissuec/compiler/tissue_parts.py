@@ -198,7 +198,8 @@ class TissueParts:
                 hint="write tissue is …",
             )
         self.findings.pass_over_doubtful(name)
-        reason = material.tissue.missing.get(name, "neither a rule nor a number gives it")
+        reasons = (material.tissue.missing.get(key) for key in (name, *OF_MATTER[name]))
+        reason = next(filter(None, reasons), "neither a rule nor a number gives it")
         self.findings.reject(
             "TIS206",
             f"the {QUANTITIES[name].name} of tissue {material.tissue.name} is missing: "

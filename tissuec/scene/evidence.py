@@ -28,6 +28,8 @@ from tissuec.scene.quantities import (
 from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
+#: The factor within which words say a number: half a hedge of hardness, nearly.
+BY_WORDS = 1.5
 SOURCE = 'by "AUTHOR YEAR"'
 CITE = f'cite it as {SOURCE}, or by {UNVERIFIED} "AUTHOR YEAR" if you have not checked it'
 
@@ -150,6 +152,39 @@ def _contradiction(known: KnownQuantity, other: KnownQuantity, findings: Finding
         hint="write one range that includes both, or remove one of them",
         notes=(Note("the other one", other.span),),
     )
+
+
+def warn_of_words(
+    known: Iterable[KnownQuantity],
+    given: Mapping[str, AssignedQuantity],
+    concluded: Mapping[str, float],
+    head: Span,
+    findings: Findings,
+) -> None:
+    """W208: the words of a tissue contradict evidence, where its number is written.
+
+    Args:
+        known: The evidence.
+        given: Numbers of the tissue.
+        concluded: What rules conclude from its words, by quantity.
+        head: Head of the tissue.
+    """
+    for one in known:
+        key = key_of(one.quantity.name)
+        number, value = given.get(key), concluded.get(key)
+        if number is None or number.how != "written" or value is None:
+            continue
+        if one.low / BY_WORDS <= value <= one.high * BY_WORDS:
+            continue
+        findings.add(
+            "W208",
+            f"the words alone would give {one.quantity.name} = "
+            f"{show(value, one.quantity.dimension, digits=4)}, outside of the evidence: "
+            f"{one.shown}",
+            head,
+            hint="change the words, or give this tissue evidence of its own",
+            notes=(Note(f'known by "{one.source}"', one.span), Note("the number", number.span)),
+        )
 
 
 def warn_of_contradictions(

@@ -140,7 +140,7 @@ class TissueWords(Struct, frozen=True):
                 for own, given in numbers.items()
                 if any(
                     key in self.answers and self._counts(fact, key)
-                    for key in (own, *_replaced(own, given))
+                    for key in (own, *(_replaced(own, given) - numbers.keys()))
                 )
             ]
             if not outdone:
@@ -184,9 +184,9 @@ class TissueWords(Struct, frozen=True):
         return any(_value(base.conclude(k, numbers)) != _value(self.answers[k]) for k in keys)
 
 
-def _replaced(key: str, given: AssignedQuantity) -> tuple[str, ...]:
+def _replaced(key: str, given: AssignedQuantity) -> set[str]:
     """Return which conclusions a written number takes the place of, beside its own."""
-    return replaced_by(key, is_none=given.value == given.quantity.none)
+    return set(replaced_by(key, is_none=given.value == given.quantity.none))
 
 
 def _asked(answer: Inference | NoRule | None) -> set[str]:

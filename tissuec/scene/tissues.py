@@ -9,15 +9,14 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
-from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
-from tissuec.fuzzy.axis import OutOfRange
-from tissuec.fuzzy.inference_results import Firing, Inference, NoRule
-from tissuec.fuzzy.sets import Powered
+from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE, read_appearance
+from tissuec.scene.conclusions import conclude
 from tissuec.scene.curve_evidence import is_curve, read_curve, refuse_crossing, refuse_fibres
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.entry_meanings import left_side, quantity_meant
@@ -28,6 +27,7 @@ from tissuec.scene.evidence import (
     read_known,
     refuse_contradiction,
     warn_of_contradictions,
+    warn_of_words,
 )
 from tissuec.scene.expressions import Scope
 from tissuec.scene.idle_words import CONCLUDED, Answers, TissueWords
@@ -37,7 +37,6 @@ from tissuec.scene.model import (
     STRETCHED,
     Appearance,
     AssignedQuantity,
-    Fired,
     KnownQuantity,
     PropertyFact,
     Tissue,
@@ -54,9 +53,9 @@ from tissuec.scene.quantities import (
     replaced_by,
     rivals,
 )
+from tissuec.scene.tissue_facts import FactReader
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
-from tissuec.scene.words import NamedScale, read_word
 from tissuec.scene.written_numbers import read_given
 
 MOST_PARENTS = 50
@@ -116,20 +115,24 @@ class TissueReader:
         self.vocabulary = vocabulary
         self.scope = scope
         self.findings = scope.findings
+        self.facts = FactReader(vocabulary, scope)
         #: Tissues of which it was said that they need one another.
         self.circles: set[str] = set()
 
     def read(self, declared: Declared) -> Tissue:
         """Return a tissue with everything it inherits."""
         written = self._collect(declared, ())
-        facts = tuple(self._fact(item, written.rules) for item in written.facts.values())
+        facts = tuple(self.facts.read(item) for item in written.facts.values())
         given = dict(written.numbers)
         missing: dict[str, str] = {}
         concluded: dict[str, float] = {}
         if written.rules is not None:
             answers = written.rules.base.infer({fact.property: fact.number for fact in facts})
             concluded = {key: a.value for key, a in answers.items() if isinstance(a, Inference)}
-            self._conclude(written, answers, given, missing)
+            said = self._said(written)
+            conclude(
+                written.rules, self.vocabulary, answers, said, given, missing, self.findings
+            )
             self._check_words(declared, written, facts, answers)
         self._scale_stress(written.laws, given)
         assert isinstance(declared.item, s.Block)
@@ -138,6 +141,8 @@ class TissueReader:
         if FIBRE_MODULUS not in given:
             refuse_fibres(curves, declared.item.head, self.findings)
         warn_of_contradictions(known, given, declared.item.head, self.findings)
+        news = self._news(written)
+        warn_of_words(news, given, concluded, declared.item.head, self.findings)
         self._warn_of_unusual_numbers(declared.name.text, written, given)
         vocabulary = written.rules.name if written.rules else ""
         return Tissue(
@@ -154,6 +159,16 @@ class TissueReader:
             written.appearance,
             declared.item.head,
         )
+
+    @staticmethod
+    def _said(written: _Written) -> set[str]:
+        """Return the quantities of which rules are not asked, as something is written."""
+        said = set(written.numbers)
+        if STRETCHED & written.laws.keys():
+            said.add(STIFFENING)
+        for key, one in written.numbers.items():
+            said |= set(replaced_by(key, is_none=one.value == one.quantity.none))
+        return said
 
     def _check_words(
         self,
@@ -175,17 +190,34 @@ class TissueReader:
             written.rules, self.vocabulary, facts, phrases, answers, self.findings
         )
         words.warn_of_idle_hedges(own)
-        changed = {
-            key
-            for key in own
-            if (item := written.facts[key]).span.source.name == SET or self.scope.is_set(item)
-        }
+        changed = {key for key in own if self._is_set(written.facts[key])}
         words.refuse_outdone_ones(changed, declared.name.text, written.numbers, written.left)
         if inherited.numbers:
-            before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
+            before = [self.facts.read(item) for item in inherited.facts.values()]
             words.warn_of_outdone_ones(
                 own - changed, before, written.numbers, inherited.numbers
             )
+
+    def _news(self, written: _Written) -> list[KnownQuantity]:
+        """Return evidence that stands beside a number for the first time.
+
+        Words that change beside an inherited number are reported otherwise, and those that are
+        set from outside are compared with numbers.
+        """
+        inherited = written.inherited or _Written()
+        if any(self._is_set(item) for item in written.facts.values()):
+            return []
+        return [
+            one
+            for key, several in written.known.items()
+            for one in several
+            if written.numbers.get(key) is not inherited.numbers.get(key)
+            or one not in inherited.known.get(key, ())
+        ]
+
+    def _is_set(self, item: s.Sentence | s.Assign) -> bool:
+        """Return whether a word is set from outside: by ``--set``, a study or Python."""
+        return item.span.source.name == SET or self.scope.is_set(item)
 
     def _warn_of_unusual_numbers(
         self, name: str, written: _Written, given: Mapping[str, AssignedQuantity]
@@ -447,167 +479,9 @@ class TissueReader:
         written.numbers.pop(key, None)
         written.left.add(key)
 
-    # --- facts --------------------------------------------------------------------------------
-
-    def _fact(self, item: s.Sentence | s.Assign, rules: RulesBlock | None) -> PropertyFact:
-        scale = self.vocabulary.properties[item.name.key]
-        if isinstance(item, s.Assign):
-            number, written = self._slider(item, scale), item.value.span.text
-        else:
-            number, written = self._word(item, scale)
-        return PropertyFact(item.name.key, written, number, item.span)
-
-    def _slider(self, item: s.Assign, scale: NamedScale) -> float:
-        if isinstance(item.value, s.Name) and item.value.key in scale.scale.words:
-            self.findings.reject(
-                "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span,
-                hint=proposal(f"{left_side(item)} is {item.value.text}"),
-            )  # fmt: skip
-        value = self.scope.number(item.value)
-        self.scope.expect(value, scale.dimension, item.value.span, what=scale.name)
-        try:
-            scale.scale.axis.to_scale(float(value.amount))
-        except OutOfRange as error:
-            self.findings.reject("TIS308", str(error), item.value.span)
-        return float(value.amount)
-
-    def _word(self, item: s.Sentence, scale: NamedScale) -> tuple[float, str]:
-        if item.phrase is None or item.clauses:
-            self.findings.reject(
-                "TIS312",
-                f"{item.name.text} needs a word: {left_side(item)} is …",
-                item.span,
-                hint=_words_joined(item),
-            )
-        if item.phrase.kind == "not":
-            self.findings.reject(
-                "TIS312", "\"not\" is not allowed in the description of a "
-                "tissue", item.phrase.span,
-                hint=f"write {item.name.text} is …, or {item.name.text} is between … and …",
-            )  # fmt: skip
-        shapes = [
-            read_word(name, scale, self.vocabulary.hedges, self.scope).shape
-            for name in item.phrase.words
-        ]
-        axis = scale.scale.axis
-        if any(isinstance(shape, Powered) for shape in shapes):
-            self.findings.add(
-                "W205",
-                f'"{item.phrase.span.text}": a power hedge does not move a word',
-                item.phrase.span,
-                hint="in a tissue it has no effect; use a hedge that shifts, or write a number",
-            )
-        number = (
-            axis.value_of(shapes[0]) if len(shapes) == 1 else axis.halfway(shapes[0], shapes[1])
-        )
-        return number, item.phrase.span.one_line
-
-    # --- inference ----------------------------------------------------------------------------
-
-    def _conclude(
-        self,
-        written: _Written,
-        answers: Answers,
-        given: dict[str, AssignedQuantity],
-        missing: dict[str, str],
-    ) -> None:
-        """Add what the rules conclude where nothing was written."""
-        rules, said = written.rules, set(given)
-        assert rules is not None
-        if STRETCHED & written.laws.keys():
-            said.add(STIFFENING)  # a written law takes precedence
-        for key, one in written.numbers.items():
-            said |= set(replaced_by(key, is_none=one.value == one.quantity.none))
-        for key, answer in answers.items():
-            if key in said:
-                continue
-            if isinstance(answer, NoRule):
-                missing[key] = why(rules, answer) + _where(rules, answer)
-                continue
-            given[key] = self._concluded(rules, key, answer)
-            for rival in given.keys() & set(rivals(key)):
-                if not exclude(key, rival):
-                    continue
-                self.findings.reject(
-                    "TIS306",
-                    f'the rules conclude "{QUANTITIES[rival].name}" and '
-                    f'"{QUANTITIES[key].name}", which exclude each other',
-                    given[key].span,
-                    notes=(Note("the other entry", given[rival].span),),
-                )
-
-    def _concluded(self, rules: RulesBlock, key: str, answer: Inference) -> AssignedQuantity:
-        scale = self.vocabulary.quantities[key]
-        fired = sorted(answer.fired, key=lambda firing: -firing.degree)
-        shown = tuple(
-            Fired(f.word, f.degree, _atoms(f) + _moved(f), rules.spans[f.rule]) for f in fired
-        )
-        if shown:
-            span = shown[0].span
-        else:
-            assert scale.otherwise is not None
-            span = scale.otherwise.span
-        return AssignedQuantity(
-            QUANTITIES[key],
-            answer.value,
-            scale.spread,
-            scale.length,
-            answer.source,
-            span,
-            shown,
-        )
-
-
-def why(rules: RulesBlock, answer: NoRule) -> str:
-    """Return why rules conclude nothing."""
-    if not answer.silent:
-        return f"no rule of {rules.name} concludes it"
-    if any(firing.degree > 0.0 for firing in answer.silent):
-        return f"no rule of {rules.name} holds to more than a negligible degree for these words"
-    if answer.missing:
-        unsaid = ", ".join(answer.missing)
-        return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
-    return f"no rule of {rules.name} fires for these words"
-
-
-def _where(rules: RulesBlock, answer: NoRule) -> str:
-    """Return where the first rule is that asks for what a tissue does not say."""
-    first = next((firing for firing in answer.silent if firing.missing), None)
-    if first is None:
-        return ""
-    return f" (the first rule that asks for it is at {rules.spans[first.rule].place})"
-
 
 def is_word(item: s.Sentence | s.Assign, word: str) -> bool:
     """Return whether an entry consists of a certain word: ``breaking force is none``."""
     if not isinstance(item, s.Sentence) or item.phrase is None or item.clauses:
         return False
     return item.phrase.kind == "word" and item.phrase.words[0].key == word
-
-
-def _moved(firing: Firing) -> str:
-    """Return how far a gradual rule moves its word: ``; moved 25 % outward``."""
-    share = 100.0 * firing.progress
-    return f"; moved {share:.0f} % outward" if share > 0.0 else ""
-
-
-def _atoms(firing: Firing) -> str:
-    """Return the tests of a fired rule with their degrees: ``weight not low 0.80, …``."""
-    return ", ".join(
-        f"{atom.property} not {atom.word} {1.0 - atom.degree:.2f}"
-        if atom.negated
-        else f"{atom.property} {atom.word} {atom.degree:.2f}"
-        for atom in firing.atoms
-        if atom.degree is not None
-    )
-
-
-def _words_joined(item: s.Sentence | s.Assign) -> Hint | str:
-    """Return a hint for ``hardness is soft to medium``, or an empty one."""
-    phrase = item.phrase if isinstance(item, s.Sentence) else None
-    clauses = item.clauses
-    if phrase is None or phrase.kind != "word" or [one.word for one in clauses] != ["to"]:
-        return ""
-    first, last = phrase.span, clauses[0].span
-    words = f"between {first.text} and {clauses[0].value.span.text}"
-    return proposal(words, first.to(last))
