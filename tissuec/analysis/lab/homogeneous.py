@@ -1,8 +1,9 @@
 """Tests in which strain and stress are the same everywhere, on cubes of one element.
 
 One element is as exact as many are, because they represent such a state exactly (the patch
-test). The loads are those of the closed form (``closed_form``) at the strains that are wanted;
-what the element does under them is measured, and compared with it.
+test; B. M. Irons, A. Razzaque in The Mathematical Foundations of the Finite Element Method,
+1972, 557). The loads are those of the closed form (``closed_form``) at the strains that are
+wanted; what the element does under them is measured, and compared with it.
 """
 
 from math import isfinite
