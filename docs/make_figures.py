@@ -5,9 +5,9 @@
 needs matplotlib (``pip install "tissuec[plot]"``) and takes about a minute. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
 ``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis``,
-``tubal_ligation.tis`` and ``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in
-the pages of the language, words from ``library/fuzzy/soft_tissue.tis``, laws from their
-formulas, and what springs remember from runs of a single spring.
+``tubal_ligation.tis``, ``artery.tis`` and ``suture.tis`` in ``library/scenes`` and of
+``stroke.tis`` in the pages of the language, words from ``library/fuzzy/soft_tissue.tis``, laws
+from their formulas, and what springs remember from runs of a single spring.
 """
 
 import tempfile
@@ -64,7 +64,7 @@ def main() -> None:
         with shipped("sterilisation", folder, output=smoothed) as trajectory:
             save(overview(trajectory), "sterilisation.png")
             save(smooth(trajectory), "surface.png")
-        for draw in (bladder, liver, ligature, tubal_ligation, suture):
+        for draw in (artery, bladder, liver, ligature, tubal_ligation, suture):
             with shipped(draw.__name__, folder) as trajectory:
                 save(draw(trajectory), f"{draw.__name__}.png")
         stroke = run(on_page("stroke.tis", Path(folder)), Path(folder) / "stroke.vtkhdf")
@@ -304,6 +304,24 @@ def bladder(trajectory: Trajectory) -> plt.Figure:
     wall.autoscale()
     wall.set(xlabel="x in mm", ylabel="z in mm")
     wall.legend(frameon=False, loc="center")
+    return figure
+
+
+def artery(trajectory: Trajectory) -> plt.Figure:
+    """Return pressure against diameter with the measured widening, and a heart beat."""
+    figure, (curve, beat) = plt.subplots(1, 2, figsize=(8.0, 3.2), layout="constrained")
+    log = trajectory.logs["position of lumen"]
+    time, wide = log.time, 2e3 * log.value[:, 0]
+    rise = time <= 1.0
+    rest = float(np.interp(0.625, time, wide))
+    curve.plot(wide[rise], 16.0 * time[rise], color=BLUE, label="artery")
+    curve.plot([rest] * 2, [10.0, 16.0], color=GREEN, linestyle=":", label="10 to 16 kPa")
+    curve.plot([1.05 * rest, 1.14 * rest], [16.0] * 2, color=RED, label="measured at 16 kPa")
+    curve.set(xlabel="inner diameter in mm", ylabel="pressure in kPa")
+    curve.legend(frameon=False, loc="lower right")
+    late = time >= 1.15
+    beat.plot(time[late], wide[late], color=BLUE)
+    beat.set(xlabel="time in s", ylabel="inner diameter in mm")
     return figure
 
 

@@ -26,7 +26,12 @@ from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 FILES = sorted(library().rglob("*.tis"))
 TISSUES = sorted((library() / "tissues").glob("*.tis"))
 SCENES = sorted((library() / "scenes").glob("*.tis"))
-LONG = {"ligature", "suture", "tubal_ligation"}  # their beginnings are validated elsewhere
+LONG = {
+    "artery",
+    "ligature",
+    "suture",
+    "tubal_ligation",
+}  # their beginnings are validated elsewhere
 QUANTITIES = ("spring constant", "viscosity", "mass", "breaking force")
 
 #: Table 2 of the paper, row by row.

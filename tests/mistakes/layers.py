@@ -270,6 +270,7 @@ MISTAKES = {
         "cut",
         'write "at 0.4 s: cut strip along plane through (20, 0, 0) mm facing (1',
     ),
+    "place of a tool as a time": M("centre = ", "at ", "TIS105", "at", 'write "centre = '),
     "two verbs on a line": M(
         "fix left edge; fix floor",
         "fix left edge fix floor",

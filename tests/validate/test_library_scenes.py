@@ -15,9 +15,15 @@ from tissuec.validate.validation import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
 SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
-LONG = {"indentation", "ligature", "tubal_ligation"}  # scenes whose beginnings take long, too
+LONG = {
+    "artery",
+    "indentation",
+    "ligature",
+    "tubal_ligation",
+}  # scenes whose beginnings take long, too
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
+    "artery": 0.0125,
     "bladder": 0.005,
     "breast_lumps": 0.04,
     "indentation": 0.05,

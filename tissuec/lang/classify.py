@@ -71,6 +71,8 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
     timed = m.first in TIMES or m.first == "WHEN"
     if not timed or "COLON" not in m.accepted or m.holds("COLON"):
         return None
+    if m.first == "AT" and _is_of_tool(m):
+        return _place_of_tool(m)
     if m.found.type == "WORD" and m.previous in NUMBERS and m.next == "COLON":
         return None  # a unit that is misspelt
     if m.first == "WHEN" and m.found.type in TIMES:
@@ -83,6 +85,19 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
     rest = m.text(m.found, m.after[-1] if m.after else m.found)
     hint = Hint(f"write {shown(f'{head}: {rest}')}", Edit(":", m.behind))
     return m.finding("TIS105", message, hint)
+
+
+def _is_of_tool(m: Mistake) -> bool:
+    """Return whether a statement stands in the block of a tool."""
+    outer = m.statement.outer
+    return outer is not None and bool(outer.parts) and outer.parts[0].text == "tool"
+
+
+def _place_of_tool(m: Mistake) -> Diagnostic:
+    """Return the finding about ``tool ball { …; at (0, 0, 9) mm }``."""
+    place = m.text(m.before[1], m.before[-1]) if m.before[1:] else "(0, 0, 0) mm"
+    hint = Hint(f"write {shown(f'centre = {place}')}", Edit("centre =", m.span(m.before[0])))
+    return m.finding("TIS105", '"at" begins a time, and a tool has none', hint, m.before[0])
 
 
 def _time_of_when(m: Mistake) -> Diagnostic:
