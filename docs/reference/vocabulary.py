@@ -134,7 +134,7 @@ def _modulus(hardness: str) -> str:
 
 def _concluded(quantity: str, phrases: Mapping[str, str]) -> float:
     """Return a quantity of neutral tissue with some phrases, in SI units."""
-    facts = {name: _place(name, phrase) for name, phrase in (NEUTRAL | phrases).items()}
+    facts = {name: _place(name, phrase) for name, phrase in {**NEUTRAL, **phrases}.items()}
     answer = _vocabulary().rules[RULES].base.conclude(quantity, facts)
     assert isinstance(answer, Inference)
     return answer.value

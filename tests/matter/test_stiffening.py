@@ -159,6 +159,18 @@ def test_a_number_out_of_range_is_refused():
     assert refusal("tissue own like band { stiffening = 300 }").code == "TIS308"
 
 
+@pytest.mark.parametrize(
+    ("entry", "name"),
+    [("stiffening = 180", "stiffening"), ("toughness = 5e9 J/m^2", "toughness")],
+)
+def test_numbers_that_no_living_tissue_has_are_reported(entry, name):
+    words = f"{WORDS}tissue own like band {{ {entry} }}"
+    _, found = read_words(Request(Source("x.tis", words, None)))
+    (unusual,) = (one for one in found if one.code == "W504")
+    assert unusual.message.startswith(f"the {name} of own is")
+    assert "outside of the usual range" in unusual.message
+
+
 # --- changed from outside ---------------------------------------------------------------------
 
 PULLED = f"""language 1

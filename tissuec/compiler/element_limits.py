@@ -181,12 +181,12 @@ class LimitReader:
         if not self.body.may_rupture:
             origins = (Origin(self.body.span, NOT_ALLOWED),)
             return Provenance(np.broadcast_to(np.int32(0), part.shape), origins)
-        origins: list[Origin] = []
+        found: list[Origin] = []
         for limits in self.given:
             own = [Origin(one.span, one.how) for one in limits]
             own = own or [Origin(self.body.span, "none")]
-            origins += own[0], own[-1]
-        return Provenance(2 * part.astype(np.int32), tuple(origins))
+            found += own[0], own[-1]
+        return Provenance(2 * part.astype(np.int32), tuple(found))
 
 
 def _value(given: Sequence[AssignedQuantity], key: str) -> float:

@@ -38,7 +38,8 @@ def broken_elements(
             own = of_part[limit == name]
             springs = (*own.tolist(), *edges.tolist())
             # The first origin of a part is that of its strain, if it has two.
-            span = known.origins[index + (name == "stress")].span
+            place = int(index) + int(str(name) == "stress")
+            span = known.origins[place].span
             yield LoggedEvent("rupture", springs, _cause(network, own, name), span)
             edges = edges[:0]
 
