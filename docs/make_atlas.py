@@ -2,11 +2,12 @@
 
     python -m docs.make_atlas [FILE]
 
-takes two minutes. The build of the site makes it by itself, and keeps it in ``build/`` until a
-file changes that it is made of.
+takes two minutes of processor time, shared by all cores. The build of the site makes it by
+itself, and keeps it in ``build/`` until a file changes that it is made of.
 """
 
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from hashlib import sha256
 from pathlib import Path
 
@@ -29,11 +30,9 @@ def page() -> str:
             digest.update(path.read_bytes())
     kept = ROOT / "build" / f"atlas-{digest.hexdigest()[:16]}.html"
     if not kept.exists():
-        found = [
-            one
-            for path in sorted((library() / "matter").glob("*.tis"))
-            for one in tissuec.examine(path)
-        ]
+        files = sorted((library() / "matter").glob("*.tis"))
+        with ProcessPoolExecutor() as pool:
+            found = [one for several in pool.map(tissuec.examine, files) for one in several]
         kept.parent.mkdir(exist_ok=True)
         write_file(kept, render(found, TITLE))
     return kept.read_text(encoding="utf-8")

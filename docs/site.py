@@ -20,6 +20,7 @@ ROOT = DOCS.parent
 #: Files beside ``docs/`` that are pages, and their names on the site.
 BESIDE = {"README.md": "index.md", "CHANGELOG.md": "changes.md"}
 ATLAS = "atlas.html"  # a name in texts, and on the site a link
+_ATLAS = re.compile(rf"the atlas\s`{re.escape(ATLAS)}`")
 #: The language of a code block and what tests read behind it, such as the name of a file.
 _FENCE = re.compile(r"^( *```)(\w+)( .*)?$", re.MULTILINE)
 #: Scenes with mistakes are scenes, too.
@@ -51,7 +52,7 @@ def on_page_markdown(markdown: str, page: Any, **context: Any) -> str:
     folder = ROOT if page.file.src_uri in BESIDE.values() else at.parent
     linked = _LINK.sub(lambda found: _on_site(found, folder, at.parent), markdown)
     atlas = Path(os.path.relpath(DOCS / ATLAS, at.parent)).as_posix()
-    linked = linked.replace(f"the atlas `{ATLAS}`", f"the [atlas]({atlas})")
+    linked = _ATLAS.sub(f"the [atlas]({atlas})", linked)
     return _FENCE.sub(lambda found: found[1] + _LANGUAGES.get(found[2], found[2]), linked)
 
 

@@ -27,6 +27,10 @@ def test_the_site_builds_without_warnings(repository, tmp_path):
     assert built == {page.parent if page.name == "index" else page for page in pages}
     text = (tmp_path / "tutorial" / "index.html").read_text(encoding="utf-8")
     assert '<span class="kd">tissue</span>' in text, "scenes have no colours"
+    atlas = (tmp_path / "atlas.html").read_text(encoding="utf-8")
+    assert all(f'id="{one}"' in atlas for one in ("liver", "skin", "tendon"))
+    laboratory = (tmp_path / "laboratory" / "index.html").read_text(encoding="utf-8")
+    assert 'href="../atlas.html"' in laboratory
 
 
 def test_the_page_on_data_names_every_file(repository):

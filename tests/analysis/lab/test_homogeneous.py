@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from tissuec.analysis.lab import homogeneous, indentation, laboratory, relaxation
-from tissuec.analysis.lab.bench import TestBench
+from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.closed_form import LawCurve
 from tissuec.analysis.lab.rows import curve_rows
 from tissuec.core.source import Source
@@ -89,6 +89,30 @@ def test_the_law_of_a_solid_with_fibres_is_the_slope_of_its_energy(mode):
     slope = (least(stretch + step) - least(stretch - step)) / (2.0 * step)
     (stress,) = found.stress(mode, [strain])
     assert stress * (-1.0 if mode == COMPRESSION else 1.0) == pytest.approx(slope, rel=1e-5)
+
+
+# Across them, fibres a thousand times as stiff go slack, with a corner at rest.
+@pytest.mark.parametrize("dispersion", [0.0, 0.1])
+def test_fibres_do_not_act_in_tension_across_them(dispersion):
+    stiff = f"fibre modulus = 6 MPa; fibre dispersion = {dispersion}"
+    found = law(f"{KEEPING}; {stiff}")
+    plain = law(KEEPING)
+    assert found.ratio(ACROSS) == pytest.approx(plain.ratio(TENSION), rel=1e-3)
+    if not dispersion:  # those that are spread out are stretched
+        stress = found.stress(ACROSS, STRAINS)
+        assert stress == pytest.approx(plain.stress(TENSION, STRAINS), rel=1e-9)
+
+
+def test_a_law_without_an_equilibrium_is_told():
+    class Broken:
+        def stress(self, mode, strains):
+            raise ArithmeticError("no equilibrium")
+
+    gel = bench(KEEPING)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(homogeneous.LawCurve, "of", lambda tissue: Broken())
+        with pytest.raises(Unmeasured, match="no equilibrium"):
+            homogeneous.loaded(gel, TENSION)
 
 
 def test_a_curve_of_stress_is_its_own_law_in_tension():

@@ -33,6 +33,7 @@ from tissuec.validate.forces.solid_laws import Slopes, slopes_of
 _TRIES = 60  # of Newton's method
 _STRIDE = 0.2  # of logarithms of stretches, at most in one of them
 _SMALL = 1e-6  # over which stresses are differentiated
+_AT_REST = 1e-4  # strain of Poisson's ratio
 
 
 class LawCurve(Struct, frozen=True):
@@ -91,8 +92,8 @@ class LawCurve(Struct, frozen=True):
 
     def ratio(self, mode: str) -> float:
         """Return Poisson's ratio at rest, towards y, in tension along x."""
-        across = self._free(mode, 1.0 + _SMALL, np.zeros(2))
-        return float(-across[0] / _SMALL)
+        across = self._free(mode, 1.0 + _AT_REST, np.zeros(2))
+        return float(-np.expm1(across[0]) / _AT_REST)
 
     # --- stresses -----------------------------------------------------------------------------
 
@@ -103,8 +104,13 @@ class LawCurve(Struct, frozen=True):
         e = spread * amount**2
         return 2.0 * amount * (first + second + k1 * e * np.exp(k2 * e**2) * spread)
 
-    def _principal(self, stretches: Floats) -> Floats:
-        """Return the principal nominal stresses, shape (3,)."""
+    def _principal(self, stretches: Floats, drawn: bool | None = None) -> Floats:
+        """Return the principal nominal stresses, shape (3,).
+
+        Args:
+            stretches: Along x, y and z, shape (3,).
+            drawn: Whether fibres act; by default if they are stretched.
+        """
         square, volume = stretches**2, float(np.prod(stretches))
         g = volume ** (-2.0 / 3.0)
         one = g * square.sum()
@@ -117,11 +123,17 @@ class LawCurve(Struct, frozen=True):
         )
         k1, k2, spread = self.fibres
         e = spread * (one - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0)
-        if k1 and e > 0.0:
+        if k1 and (e > 0.0 if drawn is None else drawn):
             slope = spread * by_one
             slope[0] += 2.0 * (1.0 - 3.0 * spread) * stretches[0]
             found = found + k1 * e * np.exp(k2 * e**2) * slope
         return found
+
+    def _are_drawn(self, stretches: Floats) -> bool:
+        """Return whether fibres are stretched."""
+        square, spread = stretches**2, self.fibres[2]
+        first = float(np.prod(stretches)) ** (-2.0 / 3.0) * square.sum()
+        return bool(spread * (first - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0) > 0.0)
 
     def _by_invariants(self, one: float, two: float) -> tuple[float, float]:
         first, second = self.slopes(np.array([one]), np.array([two]))
@@ -134,10 +146,13 @@ class LawCurve(Struct, frozen=True):
         free = _free_axes(mode)
         way = start.copy()
 
-        def rest(at: Floats) -> Floats:
-            return self._principal(_stretches(mode, stretch, at))[free]
-
         for _ in range(_TRIES):
+            # Fibres begin to act with a corner, which no difference may be taken across.
+            drawn = self._are_drawn(_stretches(mode, stretch, way))
+
+            def rest(at: Floats, drawn: bool = drawn) -> Floats:
+                return self._principal(_stretches(mode, stretch, at), drawn)[free]
+
             here = rest(way)
             columns = [
                 (rest(way + step) - rest(way - step)) / (2.0 * _SMALL)

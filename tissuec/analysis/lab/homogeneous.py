@@ -119,13 +119,16 @@ def loaded(bench: TestBench, mode: str, *, tears: bool = False) -> CubeResponse:
     Raises:
         Unmeasured: It does not resist, or the run stopped.
     """
-    law = LawCurve.of(bench.tissue)
+    try:
+        return _loaded(bench, mode, LawCurve.of(bench.tissue), tears=tears)
+    except ArithmeticError as error:  # of the law
+        raise Unmeasured(str(error)) from error
+
+
+def _loaded(bench: TestBench, mode: str, law: LawCurve, *, tears: bool) -> CubeResponse:
     limits = limits_in(bench, law, mode)
     strains = _strains(bench, mode, limits, tears=tears)
-    try:
-        stresses = law.stress(mode, strains)
-    except ArithmeticError as error:
-        raise Unmeasured(str(error)) from error
+    stresses = law.stress(mode, strains)
     rising = int(np.argmin(np.append(np.diff(stresses), -1.0) > 0.0)) + 1
     why = limits.why
     if rising < len(strains):
