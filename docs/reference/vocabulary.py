@@ -82,6 +82,7 @@ def preset_table() -> str:
     """Return the numbers that presets of matter write, each with its ratio to their words."""
     keys = (YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density")
     rows = [(t.name, *(_beside_words(t, key) for key in keys)) for t in _presets()]
+    rows = [row for row in rows if any(row[1:])]
     return table(("tissue", *(QUANTITIES[key].name for key in keys)), rows)
 
 

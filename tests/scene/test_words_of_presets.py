@@ -4,8 +4,10 @@ from functools import cache
 from itertools import pairwise, permutations
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import tissuec
 from tests.scene.test_shipped_vocabulary import HEDGES, concluded, place, presets
 from tissuec.core.source import Source
 from tissuec.pipeline import read_words
@@ -96,3 +98,38 @@ def test_words_of_textbooks_give_numbers_that_were_published():
     assert {one.code for one in diagnostics} <= {"W208"}
     assert len(texts) == 60
     assert len(texts) - len(outside) == 60, outside
+
+
+TORN = """language 1
+use "fuzzy/soft_matter"
+tissue liver {
+  described in soft matter
+  hardness is soft; elasticity is small; weight is medium; shiftability is medium
+  consistency is smooth; cohesion is friable; extensibility is hardly short
+  tightening is slightly sudden
+}
+body block {
+  mesh is lattice { cell = 20 mm; box from (0, 0, 0) mm to (80, 40, 20) mm }
+  tissue is liver; rupture is allowed
+}
+set left = nodes of block where x < 0.1 mm
+set right = nodes of block where x > 79.9 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+script {
+  at 0 s: fix left
+  from 0 s to 1 s: move right by (40, 0, 0) mm using constant speed
+  when ruptured(block) > 0: end the run
+}
+simulate { duration = 1 s; integrator is equilibrium }
+output { force of right every 10 ms }
+"""
+
+
+def test_a_block_of_liver_in_words_alone_tears_at_a_published_force():
+    result = tissuec.run(TORN, companion="off")
+    # 30 kPa to 60 kPa on 8 cm^2 (Kemper et al. 2010), at 24 % to 46 % of 80 mm; held ends, at
+    # which it cannot become thinner, tear first.
+    force = np.abs(result.logs["force of right"].value[:, 0])
+    assert 24.0 < force.max() < 48.0
+    (torn,) = [event for event in result.events if event.kind == "rupture"][:1]
+    assert 0.24 < torn.time * 40.0 / 80.0 < 0.46
