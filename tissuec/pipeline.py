@@ -20,13 +20,19 @@ from msgspec.structs import replace
 
 from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
+from tissuec.compiler.expectations import split_expectations
+from tissuec.compiler.learn_expectations import demands_of
 from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.names import key_of
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
-from tissuec.scene.learning import refuse_without_scene
+from tissuec.scene.learn_model import VocabularyFit
+from tissuec.scene.learning import read_learn_blocks, refuse_without_scene
 from tissuec.scene.request import Request
-from tissuec.scene.resolve import ResolvedProgram, resolve, resolve_words
+from tissuec.scene.resolve import resolve, resolve_words
+from tissuec.scene.resolved import ResolvedProgram
+from tissuec.script.fit_problem import FitProblem
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
@@ -83,7 +89,68 @@ def check_request(
     words, warnings = read_words(request)
     refuse_without_scene(words.declarations, findings)
     findings.raise_errors()
+    if words.declarations.of("learn"):
+        read_vocabulary_fits(request)
     return None, warnings
+
+
+class FittableProgram(Struct, frozen=True, eq=False):
+    """A text with learn blocks.
+
+    Attributes:
+        compiled: The scene; None for a text that is none.
+        blocks: In the order of the text.
+    """
+
+    compiled: Compiled | None
+    blocks: tuple[FitProblem | VocabularyFit, ...]
+
+
+def read_fittable(request: Request) -> tuple[FittableProgram, tuple[Diagnostic, ...]]:
+    """Return a text with its learn blocks, and its warnings.
+
+    A text whose learn blocks fit only words need not be a scene.
+
+    Raises:
+        CompileError: The text is wrong, or ``strict`` and there is a warning.
+    """
+    findings = Findings()
+    program = _loaded(request, findings)
+    if not program.is_scene:
+        fits, warnings = read_vocabulary_fits(request)
+        if fits:
+            return FittableProgram(None, fits), warnings
+    compiled, warnings = compile_program(program, request, findings)
+    blocks = {
+        key_of(one.name): one for one in (*compiled.fit_problems, *compiled.vocabulary_fits)
+    }
+    order = compiled.scene.declarations.of("learn")
+    return FittableProgram(compiled, tuple(blocks[key] for key in order)), warnings
+
+
+def read_vocabulary_fits(
+    request: Request,
+) -> tuple[tuple[VocabularyFit, ...], tuple[Diagnostic, ...]]:
+    """Return the learn blocks of a text that is no scene, and its warnings.
+
+    Raises:
+        CompileError: The text is wrong, a learn block needs a scene, or ``strict`` and there
+            is a warning.
+    """
+    findings = Findings()
+    program = _loaded(request, findings)
+    words = resolve_words(program, findings, request.overrides)
+    words.constants.evaluate_all()
+    refuse_without_scene(words.declarations, findings)
+    blocks = read_learn_blocks(words, tuple(module.source for module in program.modules))
+    found = {key: one for key, one in blocks.items() if isinstance(one, VocabularyFit)}
+    _, of_learning = split_expectations(words.declarations.expects)
+    demands = demands_of(words.constants, found, of_learning) if found else {}
+    findings.raise_errors()
+    if request.strict and findings.warnings:
+        raise CompileError(findings.warnings)
+    fits = (replace(one, demands=tuple(demands[key])) for key, one in found.items())
+    return tuple(fits), tuple(findings.warnings)
 
 
 def _loaded(request: Request, findings: Findings) -> Program:

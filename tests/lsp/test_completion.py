@@ -91,6 +91,8 @@ def written(text):
         (BODY + BED + "learn bed { adjust = [‸] }", ["stiffness", "damping"]),
         ("learn t { adjust words of ‸ }", ["hardness", "spring constant"]),
         ("learn t { adjust mass of oviduct per ‸ }", ["node", "region"]),
+        ("learn t { adjust weights of ‸ }", ["soft tissue"]),
+        (BODY + "learn t { fit = Young's modulus of ‸ }", ["fallopian tube", "all tissues"]),
         ("learn t { revise rules of ‸ }", ["soft tissue"]),
         ("learn t { fit = ‸ }", ["force", "position", "positions"]),
         (BODY + SETS + "learn t { fit = positions(‸", ["waist", "oviduct"]),

@@ -17,7 +17,7 @@ from tissuec.pipeline import compile_request, read_words
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.imports import StoredTexts
 from tissuec.scene.request import Request
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 
 #: What makes a net the same one, but for its ``ends``.
 _ARRAYS = ("position", "mass", "stiffness", "damping", "rest", "strength", "crush")

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from tissuec.compiler.prediction import Prediction
     from tissuec.compiler.provenance import ProvenanceRow
     from tissuec.scene.model import Tissue
-    from tissuec.scene.resolve import ResolvedProgram
+    from tissuec.scene.resolved import ResolvedProgram
 
 CODE = re.compile(r"(TIS|W)\d+", re.IGNORECASE)
 COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues look alike

@@ -1,12 +1,12 @@
 """``tissuec learn``: Fit parameters or words of a scene to measured data."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
-from msgspec import Struct
 
 from tissuec.cli.common import (
     DONE,
@@ -24,6 +24,7 @@ from tissuec.cli.common import (
     tell_mistakes,
     worker_options,
 )  # fmt: skip
+from tissuec.cli.learn_options import LearnOptions
 from tissuec.core.errors import CompileError, counted
 from tissuec.core.hints import did_you_mean
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
@@ -32,28 +33,13 @@ from tissuec.results import wording
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.learn.fit.outcome import Learnt
+    from tissuec.scene.learn_model import VocabularyFit
     from tissuec.scene.request import Request
     from tissuec.script.fit_problem import FitProblem
     from tissuec.workers.workers import Workers
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
 KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
-
-
-class LearnOptions(Struct, frozen=True):
-    """Options of the command.
-
-    Attributes:
-        again: The command line that goes on with an interrupted learning, by fit_problem.
-    """
-
-    output: Path | None
-    fresh: bool
-    anyway: bool
-    force: bool
-    gradient: bool
-    diff: bool
-    again: Sequence[str]
 
 
 @click.command(cls=Command)
@@ -102,19 +88,21 @@ def command(
     the result); 2 the text or the data is wrong; 3 the motion could not be computed; 130
     interrupted.
     """
-    from tissuec.pipeline import compile_request
+    from tissuec.cli.learn_words import fit_vocabulary
+    from tissuec.pipeline import read_fittable
+    from tissuec.scene.learn_model import VocabularyFit
     from tissuec.scene.request import Request
     from tissuec.workers.selection import workers_of
 
     request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
     try:
-        compiled, warnings = compile_request(request)
+        program, warnings = read_fittable(request)
     except CompileError as error:
         tell_mistakes(error, settings, scene=str(scene))
         return WRONG_TEXT
     if not settings.json:
         report(warnings, settings)
-    fit_problems = _chosen(compiled.fit_problems, name, scene)
+    fit_problems = _chosen(program.blocks, name, scene)
     if options["output"] is not None and len(fit_problems) > 1:
         raise click.UsageError("-o is for one learn block; give its name, too")
     again = _again(scene, name, wording.set_options(overrides, libraries), strict, options)
@@ -123,8 +111,13 @@ def command(
     documents: list[dict[str, Any]] = []
     with workers_of(workers, scheduler) as crew:
         for fit_problem in fit_problems:
-            task = _Task(compiled, fit_problem, request, crew)
-            code, document = _carry_out(task, wishes, settings)
+            if isinstance(fit_problem, VocabularyFit):
+                fitted = partial(fit_vocabulary, fit_problem, request, wishes, settings)
+            else:
+                assert program.compiled is not None
+                task = _Task(program.compiled, fit_problem, request, crew)
+                fitted = partial(_fit_data, task, wishes, settings)
+            code, document = _carry_out(fitted, wishes, settings)
             codes.append(code)
             facts = {"scene": str(scene), "learn": fit_problem.name, "ok": code == DONE}
             documents.append(facts | {"diagnostics": as_json(warnings)} | document)
@@ -136,8 +129,8 @@ def command(
 
 
 def _chosen(
-    fit_problems: Sequence["FitProblem"], name: str | None, scene: Path
-) -> Sequence["FitProblem"]:
+    fit_problems: "Sequence[FitProblem | VocabularyFit]", name: str | None, scene: Path
+) -> "Sequence[FitProblem | VocabularyFit]":
     """Return the learn blocks that are meant."""
     from tissuec.core.names import key_of
 
@@ -180,16 +173,23 @@ class _Task(NamedTuple):
     workers: "Workers"
 
 
-def _carry_out(
+def _fit_data(
     task: _Task, wishes: LearnOptions, settings: Settings
 ) -> tuple[int, dict[str, Any]]:
-    """Learn one block, or check its derivatives; returns the exit code and the document."""
+    """Fit one block to its data, or check its derivatives."""
+    if wishes.gradient:
+        return _check_gradient(task, settings)
+    return _learn(task, wishes, settings)
+
+
+def _carry_out(
+    fitted: Callable[[], tuple[int, dict[str, Any]]], wishes: LearnOptions, settings: Settings
+) -> tuple[int, dict[str, Any]]:
+    """Carry out one block; returns the exit code and the document."""
     from tissuec.learn.fit.learning import Unlearnable
 
     try:
-        if wishes.gradient:
-            return _check_gradient(task, settings)
-        return _learn(task, wishes, settings)
+        return fitted()
     except CompileError as error:
         if not settings.json:
             report(error.diagnostics, settings)

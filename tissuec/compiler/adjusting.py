@@ -21,7 +21,7 @@ from tissuec.scene.model import Tissue, WrittenForce
 from tissuec.scene.quantities import LISTED, QUANTITIES, STIFFENING
 from tissuec.scene.schema import entries_of
 from tissuec.scene.written_numbers import limits_of
-from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WORDS, Adjust, Per
+from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WEIGHTS, WORDS, Adjust, Per
 
 ADJUST = "adjust"
 NONE = np.zeros(0, dtype=np.int64)
@@ -56,6 +56,12 @@ class AdjustReader:
             self._clauses(item, (), ()).reject("TIS312", "the adjusted quantity is missing")
         if name.key == WORDS:
             return [self._words(item)]
+        if name.key == WEIGHTS:
+            self.findings.reject(
+                "TIS801", "weights of rules are not adjusted to measured data", item.span,
+                hint="adjust words of a quantity, or fit numbers of tissues in a block of its "
+                "own: fit = QUANTITY of TISSUE",
+            )  # fmt: skip
         clauses = self._clauses(item, ("of", "of", "per", *LIMITING))
         names, per = clauses.names("of"), clauses.names("per")
         found_one = self._found(name, names, per) if names else self._own(name, per)

@@ -48,6 +48,7 @@ from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
+from tissuec.scene.learn_model import VocabularyFit
 from tissuec.scene.model import Scene
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import Expectation, Plan, ScheduledAction, Simulation
@@ -65,7 +66,8 @@ class Compiled(Struct, frozen=True, eq=False):
 
     Attributes:
         groups: Sets and bodies by name, for checks and reports.
-        fit_problems: The learn blocks, in the order of the text.
+        fit_problems: The learn blocks that fit data, in the order of the text.
+        vocabulary_fits: Those that fit words to numbers of tissues.
     """
 
     scene: Scene
@@ -73,6 +75,7 @@ class Compiled(Struct, frozen=True, eq=False):
     plan: Plan
     groups: Groups
     fit_problems: tuple[FitProblem, ...] = ()
+    vocabulary_fits: tuple[VocabularyFit, ...] = ()
 
     def __repr__(self) -> str:
         name, network = self.scene.source.name, self.network
@@ -170,15 +173,17 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     _refuse_intervals(scene, network, plan, findings)
     blocks = _blocks(scene, network, conditions, plan, planes, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
-    if scene.fit_problems or of_learning:
+    vocabulary_fits: tuple[VocabularyFit, ...] = ()
+    if scene.fit_problems or scene.vocabulary_fits or of_learning:
         from tissuec.compiler.fit_problems import (
-            compile_fit_problems,  # where something is learnt
+            compile_learn_blocks,  # where something is learnt
         )
 
-        fit_problems = compile_fit_problems(scene, conditions, of_learning)
+        fit_problems, vocabulary_fits = compile_learn_blocks(scene, conditions, of_learning)
     findings.raise_errors()
     assert len(bodies.built) == len(scene.declarations.of("body"))  # only errors leave out any
-    return Compiled(scene, network.with_blocks(*blocks), plan, groups, fit_problems)
+    whole = network.with_blocks(*blocks)
+    return Compiled(scene, whole, plan, groups, fit_problems, vocabulary_fits)
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:

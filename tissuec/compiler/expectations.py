@@ -3,15 +3,7 @@
 from collections.abc import Sequence
 
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import walk
-
-ERROR = "error"
-
-
-def errors_in(node: s.Expression) -> list[s.Call]:
-    """Return where a condition asks for the error of a learning."""
-    calls = (part for part in walk(node) if isinstance(part, s.Call))
-    return [call for call in calls if call.function.key == ERROR]
+from tissuec.scene.learning_errors import errors_in
 
 
 def split_expectations(

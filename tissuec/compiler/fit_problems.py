@@ -1,15 +1,17 @@
 """Learn blocks bound to the network: fits, parameters and expectations."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.compiler.adjust_targets import Targets
 from tissuec.compiler.adjusting import AdjustReader
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.fit_targets import FitReader
-from tissuec.compiler.learn_expectations import DemandReader, ExpectableErrors
+from tissuec.compiler.learn_expectations import demands_of
 from tissuec.compiler.matter import can_be_matter
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
@@ -17,7 +19,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_entries import SCALED
-from tissuec.scene.learn_model import WrittenFitProblem
+from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.model import Scene
 from tissuec.scene.quantities import OF_MATTER, QUANTITIES
 from tissuec.script.fit_problem import (
@@ -36,37 +38,36 @@ _SAME = {"prestress": REST_LENGTH}
 _PARALLEL = 1.0 - 1e-12
 
 
-def compile_fit_problems(
+class CompiledLearnBlocks(NamedTuple):
+    """The learn blocks of a scene, each kind in the order of the text."""
+
+    fit_problems: tuple[FitProblem, ...] = ()
+    vocabulary_fits: tuple[VocabularyFit, ...] = ()
+
+
+def compile_learn_blocks(
     scene: Scene, conditions: Conditions, expects: Sequence[s.Expect]
-) -> tuple[FitProblem, ...]:
+) -> CompiledLearnBlocks:
     """Return the learn blocks of a scene that have no errors.
 
     Args:
         expects: Expectations about errors of learning.
     """
     findings = conditions.findings
-    targets = Targets(scene, conditions.groups)
-    judged = {key: ExpectableErrors.of(written) for key, written in scene.fit_problems.items()}
-    demands = _demands(conditions, judged, expects)
+    blocks = {**scene.fit_problems, **scene.vocabulary_fits}
+    demands = demands_of(conditions.scope, blocks, expects)
     found: list[FitProblem] = []
-    for key, written in scene.fit_problems.items():
-        before = findings.failures
-        fit_problem = _FitProblemBuilder(written, targets, conditions).build(demands[key])
-        if written.is_whole and findings.failures == before:
-            found.append(fit_problem)
-    return tuple(found)
-
-
-def _demands(
-    conditions: Conditions, judged: Mapping[str, ExpectableErrors], expects: Sequence[s.Expect]
-) -> dict[str, list[Demand]]:
-    reader = DemandReader(conditions.scope, judged)
-    found: dict[str, list[Demand]] = {key: [] for key in judged}
-    for item in expects:
-        with conditions.findings.item():
-            for key, demand in reader.read(item).items():
-                found[key].append(demand)
-    return found
+    if scene.fit_problems:
+        targets = Targets(scene, conditions.groups)
+        for key, written in scene.fit_problems.items():
+            before = findings.failures
+            fit_problem = _FitProblemBuilder(written, targets, conditions).build(demands[key])
+            if written.is_whole and findings.failures == before:
+                found.append(fit_problem)
+    of_words = (
+        replace(one, demands=tuple(demands[key])) for key, one in scene.vocabulary_fits.items()
+    )
+    return CompiledLearnBlocks(tuple(found), tuple(of_words))
 
 
 class _FitProblemBuilder:

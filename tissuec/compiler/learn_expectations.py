@@ -1,16 +1,16 @@
 """Expectations about learning: ``expect error(held out) < 8 %``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.expectations import ERROR, errors_in
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
-from tissuec.scene.learn_model import WrittenFitProblem
+from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
+from tissuec.scene.learning_errors import ERROR, errors_in
 from tissuec.scene.values import Value
 from tissuec.script.fit_problem import Demand, Errors
 from tissuec.script.measures import MEASURES
@@ -24,6 +24,7 @@ class ExpectableErrors(Struct, frozen=True):
 
     Attributes:
         files: Names of the files, by the names as written.
+        tissues: Lower-case names of tissues whose numbers are fitted.
         holds_out: Whether there is anything that the learning does not see.
         is_whole: Whether the fit problem could be read without errors.
     """
@@ -31,10 +32,15 @@ class ExpectableErrors(Struct, frozen=True):
     files: Mapping[str, str]
     holds_out: bool
     is_whole: bool
+    tissues: Collection[str] = ()
 
     @classmethod
-    def of(cls, written: WrittenFitProblem) -> "ExpectableErrors":
+    def of(cls, written: WrittenFitProblem | VocabularyFit) -> "ExpectableErrors":
         """Return which errors of a learn block can be expected."""
+        if isinstance(written, VocabularyFit):
+            tissues = {target.tissue for target in written.targets}
+            holds_out = any(target.held_out for target in written.targets)
+            return cls({}, holds_out, written.is_whole, tissues)
         files = {name: file for file, name in written.names.items()}
         holds_out = written.last_part > 0.0 or any(one.held_out for one in written.data)
         return cls(files, holds_out, written.is_whole)
@@ -42,7 +48,7 @@ class ExpectableErrors(Struct, frozen=True):
     def name_of(self, key: s.Name) -> str | None:
         """Return what an error is called in ``Errors``; None if there is none such."""
         if key.words:
-            known = {ALL: True, HELD_OUT: self.holds_out}
+            known = dict.fromkeys(self.tissues, True) | {ALL: True, HELD_OUT: self.holds_out}
             return key.key if key.quoted is None and known.get(key.key) else None
         return self.files.get(key.quoted or "")
 
@@ -86,7 +92,7 @@ def argument_of(call: s.Call, scope: Scope) -> s.Name:
     if first is None or first.clauses or not isinstance(first.value, s.Name):
         scope.findings.reject(
             "TIS803", "wrong form of error", call.span,
-            hint='forms: error(held out), error(data), error("file.csv")',
+            hint='forms: error(held out), error(data), error("file.csv"), error(TISSUE)',
         )  # fmt: skip
     return first.value
 
@@ -148,17 +154,40 @@ class DemandReader:
 
     def _refuse(self, names: Sequence[s.Name]) -> dict[str, Demand]:
         """Reject an expectation that no fit problem can meet."""
-        known = [HELD_OUT, ALL, *(f for one in self.fit_problems.values() for f in one.files)]
         every = self.fit_problems.values()
+        members = (name for one in every for name in (*one.files, *sorted(one.tissues)))
+        known = [HELD_OUT, ALL, *members]
         if not all(one.is_whole for one in every):
             self.findings.stop()  # what was found wrong there may be what is missing here
         bad = next((n for n in names if not any(one.name_of(n) for one in every)), names[0])
         if bad.key == HELD_OUT and bad.quoted is None:
             self.findings.reject(
                 "TIS803", "nothing is held out", bad.span,
-                hint='in the learn block: hold out "three.csv", or hold out = 20 %',
+                hint='in the learn block: hold out "three.csv", or hold out = 20 %'
+                if not any(one.tissues for one in every)
+                else "in the learn block: hold out TISSUE",
             )  # fmt: skip
         self.findings.reject(
             "TIS803", f'there is no error of "{bad.text}"', bad.span,
             hint=alternatives(bad.text, known, what="errors"),
         )  # fmt: skip
+
+
+def demands_of(
+    scope: Scope,
+    blocks: Mapping[str, WrittenFitProblem | VocabularyFit],
+    expects: Sequence[s.Expect],
+) -> dict[str, list[Demand]]:
+    """Return what is expected of each learn block.
+
+    Args:
+        blocks: All learn blocks of a program.
+        expects: Expectations about errors of learning.
+    """
+    reader = DemandReader(scope, {key: ExpectableErrors.of(one) for key, one in blocks.items()})
+    found: dict[str, list[Demand]] = {key: [] for key in blocks}
+    for item in expects:
+        with scope.findings.item():
+            for key, demand in reader.read(item).items():
+                found[key].append(demand)
+    return found

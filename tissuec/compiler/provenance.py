@@ -15,7 +15,7 @@ from tissuec.scene.force_numbers import ForceNumbers, numbers_of
 from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
 from tissuec.scene.quantities import QUANTITIES, STIFFENING, Spread, rivals
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 
 SET = "set on the command line"
 

@@ -115,7 +115,7 @@ def _plain(prefix: Prefix) -> Expected:
             known = v.adjusted_in_lists() if prefix.call == "[" else v.adjusted()
             return Expected((known,), ("param",))
         case "learn", "fit":
-            return Expected((v.fitted(),))
+            return Expected((v.fitted(),), ("quantity",))
         case "", "table":
             return Expected((v.CHOSEN_FROM,))
         case (("property" | "quantity"), "evenly"):

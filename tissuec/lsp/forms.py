@@ -12,7 +12,7 @@ from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.element_bodies import MADE_OF
 from tissuec.scene.laws import FORMS
 from tissuec.scene.quantities import QUANTITIES
-from tissuec.script.fit_problem import WORDS
+from tissuec.script.fit_problem import WEIGHTS, WORDS
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import PARAMETERS
 
@@ -103,7 +103,7 @@ class SentenceForm(NamedTuple):
         """
         if of_order:
             return (self.literal or object_) == object_
-        return (self.literal == WORDS) == (object_ == WORDS)
+        return self.literal == object_ or not {self.literal, object_} & {WORDS, WEIGHTS}
 
 
 @cache

@@ -15,7 +15,7 @@ from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
 

@@ -20,7 +20,8 @@ from tissuec.lsp.terms import BlockKind
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
-from tissuec.scene.resolve import ResolvedProgram, resolve_words
+from tissuec.scene.resolve import resolve_words
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.words import NamedScale
 
 

@@ -4,7 +4,7 @@ from functools import cache
 
 from msgspec.structs import replace
 
-from tissuec.compiler.learn_expectations import ALL, ERROR, HELD_OUT
+from tissuec.compiler.learn_expectations import ALL, HELD_OUT
 from tissuec.compiler.profiles import PROFILES
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
@@ -35,13 +35,14 @@ from tissuec.scene.learn_entries import (
     DIMENSIONS,
     DIVIDED,
 )
+from tissuec.scene.learning_errors import ERROR
 from tissuec.scene.metadata import TEXTS
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import KNOWABLE, QUANTITIES
 from tissuec.scene.scales import SHAPES
 from tissuec.scene.schema import entries_of
 from tissuec.scene.words import DIRECTIONS
-from tissuec.script.fit_problem import POSITIONS, WORDS
+from tissuec.script.fit_problem import POSITIONS, WEIGHTS, WORDS
 from tissuec.script.measures import MEASURES
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.preserve import FIRMNESS
@@ -121,6 +122,7 @@ def adjusted() -> Terms:
         if name in DIMENSIONS
     }
     found[WORDS] = Term(WORDS, ENTRY, "The words of a quantity or property.", "", " of ")
+    found[WEIGHTS] = Term(WEIGHTS, ENTRY, "The weights of rules.", "", " of ")
     laws = (
         law for family in (SPRING_LAWS, VISCOSITY_LAWS, SOLID_LAWS) for law in family.values()
     )

@@ -32,8 +32,7 @@ SENTENCES: dict[str, Sentences] = {
         "Files of measurements beside the scene: tables, results of runs (HDF5), or H5MD. A"
         " block after the name gives the params of the scene that differ in this experiment."
         " ``from`` is the time of the file at which the run begins (by default 0 s); earlier"
-        " rows are not used.",
-        is_needed=True,
+        " rows are not used. Needed for fits of measures.",
     ),
     "time": Sentences(
         ('time using column "t_ms" in ms', 'time using column "frame" in 10 ms'),
@@ -57,11 +56,15 @@ SENTENCES: dict[str, Sentences] = {
             'fit = force(SET) using column "force_N" in N every 10 ms to 2 mN weighing 0.5',
             'fit = position(SET) along (1, 0, 0) using column "x_mm" in mm with free zero',
             'fit = positions(SET) using columns "node x y z" in mm',
+            "fit = QUANTITY of TISSUE weighing 2",
+            "fit = QUANTITY of all tissues",
         ),
         "The measured quantity: a measure, or the positions of all nodes of a set, and its"
         " columns. Results of runs need no columns. ``every`` sets the least interval in time,"
         " ``to`` gives the standard deviation of the measured values, ``weighing`` gives their"
-        " weight, and ``with free zero`` allows for an unknown constant offset.",
+        " weight, and ``with free zero`` allows for an unknown constant offset. Or numbers of"
+        " tissues that their words are to give: those that are written, or else the evidence;"
+        " such a block has no data.",
         is_needed=True,
     ),
     "against column": Sentences(
@@ -76,13 +79,15 @@ SENTENCES: dict[str, Sentences] = {
             "adjust start position of SET along (1, 0, 0)",
             "adjust stiffness of FORCE from 1 kPa/m to 1 MPa/m",
             "adjust words of QUANTITY",
+            "adjust weights of RULES",
         ),
         "The adjusted parameters: a quantity of a tissue (by default the tissue or force with"
         " the name of the block), a constant of its laws, or a param in their formulas; a"
         " spring constant, viscosity, mass or rest length of a set, body or region by one"
         " factor, or ``per spring``, ``per node`` or ``per region``; where a set starts, and"
         " how fast; a number of a force; or the words of a quantity or property, whose order"
-        " is kept. ``from … to …`` are limits, ``around … by …`` is the expected value and its"
+        " is kept; with fits of numbers of tissues, also the weights of rules."
+        " ``from … to …`` are limits, ``around … by …`` is the expected value and its"
         " relative deviation (one standard deviation); ``around initial value`` expects each"
         " where it starts.",
         is_needed=True,
@@ -93,13 +98,13 @@ SENTENCES: dict[str, Sentences] = {
         " were not fitted. Words and numbers are fitted again with each candidate.",
     ),
     "hold out": Sentences(
-        ('hold out "three.csv"', "hold out = 20 %"),
-        "Data for testing, not for learning: some of the files, or the last part of each"
-        " experiment.",
+        ('hold out "three.csv"', "hold out = 20 %", "hold out TISSUE"),
+        "Data for testing, not for learning: some of the files, the last part of each"
+        " experiment, or tissues whose numbers are fitted.",
     ),
     "write": Sentences(
         ('write "learned/fat.tis"',),
-        "The file of the preset, relative to the scene.",
+        "The file of the preset, or of the vocabulary, relative to the scene.",
         is_single=True,
     ),
 }  # fmt: skip

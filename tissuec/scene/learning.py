@@ -1,49 +1,52 @@
 """Learn blocks, as far as they need no mesh: data, what is held out, and how is learnt."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
-from tissuec.core.source import Source, Span
+from tissuec.core.source import Source
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
-from tissuec.scene.block_sentences import entry_of
 from tissuec.scene.declarations import Declarations, Declared, without
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_clauses import Clauses
-from tissuec.scene.learn_data import DataReader
-from tissuec.scene.learn_entries import SENTENCES, LearnSettings, learn_schema
-from tissuec.scene.learn_model import ADJUST, AXES, FIT, WrittenFitProblem
+from tissuec.scene.learn_entries import LearnSettings
+from tissuec.scene.learn_items import LearnItems
+from tissuec.scene.learn_model import ADJUST, AXES, FIT, VocabularyFit, WrittenFitProblem
 from tissuec.scene.parameters import Constants
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.vocabulary import Vocabulary
-
-MOST_FORMS = 2  # of a sentence, in a hint
+from tissuec.scene.vocabulary_fits import VocabularyFitReader, fits_words
 
 
 def read_learn_blocks(
-    declarations: Declarations,
-    constants: Constants,
-    vocabulary: Vocabulary,
-    sources: Sequence[Source],
-) -> dict[str, WrittenFitProblem]:
+    words: ResolvedProgram, sources: Sequence[Source]
+) -> dict[str, WrittenFitProblem | VocabularyFit]:
     """Return every learn block by lower-case name; each error rejects one entry only.
 
     Args:
+        words: The program with the blocks, as far as it needs no bodies.
         sources: All texts of the program, which no learn block may overwrite.
     """
-    return declarations.read_each(
-        "learn",
-        lambda d: LearnBlockReader(d, declarations, constants, vocabulary, sources).read(),
-        constants.findings,
-    )
+
+    def read(declared: Declared) -> WrittenFitProblem | VocabularyFit:
+        if fits_words(declared):
+            return VocabularyFitReader(declared, words, sources).read()
+        reader = LearnBlockReader(
+            declared, words.declarations, words.constants, words.vocabulary, sources
+        )
+        return reader.read()
+
+    return words.declarations.read_each("learn", read, words.constants.findings)
 
 
 def refuse_without_scene(declarations: Declarations, findings: Findings) -> None:
-    """Reject learn and study blocks of a text that has no scene."""
+    """Reject learn and study blocks that need a scene, in a text that has none."""
     for kind in ("learn", "study"):
         for declared in declarations.of(kind).values():
+            if kind == "learn" and fits_words(declared):
+                continue
             findings.add(
                 "TIS304",
                 f"the {kind} block {declared.name.text} has no scene",
@@ -52,8 +55,8 @@ def refuse_without_scene(declarations: Declarations, findings: Findings) -> None
             )
 
 
-class LearnBlockReader:
-    """Reads one learn block."""
+class LearnBlockReader(LearnItems):
+    """Reads one learn block that fits a scene to data."""
 
     def __init__(
         self,
@@ -63,20 +66,13 @@ class LearnBlockReader:
         vocabulary: Vocabulary,
         sources: Sequence[Source],
     ):
-        assert isinstance(declared.item, s.Block)
-        self.name, self.block, self.scope = declared.name, declared.item, constants
-        self.findings = constants.findings
-        self.declarations, self.vocabulary, self.sources = declarations, vocabulary, sources
-        self.what = f"learn {declared.name.text}"
-        self.data = DataReader(declared.item, constants)
-        self.places: dict[str, Span] = {}
-        self.values: dict[str, object] = {}
+        super().__init__(declared, constants, sources)
+        self.declarations, self.vocabulary = declarations, vocabulary
         self.axis: s.Sentence | None = None
         self.fits: list[tuple[s.Assign, s.Sentence | None]] = []
         self.adjusts: list[s.Assign | s.Sentence] = []
         self.revise: list[str] = []
         self.last_part = 0.0
-        self.write: Path | None = None
 
     def read(self) -> WrittenFitProblem:
         """Return the block, as far as it is right."""
@@ -96,16 +92,10 @@ class LearnBlockReader:
         )  # fmt: skip
 
     def _read(self, item: s.Item, previous: s.Item | None) -> None:
-        entry = self._entry(item)
-        assert isinstance(item, s.Assign | s.Sentence | s.Block)
+        entry = self.entry(item)
         if entry is None:
-            settings = learn_schema()
-            found = schema.find_entry(settings, item, self.scope, what=self.what)
-            self._once(found.name, item)
-            self.values[found.field] = schema.read_entry(found, item, self.scope)
             return
-        if SENTENCES[entry].is_single:
-            self._once(entry, item)
+        assert isinstance(item, s.Assign | s.Sentence | s.Block)
         match entry, item:
             case "data", s.Assign() | s.Sentence() | s.Block() if self.data.read(item):
                 pass
@@ -122,41 +112,16 @@ class LearnBlockReader:
                 self._revise(item)
             case "hold out", s.Assign() | s.Sentence():
                 self._hold_out(item)
-            case "write", s.Sentence() if item.name.quoted and not item.clauses:
-                self.write = self.data.place_to_write(item, self.sources)
+            case "write", s.Sentence():
+                self.read_write(item)
             case _:
-                self._wrong_form(entry, item)
-
-    def _entry(self, item: s.Item) -> str | None:
-        """Return which of the sentences an item is; None if a setting, or reject it."""
-        if not isinstance(item, s.Assign | s.Sentence | s.Block):
-            self.findings.reject("TIS303", f"this is not allowed in {self.what}", item.span)
-        known = (*SENTENCES, *learn_schema())
-        entry = entry_of(item.name, known, self.findings, what=self.what)
-        self._refuse_binding(item)
-        return entry if entry in SENTENCES else None
-
-    def _refuse_binding(self, item: s.Assign | s.Sentence | s.Block) -> None:
-        if isinstance(item, s.Assign) and (item.keyword or item.bounds):
-            message = "param and let are not allowed inside a block"
-            self.findings.reject("TIS303", message, item.span)
-
-    def _once(self, entry: str, item: s.Item) -> None:
-        if entry in self.places:
-            self.findings.refuse_second(f'"{entry}"', item.span, self.places[entry])
-        self.places[entry] = item.span
-
-    def _wrong_form(self, entry: str, item: s.Item) -> None:
-        forms = SENTENCES[entry].forms
-        shown = " or ".join(forms) if len(forms) <= MOST_FORMS else forms[0]
-        message = f'wrong form of "{entry}"'
-        self.findings.reject("TIS312", message, item.span, hint=f"write: {shown}")
+                self.wrong_form(entry, item)
 
     # --- entries ------------------------------------------------------------------------------
 
     def _axis(self, entry: str, item: s.Sentence) -> None:
         if item.phrase is not None or item.name.key != entry:
-            self._wrong_form(entry, item)
+            self.wrong_form(entry, item)
         for other in AXES:
             if other != entry and other in self.places:
                 self.findings.reject(
@@ -184,7 +149,7 @@ class LearnBlockReader:
         )
         names = clauses.names("of")
         if not names or item.name.key != "revise rules":
-            self._wrong_form("revise rules", item)
+            self.wrong_form("revise rules", item)
         found = self.declarations.find("rules", names[0], self.findings)
         if found.name.text in self.revise:
             self.findings.reject("TIS307", f"{found.name.text} is given twice", item.span)
@@ -194,7 +159,7 @@ class LearnBlockReader:
 
     def _hold_out(self, item: s.Assign | s.Sentence) -> None:
         if isinstance(item, s.Assign) and not isinstance(item.value, s.Listing | s.Name):
-            self._once("hold out", item)
+            self.once("hold out", item)
             kind = Real(NUMBER, above=0.0, at_most=0.9)
             self.last_part = schema.read_value(kind, item.value, self.scope, what="hold out")
         elif isinstance(item, s.Assign):
@@ -203,14 +168,11 @@ class LearnBlockReader:
         elif (name := without(item.name, "hold")) is not None and not item.clauses:
             self.data.hold_out((without(name, "out") or name,))
         else:
-            self._wrong_form("hold out", item)
+            self.wrong_form("hold out", item)
 
     def _expect_all(self) -> None:
         """Report what a learn block cannot do without."""
         there = {"data": self.data.files, FIT: self.fits, ADJUST: self.adjusts or self.revise}
         for entry, found in there.items():
             if not found:
-                self.findings.add(
-                    "TIS304", f'{self.what} needs "{entry}"', self.block.head,
-                    hint=f"for example: {SENTENCES[entry].forms[0]}",
-                )  # fmt: skip
+                self.need(entry)

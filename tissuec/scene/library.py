@@ -16,6 +16,7 @@ from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
+from tissuec.scene.learning_errors import errors_in
 
 MATTER = "matter/"  # where presets of matter are
 SPRINGS = "tissues/"  # where those of single springs are
@@ -183,8 +184,10 @@ def belongs_to_scenes(item: s.Item) -> bool:
     match item:
         case s.Block():
             return item.name.key.split(" ")[0] in SCENE_BLOCKS
-        case s.Assign(keyword="set") | s.Table() | s.Expect():
+        case s.Assign(keyword="set") | s.Table():
             return True
+        case s.Expect():  # that of a learn block can be of words alone
+            return not errors_in(item.condition)
         case _:
             return False
 

@@ -18,7 +18,7 @@ from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.known_curves import KnownCurve
-from tissuec.scene.learn_model import WrittenFitProblem
+from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.metadata import Metadata
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import STIFFENING, Spread, TissueQuantity
@@ -447,5 +447,6 @@ class Scene(Struct, frozen=True, eq=False):
     environment: Environment
     simulation: Simulation
     fit_problems: Mapping[str, WrittenFitProblem]
+    vocabulary_fits: Mapping[str, VocabularyFit]
     studies: Mapping[str, Study]
     overrides: tuple[str, ...]  # texts of --set

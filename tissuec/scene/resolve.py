@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from msgspec import Struct
 
 from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
@@ -13,27 +12,18 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
 from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
+from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.learning import read_learn_blocks
 from tissuec.scene.members import read_force, read_tool
-from tissuec.scene.model import Environment, Scene, Tissue, WrittenForce, WrittenLaws
+from tissuec.scene.model import Environment, Scene
 from tissuec.scene.parameters import Constants
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.settings import read_environment, read_simulation
 from tissuec.scene.study_block import read_studies
 from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
-from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
+from tissuec.scene.vocabulary import read_vocabulary
 from tissuec.script.plan import AUTOMATIC, Simulation
-
-
-class ResolvedProgram(Struct, frozen=True):
-    """A program without bodies: numbers, vocabulary, laws, tissues, forces."""
-
-    declarations: Declarations
-    constants: Constants
-    vocabulary: Vocabulary
-    laws: dict[str, WrittenLaws]
-    tissues: dict[str, Tissue]
-    forces: dict[str, WrittenForce]
 
 
 def resolve_words(
@@ -96,7 +86,7 @@ def resolve(
     environment, simulation = _settings(program, declarations, scope, findings)
     scope.evaluate_all()
     sources = tuple(module.source for module in program.modules)
-    fit_problems = read_learn_blocks(declarations, scope, words.vocabulary, sources)
+    learn_blocks = read_learn_blocks(words, sources)
     if not declarations.of("body"):
         findings.doubt_all()  # sets and the script name what no body is there for
     return Scene(
@@ -113,7 +103,12 @@ def resolve(
         forces=words.forces,
         environment=environment,
         simulation=simulation,
-        fit_problems=fit_problems,
+        fit_problems={
+            key: one for key, one in learn_blocks.items() if isinstance(one, WrittenFitProblem)
+        },
+        vocabulary_fits={
+            key: one for key, one in learn_blocks.items() if isinstance(one, VocabularyFit)
+        },
         studies=read_studies(declarations, scope),
         overrides=tuple(overrides),
     )

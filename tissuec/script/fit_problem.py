@@ -25,6 +25,7 @@ REST_LENGTH = "rest length"
 START_POSITION = "start position"
 START_VELOCITY = "start velocity"
 WORDS = "words"
+WEIGHTS = "weights"
 
 Per = Literal["tissue", "force", "region", "spring", "node", "set", "word"]
 

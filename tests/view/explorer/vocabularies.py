@@ -17,7 +17,7 @@ from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.words import reading
 from tissuec.view.explorer.tables import tables
 

@@ -13,7 +13,7 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.scene.model import Tissue
 from tissuec.scene.request import Request
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 
 SPACING = 2.5e-3  # [m], where quantities belong to springs
 

@@ -23,28 +23,28 @@ def origin(learnt: Learnt, request: Request) -> list[str]:
     lines: list[str] = []
     for fitted in learnt.fitted:
         seen = ", held out" if fitted.held_out else ""
-        lines += _entry("data", f"{fitted.file}{seen}: error {percent(fitted.error)}")
-        lines += _entry("", f"sha256 {fitted.digest}")
+        lines += entry("data", f"{fitted.file}{seen}: error {percent(fitted.error)}")
+        lines += entry("", f"sha256 {fitted.digest}")
     for text in request.overrides:
-        lines += _entry("set", text)
-    lines += _entry("fit", "; ".join(dict.fromkeys(f.text for f in learnt.fit_problem.fits)))
+        lines += entry("set", text)
+    lines += entry("fit", "; ".join(dict.fromkeys(f.text for f in learnt.fit_problem.fits)))
     for text, noise in learnt.noise.items():
-        lines += _entry("noise", f"{text}: {_of_fit(learnt, text, noise)}")
+        lines += entry("noise", f"{text}: {_of_fit(learnt, text, noise)}")
     for text, zero in learnt.zeros.items():
-        lines += _entry("zero", f"{text}: {_of_fit(learnt, text, zero)}")
-    lines += _entry("method", "; ".join(filter(None, (learnt.method, learnt.stepping))))
-    lines += _entry("error", f"{learnt.first_error:.6g} before, {learnt.error:.6g} after")
+        lines += entry("zero", f"{text}: {_of_fit(learnt, text, zero)}")
+    lines += entry("method", "; ".join(filter(None, (learnt.method, learnt.stepping))))
+    lines += entry("error", f"{learnt.first_error:.6g} before, {learnt.error:.6g} after")
     ended = "" if learnt.converged else "NOT CONVERGED: "
-    lines += _entry("end", f"{ended}{learnt.reason}")
+    lines += entry("end", f"{ended}{learnt.reason}")
     if learnt.failure:
-        lines += _entry("", f"FAILED: {learnt.failure}")
+        lines += entry("", f"FAILED: {learnt.failure}")
     for verdict in judged(learnt):
         holds = "holds" if verdict.holds else "FAILS"
-        lines += _entry("expected", f"{holds}: {verdict.measured}")
+        lines += entry("expected", f"{holds}: {verdict.measured}")
     for blind in learnt.blind:
-        lines += _entry("not known", f"{blind.sentence} ({blind.advice})")
+        lines += entry("not known", f"{blind.sentence} ({blind.advice})")
     for note in learnt.notes:
-        lines += _entry("note", note)
+        lines += entry("note", note)
     return ["#", *lines]
 
 
@@ -59,10 +59,10 @@ def of_nodes_and_springs(learnt: Learnt, tables: dict[int, str]) -> list[str]:
         adjust = estimates.adjust
         if place in tables:
             text = f"{adjust.what} per {adjust.per} of {adjust.of}: {tables[place]}"
-            lines += _entry("numbers", text)
+            lines += entry("numbers", text)
         elif adjust.per == "set":
             for number in range(len(estimates.names)):
-                lines += _entry("number", _of_set(estimates, number))
+                lines += entry("number", _of_set(estimates, number))
     return ["#", *lines] if lines else []
 
 
@@ -85,8 +85,8 @@ def _of_fit(learnt: Learnt, text: str, value: float) -> str:
     return shown(value, dimensions[text]) if text in dimensions else f"{value:.4g}"
 
 
-def _entry(label: str, text: str) -> Iterator[str]:
-    """Yield the lines of a comment, those behind the first one indented."""
+def entry(label: str, text: str) -> Iterator[str]:
+    """Yield the lines of a comment with a label, those behind the first one indented."""
     lines = textwrap.wrap(text, WIDTH - _LABEL, break_long_words=False, break_on_hyphens=False)
     for number, line in enumerate(lines or [""]):
         head = label if number == 0 else ""

@@ -44,18 +44,18 @@ def vocabularies(
     found: dict[str, str] = {}
     files: dict[str, str] = {}
     for name, text in texts.items():
-        file = _free_name(PurePosixPath(name).name, {target.name, *found})
+        file = free_name(PurePosixPath(name).name, {target.name, *found})
         whole = parse(Source(name, text))
         if any(map(belongs_to_scenes, whole.items)):
-            file = _free_name(f"{Path(file).stem}_words{SUFFIX}", {target.name, *found})
-            text = _words_alone(whole)
-        found[file] = _marked(text, mark)
+            file = free_name(f"{Path(file).stem}_words{SUFFIX}", {target.name, *found})
+            text = words_alone(whole)
+        found[file] = marked(text, mark)
         files[name] = file
     return WrittenVocabularies(found, files)
 
 
-def _free_name(name: str, taken: set[str]) -> str:
-    """Return a name of a file that is not taken."""
+def free_name(name: str, taken: set[str]) -> str:
+    """Return a name of a file that is not taken, like ``name``."""
     stem, free, number = Path(name).stem, name, 1
     while free in taken:
         number += 1
@@ -63,17 +63,20 @@ def _free_name(name: str, taken: set[str]) -> str:
     return free
 
 
-def _words_alone(module: s.Module) -> str:
+def words_alone(module: s.Module) -> str:
     """Return the vocabulary of the file of a scene, without what only scenes have.
 
     Tissues stay behind: those that are learnt are written in full.
+
+    Args:
+        module: The text.
     """
-    kept = [item.span.text for item in module.items if _is_of_words(item)]
+    kept = [item.span.text for item in module.items if is_of_words(item)]
     text = "\n".join(["language 1", "", *kept, ""])
     return format_source(Source(module.source.name, text))
 
 
-def _is_of_words(item: s.Item) -> bool:
+def is_of_words(item: s.Item) -> bool:
     match item:
         case s.Assign(keyword=keyword) if keyword in ("param", "let"):
             return True
@@ -84,8 +87,13 @@ def _is_of_words(item: s.Item) -> bool:
             return False
 
 
-def _marked(text: str, mark: str) -> str:
-    """Return a text with a comment behind its first line, which is that of the language."""
+def marked(text: str, mark: str) -> str:
+    """Return a text with comments behind its first line, which is that of the language.
+
+    Args:
+        text: The text.
+        mark: Lines of comments.
+    """
     lines = text.split("\n")
     first = next(k for k, line in enumerate(lines) if line.startswith("language"))
     return "\n".join([*lines[first : first + 1], mark, *lines[:first], *lines[first + 1 :]])

@@ -10,24 +10,18 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.fuzzy.duals import slopes_of
 from tissuec.fuzzy.inference_results import Inference
-from tissuec.fuzzy.scale import Scale
 from tissuec.lang import syntax as s
-from tissuec.learn.vocabulary.drift import Drift, drift
-from tissuec.learn.vocabulary.scale_texts import read_form
-from tissuec.learn.vocabulary.scales import MovingScale
-from tissuec.learn.vocabulary.texts import edited
+from tissuec.learn.vocabulary.moving import MovingVocabulary
 from tissuec.learn.vocabulary.used import Use, used_tissues
 from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.scene.parameters import Constants
-from tissuec.scene.vocabulary import RulesBlock, RulesReader, Vocabulary
-from tissuec.scene.words import NamedScale
+from tissuec.scene.vocabulary import RulesBlock, RulesReader
 from tissuec.script.fit_problem import WORDS, Adjust
 
 SIGMA = 0.5
@@ -55,7 +49,7 @@ class RuleOutputs(NamedTuple):
     slopes: Floats
 
 
-class WordsModel:
+class WordsModel(MovingVocabulary):
     """Numbers that the rules of a scene give, as a function of the parameters of words.
 
     Args:
@@ -79,21 +73,12 @@ class WordsModel:
         frozen: Mapping[str, Collection[str]] | None = None,
     ):
         self._scene = scene
-        self.scales: list[MovingScale] = []
-        stay = {s.key_of(k): [s.key_of(w) for w in v] for k, v in (frozen or {}).items()}
-        chosen = dict.fromkeys(s.key_of(one.of) for one in adjusts if one.what == WORDS)
-        for key in chosen:
-            self.scales.append(self._scale(key, stay.get(key, ())))
-        self.names = tuple(name for scale in self.scales for name in scale.names)
+        chosen = (s.key_of(one.of) for one in adjusts if one.what == WORDS)
+        super().__init__(scene, chosen, frozen)
         self._uses = used_tissues(scene)
         self.pairs: list[Pair] = [
             (use.key, quantity) for use in self._uses for quantity in use.quantities
         ]
-
-    @property
-    def size(self) -> int:
-        """Return how many numbers there are."""
-        return len(self.names)
 
     def given(self, theta: Floats) -> dict[Pair, float]:
         """Return the numbers that rules give with words moved by ``theta``, in SI units.
@@ -133,69 +118,11 @@ class WordsModel:
         """
         return np.asarray(theta, dtype=float) / sigma, np.eye(self.size) / sigma
 
-    def vocabulary(self, theta: Floats) -> Vocabulary:
-        """Return the vocabulary with words moved; its rules are those of the scene."""
-        return self._vocabulary(self._moved(theta, None))
-
-    def drift(self, theta: Floats) -> list[Drift]:
-        """Return how far each word moved, in the order of scales and words."""
-        return [
-            change
-            for scale, moved in zip(self.scales, self._moved(theta, None), strict=True)
-            for change in drift(scale.form.named, moved)
-        ]
-
-    def texts(self, theta: Floats) -> dict[str, str]:
-        """Return the new text of each file in which words moved, by its name.
-
-        Only numbers of words that moved are replaced; of evenly spaced scales, the list. The
-        texts compile to what ``given`` returns.
-        """
-        parts = zip(self.scales, self._parts(theta), strict=True)
-        return edited((scale, part) for scale, part in parts if np.any(part))
-
-    # --- scales -------------------------------------------------------------------------------
-
-    def _scale(self, key: str, frozen: Collection[str]) -> MovingScale:
-        scene = self._scene
-        kind = "property" if key in scene.vocabulary.properties else "quantity"
-        declared = scene.declarations.of(kind).get(key)
-        if declared is None:
-            raise ValueError(f'"{key}" is neither a property nor a quantity of the vocabulary')
-        named = _named(scene.vocabulary, key)
-        for word in frozen:
-            if word not in named.scale.words:
-                raise ValueError(f'"{word}" is not a word for {named.name}')
-        form = read_form(declared, named, scene.constants)
-        return MovingScale(form, sum(scale.size for scale in self.scales), frozen)
-
-    def _parts(self, theta: Floats) -> list[Floats]:
-        """Return the numbers of each scale."""
-        theta = np.asarray(theta, dtype=float)
-        if theta.shape != (self.size,):
-            raise ValueError(f"the words move by {self.size} numbers, not {theta.shape}")
-        return [theta[scale.start : scale.start + scale.size] for scale in self.scales]
-
-    def _moved(self, theta: Floats, total: int | None) -> list[Scale]:
-        parts = zip(self.scales, self._parts(theta), strict=True)
-        return [scale.scale(part, total=total) for scale, part in parts]
-
-    def _vocabulary(self, moved: Sequence[Scale]) -> Vocabulary:
-        words = self._scene.vocabulary
-        properties, quantities = dict(words.properties), dict(words.quantities)
-        for scale, now in zip(self.scales, moved, strict=True):
-            key, named = scale.form.key, replace(scale.form.named, scale=now)
-            if key in properties:
-                properties[key] = named
-            else:
-                quantities[key] = replace(quantities[key], named=named)
-        return replace(words, properties=properties, quantities=quantities)
-
     # --- inference ----------------------------------------------------------------------------
 
     def _answers(self, theta: Floats, total: int | None) -> dict[Pair, float]:
         scene = self._scene
-        vocabulary = self._vocabulary(self._moved(theta, total))
+        vocabulary = self.vocabulary(theta, total=total)
         # What there is to warn about was told when the scene was read.
         scope = Constants(scene.declarations, scene.constants.overrides, Findings())
         rules: dict[str, RulesBlock] = {}
@@ -212,12 +139,6 @@ class WordsModel:
                     raise NoAnswer(_silence(use, quantity))
                 answers[use.key, quantity] = answer.value
         return answers
-
-
-def _named(vocabulary: Vocabulary, key: str) -> NamedScale:
-    if key in vocabulary.properties:
-        return vocabulary.properties[key]
-    return vocabulary.quantities[key].named
 
 
 def _silence(use: Use, quantity: str) -> str:

@@ -24,12 +24,13 @@ class Numerals:
 
     Args:
         gap: The smallest distance between places, in the coordinate.
+        close: What a written place may differ by, as a part of the gap.
     """
 
-    def __init__(self, axis: Axis, dimension: Dimension, gap: float):
+    def __init__(self, axis: Axis, dimension: Dimension, gap: float, close: float = CLOSE):
         self._axis = axis
         self._dimension = dimension
-        self._near = max(CLOSE * gap, axis.rounding)
+        self._near = max(close * gap, axis.rounding)
         #: Numerals with the sizes of their units, by place.
         self._written: dict[float, tuple[str, float]] = {}
 

@@ -1,6 +1,6 @@
 """The text of a vocabulary whose words moved: only numbers are replaced."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 from math import expm1
 
@@ -10,27 +10,28 @@ from tissuec.core.source import Span
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Gaussian
 from tissuec.lang import syntax as s
-from tissuec.learn.vocabulary.edits import TextEdit, apply, indentation, line_of
-from tissuec.learn.vocabulary.numerals import Numerals
+from tissuec.learn.vocabulary.edits import TextEdit, indentation, line_of
+from tissuec.learn.vocabulary.numerals import CLOSE, Numerals
 from tissuec.learn.vocabulary.scale_texts import WordForm
 from tissuec.learn.vocabulary.scales import MovingScale
 from tissuec.model.network import Floats
 
 
-def edited(moved: Iterable[tuple[MovingScale, Floats]]) -> dict[str, str]:
-    """Return the new text of each file with scales that moved, by its name.
+def scale_edits(scale: MovingScale, theta: Floats, close: float = CLOSE) -> Iterator[TextEdit]:
+    """Yield the edits that write a scale whose words moved.
 
     Args:
-        moved: Scales and the parameters that move them, dimensionless, shape (number,).
+        scale: The scale.
+        theta: Parameters that move it, dimensionless, shape (number,).
+        close: What a written place may differ by, as a part of the smallest gap.
     """
-    edits = (edit for scale, theta in moved for edit in _ScaleEdits(scale, theta).edits())
-    return apply(edits)
+    yield from _ScaleEdits(scale, theta, close).edits()
 
 
 class _ScaleEdits:
     """Writes one scale."""
 
-    def __init__(self, scale: MovingScale, theta: Floats):
+    def __init__(self, scale: MovingScale, theta: Floats, close: float):
         self.form = scale.form
         self.knots = scale.knots
         self.added = scale.added
@@ -38,7 +39,7 @@ class _ScaleEdits:
         self.moved: Scale = scale.scale(theta)
         named = scale.form.named
         gap = min(b - a for a, b in pairwise(np.array(self.knots.places) + self.moves))
-        self.numerals = Numerals(named.scale.axis, named.dimension, gap)
+        self.numerals = Numerals(named.scale.axis, named.dimension, gap, close)
 
     def edits(self) -> Iterator[TextEdit]:
         if self.form.evenly is not None:

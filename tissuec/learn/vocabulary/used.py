@@ -7,6 +7,7 @@ from msgspec import Struct
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.scene.words import read_word
 
@@ -52,9 +53,26 @@ def used_tissues(scene: Scene) -> list[Use]:
 
 
 def _use(key: str, tissue: Tissue, scene: Scene) -> Use:
+    quantities = tuple(
+        name for name, given in tissue.given.items() if given.how in ("rules", "otherwise")
+    )
+    return use_of(key, tissue, quantities, scene)
+
+
+def use_of(
+    key: str, tissue: Tissue, quantities: tuple[str, ...], program: Scene | ResolvedProgram
+) -> Use:
+    """Return how a tissue is described.
+
+    Args:
+        key: Its name in small letters.
+        tissue: The tissue, which has words.
+        quantities: What is asked of the rules.
+        program: What declares it.
+    """
     written = {
         item.span: item
-        for declared in scene.declarations.of("tissue").values()
+        for declared in program.declarations.of("tissue").values()
         if isinstance(declared.item, s.Block)
         for item in declared.item.items
     }
@@ -66,7 +84,4 @@ def _use(key: str, tissue: Tissue, scene: Scene) -> Use:
             words[fact.property] = item.phrase.words
         else:
             numbers[fact.property] = fact.number
-    quantities = tuple(
-        name for name, given in tissue.given.items() if given.how in ("rules", "otherwise")
-    )
     return Use(key, tissue, s.key_of(tissue.vocabulary), quantities, words, numbers)

@@ -14,7 +14,7 @@ from tissuec.core.version import __version__
 from tissuec.pipeline import read_words
 from tissuec.scene.library import Library
 from tissuec.scene.request import Request
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.view.explorer.presets import presets
 from tissuec.view.explorer.tables import tables
 

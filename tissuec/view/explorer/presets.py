@@ -16,7 +16,8 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import load, read_source
 from tissuec.scene.library import SUFFIX, Library
 from tissuec.scene.model import AssignedQuantity, PropertyFact, Tissue
-from tissuec.scene.resolve import ResolvedProgram, resolve_words
+from tissuec.scene.resolve import resolve_words
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.vocabulary import RulesBlock
 from tissuec.view.explorer.tables import short_place
 

@@ -25,7 +25,7 @@ from tissuec.lang.words import RESERVED, written_name
 from tissuec.scene.evidence import KNOWN
 from tissuec.scene.laws import BY_ENTRY
 from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.scales import QuantityScale
 from tissuec.scene.vocabulary import RulesBlock
 from tissuec.scene.words import NamedScale, reading

@@ -13,7 +13,7 @@ from tissuec.results.places import SUFFIX as RESULT
 from tissuec.scene.library import SUFFIX as SCENE
 from tissuec.scene.library import find_words
 from tissuec.scene.metadata import TEXTS
-from tissuec.scene.resolve import ResolvedProgram
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_table, read_table
 

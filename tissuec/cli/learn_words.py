@@ -1,0 +1,96 @@
+"""``tissuec learn`` for blocks that fit words to numbers of tissues."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tissuec.cli.common import DONE, FAILED, Settings, echo, keep_input
+from tissuec.cli.learn_options import LearnOptions
+from tissuec.core.errors import counted
+from tissuec.results import wording
+
+if TYPE_CHECKING:
+    from tissuec.learn.words_fit.fitting import LearntVocabulary
+    from tissuec.scene.learn_model import VocabularyFit
+    from tissuec.scene.request import Request
+
+
+def fit_vocabulary(
+    fit: "VocabularyFit", request: "Request", wishes: LearnOptions, settings: Settings
+) -> tuple[int, dict[str, Any]]:
+    """Fit words and write them; returns the exit code and the document.
+
+    Raises:
+        TissueError: The vocabulary cannot be written where it is to go.
+    """
+    from tissuec.learn.presets.fitted_vocabulary import (
+        compose_vocabulary,
+        rehearse_vocabulary,
+        sources_of,
+    )
+    from tissuec.learn.presets.placing import place, refuse_others
+    from tissuec.learn.report.passes import Passes
+    from tissuec.learn.report.words import unified
+    from tissuec.learn.words_fit.fitting import fit_words
+    from tissuec.learn.words_fit.report import as_dict
+    from tissuec.pipeline import read_words
+
+    if wishes.gradient:
+        raise click.UsageError(
+            f"learn {fit.name} has no data, so there are no derivatives of a motion to check"
+        )
+    words = read_words(request)[0]
+    target = wishes.output or fit.write
+    if target is not None:
+        for source in sources_of(fit, words).values():
+            if source.path is not None:
+                keep_input(target, source.path)
+        planned = rehearse_vocabulary(fit, words, request, target)
+        if not wishes.force:
+            refuse_others(planned.files)
+    with Passes(f"learn {fit.name}", shown=settings.shows_progress) as line:
+        learnt = fit_words(request, fit, progress=line.at)
+    if not settings.json:
+        _tell(learnt, settings)
+        if wishes.diff:
+            before = {name: one.text for name, one in sources_of(fit, words).items()}
+            click.echo("".join(unified(before, learnt.texts)), nl=False)
+    doubt = _doubt(learnt)
+    files: list[Path] = []
+    if target is not None and (wishes.anyway or not doubt):
+        preset = compose_vocabulary(learnt, words, request, target)
+        files = place(preset, force=wishes.force)
+    document = as_dict(learnt) | {"written": [str(file) for file in files]}
+    if settings.json:
+        return FAILED if doubt else DONE, document
+    for file in files:
+        settings.say(f"wrote {file}")
+    if doubt:
+        is_lost = target is not None and not files
+        lost = "; nothing is written (to write it: --anyway)" if is_lost else ""
+        echo(f"FAILED: {doubt}{lost}", err=True)
+    return FAILED if doubt else DONE, document
+
+
+def _doubt(learnt: "LearntVocabulary") -> str:
+    """Return why the words should not be used, empty if they can be."""
+    if not learnt.converged:
+        return f"{learnt.reason}; increase passes"
+    failed = len(learnt.failed)
+    return f"{counted(failed, 'expectation')} failed" if failed else ""
+
+
+def _tell(learnt: "LearntVocabulary", settings: Settings) -> None:
+    """Print what came out, and which expectations fail."""
+    from tissuec.learn.words_fit.report import as_text
+
+    echo("\n".join(as_text(learnt)))
+    failed = learnt.failed
+    for place, measured in failed:
+        echo(f"FAILED {place}", err=True)
+        echo(f"       {measured}", err=True)
+    if learnt.fit.demands:
+        holding = len(learnt.fit.demands) - len(failed)
+        states = ["holds"] * holding + ["fails"] * len(failed)
+        settings.say(f"expectations: {wording.expectations(states)}")

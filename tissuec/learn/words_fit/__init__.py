@@ -1,0 +1,8 @@
+"""The fit of a vocabulary to numbers of tissues: model, optimiser, outcome and report.
+
+Shared arguments:
+    theta: Parameters: those of words, then logarithms of changes of weights, shape (number,).
+    words: The program with the block, as far as it needs no bodies.
+    fit: The ``learn`` block.
+    learnt: The finished fit.
+"""

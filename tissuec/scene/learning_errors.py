@@ -1,0 +1,12 @@
+"""Errors of learning in conditions: ``expect error(held out) < 8 %``."""
+
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+
+ERROR = "error"
+
+
+def errors_in(node: s.Expression) -> list[s.Call]:
+    """Return where a condition asks for the error of a learning."""
+    calls = (part for part in walk(node) if isinstance(part, s.Call))
+    return [call for call in calls if call.function.key == ERROR]
