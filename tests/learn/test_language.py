@@ -559,8 +559,32 @@ def test_what_only_follows_from_a_mistake_is_not_told(compiled, tmp_path, right,
 # --- the table of entries ---------------------------------------------------------------------
 
 
+#: Forms of blocks that fit words to numbers of tissues.
+OF_TISSUES = (
+    "fit = QUANTITY of TISSUE weighing 2", "fit = QUANTITY of all tissues",
+    "adjust weights of RULES", "hold out TISSUE",
+)  # fmt: skip
+FORMS = [(name, form) for name, one in SENTENCES.items() for form in one.forms]
+
+
+@pytest.mark.parametrize("form", OF_TISSUES)
+def test_every_form_of_fits_to_numbers_of_tissues_can_be_written(compiled, form):
+    assert form in [one for _, one in FORMS]
+    text = form.replace("QUANTITY", "viscosity").replace("TISSUE", "told")
+    text = text.replace("RULES", "soft tissue")
+    told = "".join(
+        f"tissue {name} like fat {{ viscosity = 9 mN*s/m }}\n" for name in ("told", "said")
+    )
+    fit = "" if text.startswith("fit") else "fit = viscosity of [told, said]"
+    scene = compiled(f"{told}learn fat {{\n{fit}\n{text}\nadjust words of viscosity\n}}\n")
+    assert scene.fit_problems == ()
+    (found,) = scene.vocabulary_fits
+    assert {one.tissue for one in found.targets} <= {"told", "said"}
+    assert found.scales == ("viscosity",)
+
+
 @pytest.mark.parametrize(
-    ("entry", "form"), [(name, form) for name, one in SENTENCES.items() for form in one.forms]
+    ("entry", "form"), [(name, form) for name, form in FORMS if form not in OF_TISSUES]
 )
 def test_every_form_of_the_table_can_be_written(fit_problem, entry, form, tmp_path):
     for name in ("one.csv", "two.csv", "three.csv"):

@@ -80,13 +80,14 @@ def command(
 ) -> int:
     """Fit parameters or words of SCENE to measured data, as its learn blocks specify.
 
-    NAME selects one block; without it, all blocks are fitted in order. The results are printed
-    with confidence intervals and written as a preset, which any scene can use. After an
-    interruption, the same command resumes. Exit code: 0 done; 1 the fit failed, and no preset
-    is written unless with --anyway: an expectation failed, the passes ran out, the data does
-    not identify all parameters, or the error is too large (with --strict, also if a note doubts
-    the result); 2 the text or the data is wrong; 3 the motion could not be computed; 130
-    interrupted.
+    A block can also fit the words and rules of a vocabulary to the numbers of tissues; then
+    SCENE need not be a scene. NAME selects one block; without it, all blocks are fitted in
+    order. The results are printed with confidence intervals and written as a preset, which any
+    scene can use. After an interruption, the same command resumes. Exit code: 0 done; 1 the fit
+    failed, and no preset is written unless with --anyway: an expectation failed, the passes ran
+    out, the data does not identify all parameters, or the error is too large (with --strict,
+    also if a note doubts the result); 2 the text or the data is wrong; 3 the motion could not
+    be computed; 130 interrupted.
     """
     from tissuec.cli.learn_words import fit_vocabulary
     from tissuec.pipeline import read_fittable

@@ -30,10 +30,10 @@ def fit_vocabulary(
         sources_of,
     )
     from tissuec.learn.presets.placing import place, refuse_others
+    from tissuec.learn.report.fitted_words import as_dict
     from tissuec.learn.report.passes import Passes
     from tissuec.learn.report.words import unified
     from tissuec.learn.words_fit.fitting import fit_words
-    from tissuec.learn.words_fit.report import as_dict
     from tissuec.pipeline import read_words
 
     if wishes.gradient:
@@ -83,7 +83,7 @@ def _doubt(learnt: "LearntVocabulary") -> str:
 
 def _tell(learnt: "LearntVocabulary", settings: Settings) -> None:
     """Print what came out, and which expectations fail."""
-    from tissuec.learn.words_fit.report import as_text
+    from tissuec.learn.report.fitted_words import as_text
 
     echo("\n".join(as_text(learnt)))
     failed = learnt.failed

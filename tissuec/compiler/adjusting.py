@@ -21,7 +21,14 @@ from tissuec.scene.model import Tissue, WrittenForce
 from tissuec.scene.quantities import LISTED, QUANTITIES, STIFFENING
 from tissuec.scene.schema import entries_of
 from tissuec.scene.written_numbers import limits_of
-from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WEIGHTS, WORDS, Adjust, Per
+from tissuec.script.fit_problem import (
+    START_POSITION,
+    START_VELOCITY,
+    WEIGHTS,
+    WORDS,
+    Adjust,
+    Per,
+)
 
 ADJUST = "adjust"
 NONE = np.zeros(0, dtype=np.int64)

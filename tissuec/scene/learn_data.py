@@ -176,7 +176,7 @@ class DataReader:
             if not isinstance(name, s.Name) or not name.quoted or name.words:
                 self.findings.reject(
                     "TIS312", "the name of a file must be in quotes", name.span,
-                    hint=f"write: {' or '.join(SENTENCES['hold out'].forms)}",
+                    hint=f"write: {' or '.join(SENTENCES['hold out'].forms[:2])}",
                 )  # fmt: skip
             self.held.append(Held(name.quoted, name.span))
 

@@ -13,6 +13,7 @@ from tissuec.core.units import NUMBER, show
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang import syntax as s
+from tissuec.scene.conclusions import why
 from tissuec.scene.declarations import Declared, without
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_entries import LearnSettings
@@ -21,7 +22,6 @@ from tissuec.scene.learn_model import ADJUST, FIT, VocabularyFit, WordTarget
 from tissuec.scene.model import KnownQuantity, Tissue
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.tissues import why
 from tissuec.script.fit_problem import WEIGHTS, WORDS
 
 ALL_TISSUES = "all tissues"
@@ -162,7 +162,6 @@ class VocabularyFitReader(LearnItems):
 
     def _fit_all(self, key: str, weight: float, item: s.Assign) -> None:
         """Enter all tissues that have words and a number; others are listed in the report."""
-        assert isinstance(item.value, s.Name)
         described = [one for one in self.words.tissues.values() if one.vocabulary]
         without_number = [one for one in described if self._problem(one, key) is not None]
         for tissue in described:
@@ -176,7 +175,8 @@ class VocabularyFitReader(LearnItems):
         if len(without_number) == len(described):
             self.findings.pass_over_doubtful(ALL_TISSUES)
             self.findings.reject(
-                "TIS304", f"no tissue has words, and a number or evidence for its {item.value.text}",
+                "TIS304",
+                f"no tissue has words, and a number or evidence for its {QUANTITIES[key].name}",
                 item.span,
                 hint='use files with tissues, for example: use "matter/liver"',
             )  # fmt: skip

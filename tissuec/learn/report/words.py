@@ -3,10 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping
 from difflib import unified_diff
 
-from tissuec.learn.vocabulary.drift import Drift, drift
+from tissuec.learn.vocabulary.drift import Drift, drifts_between
 from tissuec.learn.vocabulary.reread import reread
 from tissuec.scene.model import Scene
-from tissuec.scene.vocabulary import Vocabulary
 
 
 def drifts(scene: Scene, texts: Mapping[str, str]) -> list[Drift]:
@@ -18,20 +17,6 @@ def drifts(scene: Scene, texts: Mapping[str, str]) -> list[Drift]:
     if not texts:
         return []
     return drifts_between(scene.vocabulary, reread(scene, texts).vocabulary)
-
-
-def drifts_between(before: Vocabulary, after: Vocabulary) -> list[Drift]:
-    """Return how far each word of the scales moved that differ in two vocabularies."""
-    scales = [
-        *((scale, after.properties[key]) for key, scale in before.properties.items()),
-        *((one.named, after.quantities[key].named) for key, one in before.quantities.items()),
-    ]
-    return [
-        moved
-        for old, new in scales
-        if old.scale.words != new.scale.words
-        for moved in drift(old, new.scale)
-    ]
 
 
 def sentences(moved: Iterable[Drift]) -> Iterator[str]:

@@ -7,6 +7,7 @@ from msgspec import Struct
 from tissuec.core.units import show
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Gaussian, Shape
+from tissuec.scene.vocabulary import Vocabulary
 from tissuec.scene.words import NamedScale
 
 _NOTHING = 0.0005  # of the range; less is shown as 0.0 %
@@ -52,6 +53,20 @@ def drift(named: NamedScale, moved: Scale) -> Iterator[Drift]:
                 f"its corners by up to {abs(most):.1%} of the range"
             )
         yield Drift(named.name, word, before, after, centre, most, sentence)
+
+
+def drifts_between(before: Vocabulary, after: Vocabulary) -> list[Drift]:
+    """Return how far each word of the scales moved that differ in two vocabularies."""
+    scales = [
+        *((scale, after.properties[key]) for key, scale in before.properties.items()),
+        *((one.named, after.quantities[key].named) for key, one in before.quantities.items()),
+    ]
+    return [
+        moved
+        for old, new in scales
+        if old.scale.words != new.scale.words
+        for moved in drift(old, new.scale)
+    ]
 
 
 def _way(part: float) -> str:

@@ -1,4 +1,4 @@
-"""The fit of a vocabulary to numbers of tissues: model, optimiser, outcome and report.
+"""The fit of a vocabulary to numbers of tissues: model, optimiser and outcome.
 
 Shared arguments:
     theta: Parameters: those of words, then logarithms of changes of weights, shape (number,).

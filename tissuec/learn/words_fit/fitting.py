@@ -17,8 +17,7 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.learn.fit.learning import LearnProgress
-from tissuec.learn.report.words import drifts_between
-from tissuec.learn.vocabulary.drift import Drift
+from tissuec.learn.vocabulary.drift import Drift, drifts_between
 from tissuec.learn.vocabulary.edits import apply
 from tissuec.learn.vocabulary.reread import Replaced
 from tissuec.learn.words_fit.model import RuleWeight, VocabularyModel, factor
@@ -259,7 +258,7 @@ def _side_effects(
             if quantity not in fitted and (far := factor(value, now)) >= NOTABLE:
                 most[quantity] = max(most.get(quantity, (1.0, "")), (far, old.name))
     return [
-        f"words also change the {QUANTITIES[quantity].name}, which is not fitted, by up to a factor of "
-        f"{far:.3g} ({tissue})"
-        for quantity, (far, tissue) in most.items()
+        f"words also change the {QUANTITIES[key].name}, which is not fitted, by up to a factor "
+        f"of {far:.3g} ({tissue})"
+        for key, (far, tissue) in most.items()
     ]
