@@ -91,6 +91,26 @@ def test_a_number_beyond_the_scale_has_the_outermost_words_and_its_ratio():
     assert number.ratio < 0.2
 
 
+def test_the_search_begins_with_the_words_that_a_tissue_has():
+    text = WORDS.replace(
+        "  if weight is low then density is low\n",
+        """
+  if weight is low then density is low and Young's modulus is medium weighing 0.01
+""",
+    )
+    words = read(f"{text}tissue asked {{ Young's modulus = 10 kPa; density = 1.05 g/cm^3 }}\n")
+    given, own = words.tissues["asked"].given, {"hardness": 0.5, "weight": 0.5}
+    found = propose(words.vocabulary, given, "simple", own)
+    assert {one.property: one.phrase for one in found.words} == {
+        "hardness": "medium", "weight": "medium",
+    }  # fmt: skip
+    (density,) = (one for key, one in given.items() if key == "density")
+    free = propose(
+        words.vocabulary, {"density": density}, "simple", {"hardness": 0.9, "weight": 0.9}
+    )
+    assert [one.property for one in free.words] == ["weight"]
+
+
 def test_numbers_that_no_rule_concludes_are_refused():
     with pytest.raises(TissueError, match=r"it concludes: density, Young's modulus"):
         proposed("strength = 5 kPa")

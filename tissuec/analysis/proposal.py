@@ -22,9 +22,9 @@ from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 
 #: Of deviations of coordinates: that of a linear scale counts as this many times its range.
 _LINEAR = 3.0
-#: Deviations up to which a plain word is preferred to a hedged one, and a word to one that is
-#: further from the middle: a modulus that is known to 3 % is not worth another hedge.
-_PER_HEDGE, _PER_STEP = 0.03, 0.01
+#: Deviations up to which a plain word is preferred to a hedged one, and a word to the one next
+#: to it that is further from those to begin with: to come nearer by 3 % is not worth a hedge.
+_PER_HEDGE, _PER_STEP = 0.03, 0.05
 _IDLE = 1e-3  # deviation below which a property counts as without effect
 _SWEEPS = 12
 _LEAST_DEGREE = 0.01
@@ -38,7 +38,7 @@ class TriedWord(Struct, frozen=True):
         text: As it is written.
         value: What it stands for.
         is_hedged: Whether there is a hedge.
-        steps: How many words it is from the middle of the property.
+        steps: How many words it is from the one to begin with.
     """
 
     text: str
@@ -82,7 +82,7 @@ class ProposedNumber(Struct, frozen=True):
         """Return a value with its unit."""
         if value is None:
             return ""
-        return show(value, QUANTITIES[key_of(self.quantity)].dimension)
+        return show(value, QUANTITIES[key_of(self.quantity)].dimension, digits=4)
 
 
 class ProposedTissue(Struct, frozen=True):
@@ -108,7 +108,10 @@ class ProposedTissue(Struct, frozen=True):
 
 
 def propose(
-    vocabulary: Vocabulary, wanted: Mapping[str, AssignedQuantity], rules: str = ""
+    vocabulary: Vocabulary,
+    wanted: Mapping[str, AssignedQuantity],
+    rules: str = "",
+    facts: Mapping[str, float] | None = None,
 ) -> ProposedTissue:
     """Return the words that come nearest to numbers.
 
@@ -116,6 +119,7 @@ def propose(
         vocabulary: The vocabulary.
         wanted: The numbers, by keys of their quantities.
         rules: Key of the rules to be used; otherwise the first that conclude most of them.
+        facts: Values of properties to begin with; otherwise those in the middle.
 
     Raises:
         TissueError: There are no rules, or none that conclude any of the numbers.
@@ -134,13 +138,19 @@ def propose(
         raise TissueError(
             f"no rule of {chosen.name} concludes any of these numbers; it concludes: {names}"
         )
-    return _WordSearch(vocabulary, chosen, asked).found()
+    return _WordSearch(vocabulary, chosen, asked, facts or {}).found()
 
 
 class _WordSearch:
     """The search for words."""
 
-    def __init__(self, vocabulary: Vocabulary, rules: RulesBlock, wanted: Mapping[str, float]):
+    def __init__(
+        self,
+        vocabulary: Vocabulary,
+        rules: RulesBlock,
+        wanted: Mapping[str, float],
+        facts: Mapping[str, float],
+    ):
         self.vocabulary, self.rules, self.wanted = vocabulary, rules, wanted
         used = {
             atom.property
@@ -149,7 +159,9 @@ class _WordSearch:
             for atom in one.atoms
         }
         self.phrases = {
-            key: list(_phrases(vocabulary, key)) for key in vocabulary.properties if key in used
+            key: list(_phrases(vocabulary, key, facts.get(key)))
+            for key in vocabulary.properties
+            if key in used
         }
 
     def found(self) -> ProposedTissue:
@@ -183,7 +195,8 @@ class _WordSearch:
         )
 
     def _starts(self) -> Iterator[dict[str, TriedWord]]:
-        """Yield descriptions to begin with: all words in the middle, and toward both ends."""
+        """Yield descriptions to begin with: the nearest, and others in and off the middle."""
+        yield {key: min(several, key=_steps) for key, several in self.phrases.items()}
         for part in (0.5, 0.25, 0.75):
             yield {
                 key: _plain(phrases)[round(part * (len(_plain(phrases)) - 1))]
@@ -251,17 +264,33 @@ class _WordSearch:
         return QUANTITIES[most].name if changes[most] > _CLEAR else ""
 
 
-def _phrases(vocabulary: Vocabulary, key: str) -> Iterator[TriedWord]:
-    """Yield the words of a property, and each behind each hedge that moves it."""
+def _steps(phrase: TriedWord) -> float:
+    return phrase.steps
+
+
+def _phrases(vocabulary: Vocabulary, key: str, begins: float | None) -> Iterator[TriedWord]:
+    """Yield the words of a property, and each behind each hedge that moves it.
+
+    Args:
+        vocabulary: The vocabulary.
+        key: Of the property.
+        begins: Its value to begin with; by default that in the middle.
+    """
     scale = vocabulary.properties[key].scale
-    middle = 0.5 * (len(scale.words) - 1)
-    for number, (word, shape) in enumerate(scale.words.items()):
-        steps = abs(number - middle)
-        yield TriedWord(word, scale.axis.value_of(shape), False, steps)
+    low, high = scale.axis.bounds
+    middle = 0.5 * (low + high) if begins is None else scale.axis.coordinate(begins)
+
+    def tried(text: str, value: float, *, is_hedged: bool) -> TriedWord:
+        apart = abs(scale.axis.coordinate(value) - middle) / (high - low)
+        return TriedWord(text, value, is_hedged, apart * len(scale.words))
+
+    for word, shape in scale.words.items():
+        yield tried(word, scale.axis.value_of(shape), is_hedged=False)
         for name, hedge in vocabulary.hedges.items():
             if isinstance(hedge, Shift) and has_effect(hedge, shape, scale.axis):
                 moved = hedged([hedge], shape, scale.axis)
-                yield TriedWord(f"{name} {word}", scale.axis.value_of(moved), True, steps)
+                value = scale.axis.value_of(moved)
+                yield tried(f"{name} {word}", value, is_hedged=True)
 
 
 def _plain(phrases: Sequence[TriedWord]) -> list[TriedWord]:

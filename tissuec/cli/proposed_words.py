@@ -37,17 +37,18 @@ def propose_words(
     from tissuec.analysis.proposal import propose
 
     if "=" in wanted:
-        name, rules, numbers = NAME, "", _read(wanted)
+        name, rules, numbers, facts = NAME, "", _read(wanted), {}
     else:
         tissue = _find(words, wanted, libraries)
         name, rules = tissue.name, key_of(tissue.vocabulary)
+        facts = {fact.property: fact.number for fact in tissue.facts}
         numbers = {key: one for key, one in tissue.given.items() if one.how == "written"}
         if not numbers:
             raise TissueError(
                 f"tissue {name} has no written number; its words are: "
                 + ", ".join(f"{fact.property} {fact.written}" for fact in tissue.facts)
             )
-    found = propose(words.vocabulary, numbers, rules)
+    found = propose(words.vocabulary, numbers, rules, facts)
     if settings.json:
         print_json({**as_data(found), "text": found.text(name)})
         return DONE
