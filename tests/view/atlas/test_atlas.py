@@ -103,6 +103,12 @@ def test_tissues_are_found_by_all_that_is_said_of_them(page):
     assert "contradiction" in texts["scar"] and "smith" not in texts["scar"]
 
 
+def test_lines_are_named_without_the_folders_of_whoever_made_the_page():
+    words, _ = read_words(Request(Source("/home/me/t.tis", TEXT)))
+    page = render([Examination(words.tissues["gel"], "", [], [], [])], "gel")
+    assert "t.tis:5" in page and "/home" not in page
+
+
 def test_a_single_tissue_needs_no_search():
     page = render(examined()[:1], "gel")
     assert 'id="search"' not in page and "All tissues" not in page

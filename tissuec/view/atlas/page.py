@@ -1,5 +1,6 @@
 """The page about tissues: searchable, readable without a network, made of examinations."""
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite, isnan
 from pathlib import Path
@@ -140,11 +141,11 @@ def _article(examined: Examination, name: str) -> Html:
         "section",
         heading,
         element("p", tissue.about, class_="about") if tissue.about else None,
-        element("p", _mark(examined), " ", element("small", tissue.span.place)),
+        element("p", _mark(examined), " ", element("small", _short(tissue.span.place))),
         _words(entries, described),
-        _numbers(entries),
         element("div", [*_charts(examined)], class_="charts"),
         _rows(examined),
+        _numbers(entries),
         [element("p", note, class_="remark") for note in examined.notes],
         id=name,
         class_="tissue-page",
@@ -183,7 +184,7 @@ def _numbers(entries: Iterable[ProvenanceRow]) -> Content:
             element("td", one.value),
             element("td", one.how),
             element("td", [element("div", r.said) for r in one.reasons if r.said]),
-            element("td", one.reasons[0].place, class_="place"),
+            element("td", _short(one.reasons[0].place), class_="place"),
             class_=one.kind,
         )
         for one in entries
@@ -191,6 +192,11 @@ def _numbers(entries: Iterable[ProvenanceRow]) -> Content:
     ]
     heads = ("number", "value", "from", "by words, or rules", "line")
     return table("Numbers, laws and evidence", heads, rows)
+
+
+def _short(place: str) -> str:
+    """Return file and line without folders, which tell nothing to whom a page is sent."""
+    return re.split(r"[/\\]", place)[-1]
 
 
 def _charts(examined: Examination) -> Iterator[Html]:
