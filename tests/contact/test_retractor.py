@@ -76,7 +76,7 @@ def test_a_hook_lifts_a_lobe_and_does_not_pass(radius):
     # The underside rises with the hook, which begins 0.3 mm below it.
     assert 13e-3 < lifted(found, radius=1e-3 * radius) < 16e-3
     force = found.log("force of retractor")[1][:, 2]
-    assert 0.09 < force.max() < 0.13 and force[-1] > 0.02
+    assert 0.09 < force.max() < 0.15 and force[-1] > 0.02
     assert found.log("penetration of retractor")[1].max() < 0.3e-3
 
 
