@@ -101,6 +101,7 @@ def test_tissues_are_found_by_all_that_is_said_of_them(page):
     texts = dict(re.findall(r'id="(gel|scar)"[^>]*data-text="([^"]*)"', page))
     assert "softness soft" in texts["gel"] and "jones 2002" in texts["gel"]
     assert "contradiction" in texts["scar"] and "smith" not in texts["scar"]
+    assert "known stress in tension" in texts["gel"] and "known relaxation" in texts["scar"]
 
 
 def test_lines_are_named_without_the_folders_of_whoever_made_the_page():

@@ -160,6 +160,8 @@ def _searched(examined: Examination) -> Iterator[str]:
     yield from (tissue.name, tissue.about, tissue.vocabulary)
     yield from (f"{fact.property} {fact.written}" for fact in tissue.facts)
     yield from (one.source for one in (*tissue.known, *tissue.curves))
+    yield from (f"known {one.quantity.name}" for one in tissue.known)
+    yield from (f"known {one.name}" for one in tissue.curves)
     yield from (f"{row.test} {row.quantity}" for row in examined.rows)
     yield "good" if examined.is_good else "contradiction"
 
