@@ -223,7 +223,7 @@ def _explained(given: AssignedQuantity, concluded: float | None) -> Explained:
     if given.fired or given.how == "otherwise":
         concluded = None  # which is the number itself
     if concluded:
-        said = f"words: {show(concluded, quantity.dimension)}"
+        said = f"words: {quantity.show(concluded)}"
         if given.value != quantity.none:
             ratio = given.value / concluded
             said += f", ratio {ratio:.2f}"
@@ -245,7 +245,7 @@ def _replaced(tissue: Tissue) -> Iterator[ProvenanceRow]:
         if by:
             (name, span), quantity = by[0], QUANTITIES[key]
             reason = Reason(f"replaced by {name}", None, span.place, "")
-            shown = show(value, quantity.dimension)
+            shown = quantity.show(value)
             yield ProvenanceRow("quantity", quantity.name, shown, "words alone", (reason,))
 
 
@@ -256,7 +256,7 @@ def shown_value(given: AssignedQuantity) -> str:
         return f"{100.0 * given.value:.3g} %"
     if given.value == quantity.none:
         return "none"
-    return show(given.value, quantity.dimension) + belonging(given.spread, given.length)
+    return quantity.show(given.value) + belonging(given.spread, given.length)
 
 
 def belonging(spread: Spread, length: float | None) -> str:

@@ -12,7 +12,7 @@ from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.core.units import show, suggested_unit
+from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
@@ -179,7 +179,7 @@ def warn_of_words(
         findings.add(
             "W208",
             f"the words alone would give {one.quantity.name} = "
-            f"{show(value, one.quantity.dimension, digits=4)}, outside of the evidence: "
+            f"{one.quantity.show(value, digits=4)}, outside of the evidence: "
             f"{one.shown}",
             head,
             hint="change the words, or give this tissue evidence of its own",
@@ -208,7 +208,7 @@ def warn_of_contradictions(
         if number.how != "written":
             places.append(Note("concluded here", number.span))
         is_none = number.value == one.quantity.none
-        value = show(number.value, one.quantity.dimension, digits=4)
+        value = one.quantity.show(number.value, digits=4)
         findings.add(
             "W208",
             f"{one.quantity.name} {'is none' if is_none else f'= {value}'} contradicts the "

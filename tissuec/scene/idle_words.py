@@ -9,7 +9,6 @@ from msgspec import Struct
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.core.units import show
 from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
@@ -204,4 +203,4 @@ def _value(answer: Inference | NoRule | None) -> float | None:
 def _shown(given: AssignedQuantity) -> str:
     if given.value == given.quantity.none:
         return "none"
-    return show(given.value, given.quantity.dimension)
+    return given.quantity.show(given.value)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from msgspec import Struct
 
 from tissuec.core.source import Source, Span
-from tissuec.core.units import show
 from tissuec.forces import Force
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
@@ -97,8 +96,7 @@ class KnownQuantity(Struct, frozen=True):
     @property
     def shown(self) -> str:
         """Return the range, or the number, with its unit."""
-        dimension = self.quantity.dimension
-        return " to ".join(show(value, dimension, digits=4) for value in self.stated)
+        return " to ".join(self.quantity.show(value, digits=4) for value in self.stated)
 
 
 class PropertyFact(Struct, frozen=True):

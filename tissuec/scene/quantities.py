@@ -41,6 +41,8 @@ class TissueQuantity(Struct, frozen=True):
         none: The value of the word "none", for limits that there need not be.
         may_be_zero: Whether zero is a sensible value.
         instead: Of matter, the quantity of springs or nodes that follows from it, by key.
+        unit: In which it is shown, if not in the usual one of its dimension.
+        digits: Significant digits with which it is shown at least.
     """
 
     name: str
@@ -52,6 +54,21 @@ class TissueQuantity(Struct, frozen=True):
     none: float | None = None
     may_be_zero: bool = False
     instead: str = ""
+    unit: str = ""
+    digits: int = 3
+
+    def show(self, value: float, *, digits: int = 3) -> str:
+        """Return a value as text, such as "170 J/m^2".
+
+        Args:
+            value: In SI units.
+            digits: Number of significant digits.
+        """
+        digits = max(digits, self.digits)
+        if not self.unit:
+            return units.show(value, self.dimension, digits=digits)
+        unit = f"k{self.unit}" if abs(value) >= 1e4 else self.unit
+        return units.show_in(value, unit, digits=digits)
 
     @property
     def is_of_matter(self) -> bool:
@@ -119,7 +136,8 @@ QUANTITIES: dict[str, TissueQuantity] = {
         _springs(LIMIT, units.FORCE, 0, inf, may_be_zero=True),
         _springs(VISCOSITY, units.VISCOSITY, -1, inf),
         _matter("Young's modulus", units.PRESSURE, "spring constant", "stiffness"),
-        _matter("Poisson's ratio", units.NUMBER, "", ""),
+        # 0.4997 and 0.5 are different tissues.
+        _matter("Poisson's ratio", units.NUMBER, "", "", digits=4),
         _matter(STIFFENING, units.NUMBER, "", "", none=0.0),
         _matter("fibre modulus", units.PRESSURE, "", ""),
         _matter(FIBRE_STIFFENING, units.NUMBER, "", "", may_be_zero=True),
@@ -137,8 +155,9 @@ QUANTITIES: dict[str, TissueQuantity] = {
         _matter("flow viscosity", units.PRESSURE_TIME, VISCOSITY, VISCOSITY, none=inf),
         _matter(BREAKING_STRAIN, units.NUMBER, "breaking force", "strength", none=inf),
         _matter(STRENGTH, units.PRESSURE, "breaking force", "strength", none=inf),
-        # J/m^2, which is N/m.
-        _matter(TOUGHNESS, units.STIFFNESS, "breaking force", "strength", none=inf),
+        _matter(
+            TOUGHNESS, units.STIFFNESS, "breaking force", "strength", none=inf, unit="J/m^2"
+        ),
     )
 }
 #: What can be known of matter: its quantities, and what only a laboratory measures.

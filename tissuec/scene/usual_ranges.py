@@ -25,6 +25,7 @@ from tissuec.core.units import (
     Dimension,
     parse_unit,
     show,
+    show_in,
 )
 
 #: The last number with its unit in an entry, such as "1.06 kg/m^3".
@@ -52,8 +53,15 @@ class Usual(Struct, frozen=True):
     @property
     def shown(self) -> str:
         """Return the range as text: "200 kg/m^3 (lung) to 3000 kg/m^3 (enamel)"."""
-        low, high = (show(end, self.dimension, digits=4) for end in (self.low, self.high))
+        low, high = (self.show(end) for end in (self.low, self.high))
         return f"{low} ({self.least}) to {high} ({self.most})"
+
+    def show(self, value: float) -> str:
+        """Return a value in SI units as text; energies for areas in J/m^2, not in N/m."""
+        if self.dimension != STIFFNESS:
+            return show(value, self.dimension, digits=4)
+        small, large = self.units
+        return show_in(value, large if abs(value) >= 1e4 else small, digits=4)
 
     def holds(self, value: float) -> bool:
         """Return whether a value in SI units is usual; so are zero and no limit."""
@@ -121,8 +129,7 @@ def unusual(
         return None
     return Diagnostic(
         "W504",
-        f"{what} {show(value, usual.dimension, digits=4)}, outside of the usual range: "
-        f"{usual.shown}",
+        f"{what} {usual.show(value)}, outside of the usual range: {usual.shown}",
         span,
         _slip(usual, value, span),
         tuple(others),
