@@ -60,10 +60,13 @@ def _composed(
         for name, source in sources_of(fit, words).items()
         if name in texts or source is _source_of_rules(fit, words)
     )
+    folder = target.parent.resolve()
+    paths = (source.path for source in others if source.path is not None)
+    taken = {path.name for path in paths if path.parent.resolve() == folder}
     beside: dict[str, str] = {}
     moved: dict[str, str] = {}
     for source in others:
-        name = free_name(PurePosixPath(source.name).name, {target.name, *beside})
+        name = free_name(PurePosixPath(source.name).name, {target.name, *taken, *beside})
         beside[name] = marked(_only_words(source), comments[0])
         moved[source.name] = name
     text = marked(_only_words(_using(main, moved)), "\n".join(comments))
