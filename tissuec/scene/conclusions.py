@@ -32,7 +32,7 @@ def conclude(
         if key in said:
             continue
         if isinstance(answer, NoRule):
-            missing[key] = why(rules, answer) + _where(rules, answer)
+            missing[key] = why(rules, answer)
             continue
         given[key] = _concluded(rules, vocabulary, key, answer)
         for rival in given.keys() & set(rivals(key)):
@@ -79,16 +79,12 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
         return f"no rule of {rules.name} holds to more than a negligible degree for these words"
     if answer.missing:
         unsaid = ", ".join(answer.missing)
-        return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
+        first = next(firing for firing in answer.silent if firing.missing)
+        return (
+            f"no rule of {rules.name} fires; the tissue does not say: {unsaid} (the first rule "
+            f"that asks for it is at {rules.spans[first.rule].place})"
+        )
     return f"no rule of {rules.name} fires for these words"
-
-
-def _where(rules: RulesBlock, answer: NoRule) -> str:
-    """Return where the first rule is that asks for what a tissue does not say."""
-    first = next((firing for firing in answer.silent if firing.missing), None)
-    if first is None:
-        return ""
-    return f" (the first rule that asks for it is at {rules.spans[first.rule].place})"
 
 
 def _moved(firing: Firing) -> str:
