@@ -219,3 +219,22 @@ def test_explain_prints_what_words_give_where_something_else_replaces_it(tmp_pat
     plain = json.loads(call("explain", "scene.tis", "--json", cwd=tmp_path).stdout)
     from_words = plain["tissues"]["mine"]["from_words"]
     assert from_words["retardation time"] > 0.0 and from_words["stiffening"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("stress", "expected"),
+    [
+        ("10 kPa * strain + 20 kPa * strain^2", 10e3),
+        ("Young's modulus * (strain + 3 * strain^2)", None),  # that of the rules
+    ],
+)
+def test_the_modulus_of_a_stress_beside_words_is_its_slope_unless_it_refers_to_theirs(
+    stress, expected
+):
+    words = "hardness is soft; elasticity is big; weight is medium; shiftability is medium"
+    text = SCENE.replace("tissue is liver", "tissue is mine")
+    mine = f"{words}; consistency is smooth; stress of strain = {stress}"
+    mine = f"tissue mine {{ described in soft matter; {mine} }}\n"
+    tissue = tissuec.compile(text + mine).scene.tissues["mine"]
+    modulus = tissue.given["young's modulus"].value
+    assert modulus == pytest.approx(expected or tissue.concluded["young's modulus"], rel=1e-9)

@@ -41,7 +41,6 @@ from tissuec.scene.model import (
     PropertyFact,
     Tissue,
     WrittenLaw,
-    WrittenLaws,
 )
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
@@ -134,7 +133,7 @@ class TissueReader:
                 written.rules, self.vocabulary, answers, said, given, missing, self.findings
             )
             self._check_words(declared, written, facts, answers)
-        self._scale_stress(written.laws, given)
+        self._scale_stress(written, given)
         assert isinstance(declared.item, s.Block)
         known = tuple(one for several in written.known.values() for one in several)
         curves = tuple(one for several in written.curves.values() for one in several)
@@ -231,11 +230,14 @@ class TissueReader:
             if found is not None:
                 self.findings.extend([found])
 
-    def _scale_stress(self, laws: WrittenLaws, given: dict[str, AssignedQuantity]) -> None:
-        """Add the Young's modulus of a stress: its slope at rest, where none is said."""
-        law = laws.get("spring law")
+    def _scale_stress(self, written: _Written, given: dict[str, AssignedQuantity]) -> None:
+        """Set the Young's modulus of a stress where none is written: its slope at rest.
+
+        It replaces the one that rules conclude, unless the stress refers to that.
+        """
+        law = written.laws.get("spring law")
         stress = None if law is None else stress_in(law.force)
-        if law is None or stress is None or YOUNGS_MODULUS in given:
+        if law is None or stress is None or YOUNGS_MODULUS in written.numbers:
             return
         if "spring constant" in given:
             self.findings.reject(
@@ -248,6 +250,8 @@ class TissueReader:
         at_rest = {E.name: 0.0, REST.name: 1.0, MODULUS.name: np.nan}
         slope = float(stress.slope(E.name).at(at_rest))
         if not 0.0 < slope < np.inf:
+            if YOUNGS_MODULUS in given:
+                return
             self.findings.reject(
                 "TIS304",
                 "the stiffness of the tissue at rest is missing",
