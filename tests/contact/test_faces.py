@@ -89,9 +89,7 @@ def test_the_matrix_is_minus_the_derivative_of_the_forces(name):
     )
     found = matrix @ way[moves].ravel()
     expected = -(change / 2e-9)[moves].ravel()
-    # Along an axis, the nearest place moves with what is pressed, which the matrix leaves out.
-    allowed = 1e-5 if name != "needle" else 0.2
-    assert np.abs(found - expected).max() < allowed * np.abs(expected).max()
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
 
 
 STRAND = """

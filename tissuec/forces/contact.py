@@ -51,6 +51,7 @@ from tissuec.forces.contact_kernel import touch
 from tissuec.forces.contact_points import ContactPoints
 from tissuec.forces.contact_points_kernel import PLACING, ContactPointTable, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
+from tissuec.forces.contact_sliding import turning
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
@@ -483,8 +484,8 @@ class Contact(Field, frozen=True, dict=True):
         Args:
             number: Of each node of the scene among those that may move, -1 for others.
             size: How many may move; the matrix is of shape (3 size, 3 size).
-            exact: Whether round and hollow shapes weaken it, as what rolls off them; otherwise
-                it is positive semidefinite. Where the nearest point lies is taken as fixed.
+            exact: Whether round and hollow shapes weaken it, as what rolls off them, and
+                shapes that turn; otherwise it is positive semidefinite.
         """
         from scipy.sparse import coo_matrix
 
@@ -505,6 +506,8 @@ class Contact(Field, frozen=True, dict=True):
             to = self.between.map(number, size)
             number, size = np.arange(to.shape[0] // 3), to.shape[0] // 3
         values = np.einsum("na,nb,nij->naibj", shares, shares, block)
+        if exact:
+            values += self._turning(position, pairs, place, shares)
         rows = 3 * number[here][:, :, None] + np.arange(3)
         every = rows.reshape(len(rows), 12)
         row = np.broadcast_to(every[:, :, None], (len(rows), 12, 12))
@@ -513,6 +516,15 @@ class Contact(Field, frozen=True, dict=True):
         entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
         found = coo_matrix(entries, shape=(3 * size, 3 * size))
         return found if self.between is None else coo_matrix(to.T @ found.tocsr() @ to)
+
+    def _turning(
+        self, position: Floats, pairs: ContactPairs, place: NearestPlace, shares: Floats
+    ) -> Floats:
+        """Return the stiffness of shapes that turn [N/m], shape (pair, 4, 3, 4, 3)."""
+        corners = self._with_points(position)[self.points[pairs.shape]]
+        kind, gap = self.kind[pairs.shape], pairs.radius - place.depth
+        force = pairs.weight * self.pressure(pairs, place.depth)
+        return force[:, None, None, None, None] * turning(place, kind, corners, gap, shares)
 
     def _nearest(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, one for each nearest point; weights add up there.
@@ -547,8 +559,13 @@ class Contact(Field, frozen=True, dict=True):
         hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(pairs, place.depth)
         count = 0 if self.between is None else len(self.between.corners)
         total, each = np.zeros(len(position) + count), 2.0 * (round_ + hollow)
-        np.add.at(total, self.nodes[pairs.node], each)
-        np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
+        shares = np.concatenate([np.ones((len(each), 1)), -place.weights], axis=1)
+        turning_ = self._turning(position, pairs, place, shares)
+        turned = np.sqrt((turning_ * turning_).sum(axis=(1, 2, 3, 4)))
+        np.add.at(total, self.nodes[pairs.node], each + turned)
+        np.add.at(
+            total, self.points[pairs.shape], each[:, None] * place.weights + turned[:, None]
+        )
         if self.between is not None:
             total = self.between.sums(total, len(position))
         return float(total.max(initial=0.0))
