@@ -21,7 +21,14 @@ def fit_vocabulary(
 ) -> tuple[int, dict[str, Any]]:
     """Fit words and write them; returns the exit code and the document.
 
+    Args:
+        fit: The learn block.
+        request: The text with it.
+        wishes: Options of the command.
+        settings: Of all commands.
+
     Raises:
+        UsageError: Derivatives of a motion were to be checked.
         TissueError: The vocabulary cannot be written where it is to go.
     """
     from tissuec.learn.presets.fitted_vocabulary import (

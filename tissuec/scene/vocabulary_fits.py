@@ -140,7 +140,7 @@ class VocabularyFitReader(LearnItems):
         if of is None:
             self.findings.reject(
                 "TIS304", f"the tissue whose {item.value.text} is fitted is missing", item.span,
-                hint=f"write: fit = {item.value.text} of TISSUE, or of {ALL_TISSUES}",
+                hint=f"write: fit = {item.value.text} of TISSUE",
             )  # fmt: skip
         weight = clauses.above_zero("weighing", NUMBER, what="the weight of a fit")
         weight = 1.0 if weight is None else weight
@@ -318,7 +318,7 @@ class VocabularyFitReader(LearnItems):
     def _only_words(self, span: Span) -> NoReturn:
         self.findings.reject(
             "TIS801", "only words and weights of rules can be adjusted here", span,
-            hint=f"write: adjust {WORDS} of QUANTITY, or adjust {WEIGHTS} of RULES",
+            hint=f"write: adjust {WORDS} of QUANTITY",
         )  # fmt: skip
 
     # --- what is held out ---------------------------------------------------------------------

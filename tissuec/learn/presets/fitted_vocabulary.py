@@ -28,6 +28,12 @@ def compose_vocabulary(
 ) -> Preset:
     """Return the file of the rules with its new words and weights; others lie beside it.
 
+    Args:
+        learnt: The finished fit.
+        words: The program with the block.
+        request: Its text.
+        target: Where the file goes.
+
     Raises:
         TissueError: The texts are not valid at their place.
     """
@@ -39,6 +45,12 @@ def rehearse_vocabulary(
     fit: VocabularyFit, words: ResolvedProgram, request: Request, target: Path
 ) -> Preset:
     """Return what would be written if nothing changed, to find what is wrong with its place.
+
+    Args:
+        fit: The learn block.
+        words: The program with the block.
+        request: Its text.
+        target: Where the file goes.
 
     Raises:
         TissueError: It would not be valid there.

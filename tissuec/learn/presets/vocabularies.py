@@ -77,6 +77,7 @@ def words_alone(module: s.Module) -> str:
 
 
 def is_of_words(item: s.Item) -> bool:
+    """Return whether an item is a part of a vocabulary, or a number that it may need."""
     match item:
         case s.Assign(keyword=keyword) if keyword in ("param", "let"):
             return True

@@ -81,7 +81,8 @@ class VocabularyModel:
         """Return what words conclude for each target, and the derivatives.
 
         Returns:
-            In the coordinates of the scales, shapes (target,) and (target, number).
+            In the coordinates of the scales, which are SI units or their logarithms, shapes
+            (target,) and (target, number).
 
         Raises:
             TissueError: With these words no rule concludes a quantity any more.
@@ -113,7 +114,7 @@ class VocabularyModel:
         return self.program.vocabulary.quantities[key].named.scale.axis.coordinate(value)
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return the smallest and the largest parameters, shape (number,) each."""
+        """Return the smallest and largest parameters, dimensionless, shape (number,) each."""
         low = [-FARTHEST] * self.words.size
         high = [FARTHEST] * self.words.size
         for weight in self.weights:
@@ -122,7 +123,7 @@ class VocabularyModel:
         return np.array(low), np.array(high)
 
     def sigma(self) -> Floats:
-        """Return the standard deviations of the parameters about the original text."""
+        """Return the standard deviations of the parameters, dimensionless, shape (number,)."""
         return np.array(
             [WORD_SIGMA] * self.words.size + [WEIGHT_SIGMA] * len(self.weights), dtype=float
         )
