@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.learn.measured_gels import LEARN, request_of, tissues, vocabulary
+from tissuec.core.errors import CompileError
 from tissuec.core.resources import library
 from tissuec.learn.words_fit.fitting import fit_words, reread_words
 from tissuec.learn.words_fit.model import LEAST, VocabularyModel
@@ -195,3 +196,15 @@ def test_shipped_words_that_were_disturbed_give_the_moduli_again_in_seconds(tmp_
 
 def disturbed_request(folder: Path) -> Request:
     return Request.file(folder / "fit.tis", libraries=[folder])
+
+
+def test_a_tissue_that_no_rule_reaches_is_refused(tmp_path):
+    text = """
+    tissue one { described in gel; weight is heavy; Young's modulus = 10 kPa }
+    learn gels { fit = Young's modulus of one; adjust weights of gel }
+    """
+    with pytest.raises(CompileError) as error:
+        read_vocabulary_fits(request_of(tmp_path, vocabulary(), text))
+    (found,) = error.value.diagnostics
+    assert found.code == "TIS802"
+    assert "words do not give the Young's modulus of one: no rule of gel fires" in found.message

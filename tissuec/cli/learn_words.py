@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tissuec.learn.words_fit.fitting import LearntVocabulary
     from tissuec.scene.learn_model import VocabularyFit
     from tissuec.scene.request import Request
+    from tissuec.scene.resolved import ResolvedProgram
 
 
 def fit_vocabulary(
@@ -31,12 +32,8 @@ def fit_vocabulary(
         UsageError: Derivatives of a motion were to be checked.
         TissueError: The vocabulary cannot be written where it is to go.
     """
-    from tissuec.learn.presets.fitted_vocabulary import (
-        compose_vocabulary,
-        rehearse_vocabulary,
-        sources_of,
-    )
-    from tissuec.learn.presets.placing import place, refuse_others
+    from tissuec.learn.presets.fitted_vocabulary import compose_vocabulary, sources_of
+    from tissuec.learn.presets.placing import place
     from tissuec.learn.report.fitted_words import as_dict
     from tissuec.learn.report.passes import Passes
     from tissuec.learn.report.words import unified
@@ -50,12 +47,7 @@ def fit_vocabulary(
     words = read_words(request)[0]
     target = wishes.output or fit.write
     if target is not None:
-        for source in sources_of(fit, words).values():
-            if source.path is not None:
-                keep_input(target, source.path)
-        planned = rehearse_vocabulary(fit, words, request, target)
-        if not wishes.force:
-            refuse_others(planned.files)
+        _check_place(target, fit, words, request, force=wishes.force)
     with Passes(f"learn {fit.name}", shown=settings.shows_progress) as line:
         learnt = fit_words(request, fit, progress=line.at)
     if not settings.json:
@@ -78,6 +70,26 @@ def fit_vocabulary(
         lost = "; nothing is written (to write it: --anyway)" if is_lost else ""
         echo(f"FAILED: {doubt}{lost}", err=True)
     return FAILED if doubt else DONE, document
+
+
+def _check_place(
+    target: Path,
+    fit: "VocabularyFit",
+    words: "ResolvedProgram",
+    request: "Request",
+    *,
+    force: bool,
+) -> None:
+    """Refuse a place before time is spent: a text of the scene, or another file."""
+    from tissuec.learn.presets.fitted_vocabulary import rehearse_vocabulary, sources_of
+    from tissuec.learn.presets.placing import refuse_others
+
+    for source in sources_of(fit, words).values():
+        if source.path is not None:
+            keep_input(target, source.path)
+    planned = rehearse_vocabulary(fit, words, request, target)
+    if not force:
+        refuse_others(planned.files)
 
 
 def _doubt(learnt: "LearntVocabulary") -> str:
