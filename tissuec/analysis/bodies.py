@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.analysis.element_constants import WallNodes, constants_of_elements
 from tissuec.analysis.vibration.modes import Modes, modes_of, out_of_balance
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
@@ -28,11 +29,11 @@ from tissuec.core.names import key_of
 from tissuec.core.units import MASS, show
 from tissuec.matter.breaking import breaking_strains
 from tissuec.matter.coarseness import Coarseness
-from tissuec.matter.elasticity import Elasticity, Unit, of_plane_stress, of_wall, wall_springs
+from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
 from tissuec.model.net_size import NetSize
-from tissuec.model.network import BodyPart, Floats, Indices
+from tissuec.model.network import BodyPart, Indices
 
 Kind: TypeAlias = Literal["solid", "wall", "thread", "bars", "points"]
 LARGEST = 300_000  # springs of a body whose elastic constants are computed: some seconds
@@ -346,29 +347,14 @@ class _Examined:
             return None
         return SolidNet.of(self.part, self.drawing, self.state).coarseness(elasticity)
 
-    def _moduli(self) -> tuple[Floats, Floats, Floats]:
-        """Return shear modulus, bulk modulus and viscosity of elements, shape (element,)."""
-        own = self.state.network.elements_of(self.part.name)
-        columns = [(one.shear, one.bulk_modulus, one.viscosity) for one in own]
-        shear, bulk, viscosity = (np.concatenate(each) for each in zip(*columns, strict=True))
-        return shear, bulk, viscosity
-
     def _of_elements(self) -> Elasticity | None:
         """Return the elastic constants of the elements of a body, if all have the same."""
-        shear, bulk, _ = self._moduli()
-        if any(np.ptp(one) > _ALIKE * one.max() for one in (shear, bulk)):
-            self.notes.append("elastic constants are not computed of elements that differ")
-            return None
-        g, k = float(shear[0]), float(bulk[0])
-        young, ratio = 9.0 * k * g / (3.0 * k + g), (1.5 * k - g) / (3.0 * k + g)
+        own, wall = self.state.network.elements_of(self.part.name), None
         if self.kind == "wall":
-            return of_plane_stress(young, ratio, self.mesh.position, self.mesh.grid)
-        matrix = np.diag([2.0 * g] * 3 + [g] * 3)
-        matrix[:3, :3] += k - 2.0 * g / 3.0
-        return Elasticity(
-            "Pa", ("x", "y", "z"), (young,) * 3, (g,) * 3, ratio, 1.0,
-            tuple(tuple(row) for row in matrix.tolist()),
-        )  # fmt: skip
+            wall = WallNodes(self.state.network.position, self.part.nodes, self.mesh.grid)
+        if (found := constants_of_elements(own, wall)) is None:
+            self.notes.append("elastic constants are not computed of elements that differ")
+        return found
 
     def _of_wall(self) -> Elasticity:
         grid = self.mesh.grid
@@ -395,7 +381,11 @@ class _Examined:
 
     def _retardation_time(self) -> float | None:
         if self.part.is_made_of_elements:
-            shear, _, viscosity = self._moduli()
+            own = self.state.network.elements_of(self.part.name)
+            shear, viscosity = (
+                np.concatenate([getattr(one, key) for one in own])
+                for key in ("shear", "viscosity")
+            )
             return float(np.median(viscosity / shear)) or None
         elongation = self.length - self.behaviour.rest
         viscosity = self.behaviour.sluggishness(elongation, 0.0 * elongation)

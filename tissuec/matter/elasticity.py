@@ -133,8 +133,22 @@ def of_wall(
     return _constants(matrix, "N/m" if thickness is None else "Pa", directions)
 
 
+def of_space(young: float, poisson: float, more: Floats) -> Elasticity:
+    """Return the elastic constants of a solid of isotropic matter.
+
+    Args:
+        young: Young's modulus [Pa].
+        poisson: Poisson's ratio.
+        more: Stiffness that fibres add, in Voigt's order [Pa], shape (6, 6) or ().
+    """
+    shear = 0.5 * young / (1.0 + poisson)
+    matrix = np.diag([2.0 * shear] * 3 + [shear] * 3)
+    matrix[:3, :3] += 2.0 * shear * poisson / (1.0 - 2.0 * poisson)
+    return _constants(matrix + more, "Pa", ("x", "y", "z"))
+
+
 def of_plane_stress(
-    young: float, poisson: float, position: Floats, grid: Grid | None
+    young: float, poisson: float, position: Floats, grid: Grid | None, more: Floats
 ) -> Elasticity:
     """Return the elastic constants of a wall of isotropic matter.
 
@@ -143,11 +157,27 @@ def of_plane_stress(
         poisson: Poisson's ratio.
         position: Of its nodes [m], shape (node, 3).
         grid: How these stand in rows and columns, if they do.
+        more: Stiffness that fibres add, in Voigt's order [Pa], shape (3, 3) or ().
     """
     directions, _ = _first_direction(position, grid)
     matrix = np.diag([1.0, 1.0, 0.5 * (1.0 - poisson)])
     matrix[0, 1] = matrix[1, 0] = poisson
-    return _constants(young / (1.0 - poisson**2) * matrix, "Pa", directions)
+    return _constants(young / (1.0 - poisson**2) * matrix + more, "Pa", directions)
+
+
+def frames_of_triangles(
+    position: Floats, corners: NDArray[np.integer], grid: Grid | None
+) -> Floats:
+    """Return the directions of ``Elasticity.directions`` in triangles, shape (triangle, 2, 3).
+
+    Args:
+        position: Of the nodes of a wall [m], shape (node, 3).
+        corners: Of its triangles, shape (triangle, 3).
+        grid: How the nodes stand in rows and columns, if they do.
+    """
+    a, b, c = position[corners].swapaxes(0, 1)
+    first = _first_direction(position, grid)[1][corners].mean(axis=1)
+    return _frames(_unit(np.cross(b - a, c - a)), first)
 
 
 def range_of_wall(

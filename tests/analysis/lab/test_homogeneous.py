@@ -266,3 +266,13 @@ def test_a_tissue_that_does_not_relax_contradicts_a_relaxation_that_is_known(mon
     found = laboratory.examiner_of(gel, lambda _: None).all()
     (row,) = [one for one in found.rows if one.test == "ramp and hold"]
     assert (row.quantity, row.verdict) == ("stress left at 10 s", '43 % above "A"')
+
+
+def test_the_last_known_place_is_measured_though_statics_fall_short_of_it():
+    # At 20 % a tissue that stiffens fast is pressed to 19.99993 %.
+    known = 'known stress in compression at 20 % from 0.8 kPa to 30 kPa by "A 2011"'
+    tissue = "Young's modulus = 14 kPa; density = 1050 kg/m^3; stiffening = 24"
+    made = bench(f"{tissue}; Poisson's ratio = 0.45; {known}")
+    found = homogeneous.loaded(made, COMPRESSION)
+    (row,) = curve_rows("compression", found.curve, found.why)
+    assert found.curve.place[-1] < 0.2 and row.is_good

@@ -15,6 +15,8 @@ from tissuec.scene.quantities import TissueQuantity
 
 SHARE = 0.05  # by which a measurement may be off
 INSIDE = "inside the scatter"
+#: Part by which a strain may fall short of the one whose load acts: more than statics needs.
+_REACHED = 1e-3
 
 
 class StressStrainCurve(NamedTuple):
@@ -86,7 +88,7 @@ class LabCurve(Struct, frozen=True):
 
     def at(self, place: float) -> tuple[float, float]:
         """Return the value and the check at a place; NaN beyond what was measured."""
-        if len(self.place) == 0 or place > self.place[-1] * (1.0 + 1e-6):
+        if len(self.place) == 0 or place > self.place[-1] * (1.0 + _REACHED):
             return np.nan, np.nan
         start = np.append(0.0, self.place), np.append(0.0 if self.mode else 1.0, self.value)
         check = np.append(start[1][0], self.check)

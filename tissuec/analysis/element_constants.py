@@ -1,0 +1,69 @@
+"""Elastic constants of elements at rest, from the numbers of their matter.
+
+A family of fibres along the unit vector a that adds the modulus β along it adds β a a a a to
+the stiffness (``matter.fibres``), under tension, as fibres bear no compression.
+"""
+
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.matter.elasticity import Elasticity, frames_of_triangles, of_plane_stress, of_space
+from tissuec.matter.fibres import Fibres
+from tissuec.model.network import Floats, Grid
+
+_ALIKE = 1e-9  # rounding
+_PARALLEL = 1e-3  # components of the same direction differ by less, as those of round tubes do
+
+
+class WallNodes(Struct, frozen=True, eq=False):
+    """Nodes of a wall of triangles.
+
+    Attributes:
+        position: Of all nodes of the scene as drawn [m], shape (node, 3).
+        nodes: Which of them are those of the wall.
+        grid: How these stand in rows and columns, if they do.
+    """
+
+    position: Floats
+    nodes: slice
+    grid: Grid | None
+
+
+def constants_of_elements(own: tuple[Any, ...], wall: WallNodes | None) -> Elasticity | None:
+    """Return the elastic constants of elements; None if they differ.
+
+    Args:
+        own: Elements, shape by shape.
+        wall: Nodes of a wall; None of a solid.
+    """
+    shear = np.concatenate([one.shear for one in own])
+    bulk = np.concatenate([one.bulk_modulus for one in own])
+    counts = {one.fibres.along.shape[1] for one in own}
+    if len(counts) > 1 or any(np.ptp(one) > _ALIKE * one.max() for one in (shear, bulk)):
+        return None
+    g, k = float(shear[0]), float(bulk[0])
+    young, ratio = 9.0 * k * g / (3.0 * k + g), (1.5 * k - g) / (3.0 * k + g)
+    count, more = counts.pop(), np.zeros(())
+    for family in range(count):
+        added = np.concatenate([one.fibres.modulus for one in own]) / count
+        along = np.concatenate([_along(one, family, wall) for one in own])
+        pairs = np.einsum("ti,tj->tij", along, along)
+        if np.ptp(pairs, axis=0).max() > _PARALLEL or np.ptp(added) > _ALIKE * added.max():
+            return None
+        more = more + Fibres(along[0], float(added[0])).stiffness
+    if wall is None:
+        return of_space(young, ratio, more)
+    return of_plane_stress(young, ratio, wall.position[wall.nodes], wall.grid, more)
+
+
+def _along(own: Any, family: int, wall: WallNodes | None) -> Floats:
+    """Return unit vectors along fibres, in a wall within it, shape (element, 3) or (…, 2)."""
+    along = own.fibres.along[:, family]
+    if wall is None:
+        return np.asarray(along)
+    corners = own.nodes - wall.nodes.start
+    frame = frames_of_triangles(wall.position[wall.nodes], corners, wall.grid)
+    drawn = np.einsum("tdi,tik,tk->td", frame, own.deformations(wall.position), along)
+    return np.asarray(drawn / np.linalg.norm(drawn, axis=1)[:, None])
