@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from tissuec.laws import derivatives
+from tissuec.laws.formula import Variable, exp
 from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
+from tissuec.laws.uniaxial import OfTension
 from tissuec.validate.forces.solid_laws import slopes_of
 from tissuec.validate.forces.trees import derived
 
@@ -104,3 +106,16 @@ def test_sums_of_stretches_are_known_to_the_reference():
         value, slope = derived(tree, values, name)
         np.testing.assert_allclose(value, tree.at(values), rtol=1e-12, atol=1e-14)
         np.testing.assert_allclose(slope, tree.slope(name).at(values), rtol=1e-12)
+
+
+def test_the_solid_of_a_curve_is_known_to_the_reference():
+    """Its formula is a spline of i1, here before, within and behind its places."""
+    strain = Variable("strain")
+    tree = OfTension(5e3 / 3.0 * (exp(3.0 * strain) - 1.0), 5e3).energy()
+    i1 = np.array([2.9, 3.0, 3.05, 3.4, 9.0, 30.0])
+    values = {"i1": i1, "i2": np.full(6, 3.0)}
+    value, slope = derived(tree, values, "i1")
+    np.testing.assert_allclose(value, tree.at(values), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(slope, tree.slope("i1").at(values), rtol=1e-12)
+    beside = derived(tree, {**values, "i1": i1 + 1e-30j}, "i1")[0]
+    np.testing.assert_allclose(np.imag(beside) / 1e-30, slope, rtol=1e-12)

@@ -50,10 +50,25 @@ def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
             test, above, below = of(tree.test)[0], of(tree.above), of(tree.below)
             chosen = test >= 0.0
             return either(chosen, above[0], below[0]), either(chosen, above[1], below[1])
+        case "Spline":
+            a, da = of(tree.argument)
+            value, slope = _on_spline(tree, a)
+            return value, slope * da
         case "PrincipalSum":
             return _of_stretches(tree.exponent, values["i1"], values["i2"], name)
         case other:
             raise TypeError(f"a formula has no {other}")
+
+
+def _on_spline(tree: Any, x: Any) -> tuple[Any, Any]:
+    """Return value and slope of a spline, also beside the real line, of the shape of x."""
+    x, starts = np.asarray(x), np.array(tree.places)
+    last = np.searchsorted(starts, x.real, side="right") - 1
+    z = x - starts[np.maximum(last, 0)]
+    a, b, c, d = np.moveaxis(np.array(tree.pieces)[np.maximum(last, 0)], -1, 0)
+    value, slope = a + b * z + c * z**2 + d * z**3, b + 2.0 * c * z + 3.0 * d * z**2
+    before = last < 0
+    return np.where(before, a + tree.before * z, value), np.where(before, tree.before, slope)
 
 
 def _of_stretches(a: float, i1: Any, i2: Any, name: str) -> tuple[Any, Any]:
