@@ -31,7 +31,7 @@ def inside(head: Statement, outer: BlockKind) -> BlockKind:
             return BlockKind("region", words[1] if words[1:] else "")
         case "body", ("interface" | "springs"):
             return BlockKind(first)
-        case (("tissue" | "law"), ("spring" | "viscosity")):
+        case (("tissue" | "law"), ("spring" | "viscosity" | "solid")):
             return BlockKind(" ".join(words[:2]), _behind_is(head))
         case "simulate", "integrator":
             return BlockKind("integrator", _behind_is(head))

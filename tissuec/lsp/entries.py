@@ -119,7 +119,7 @@ def entries(block: BlockKind) -> Terms:
         case BlockKind("spring law" | "viscosity law" | "solid law", kind):
             return _of_kind(BY_ENTRY[block.kind].family, kind)
         case BlockKind("environment"):
-            own = _meant("environment", {"symmetric": " about plane through "})
+            own = _meant("environment", {settings.SYMMETRIC: " through "})
             return own | _entries(settings.EnvironmentEntries)
         case BlockKind("simulate"):
             schema = settings.simulate_schema()

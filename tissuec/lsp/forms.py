@@ -12,6 +12,7 @@ from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.element_bodies import MADE_OF
 from tissuec.scene.laws import FORMS
 from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.settings import SYMMETRIC
 from tissuec.script.fit_problem import WEIGHTS, WORDS
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import PARAMETERS
@@ -70,7 +71,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("body", "made"): tuple(f"made of {word}" for word in MADE_OF),
     ("body", "springs"): ("springs where CONDITION",),
     ("body", "interface"): ("interface is MEAN from REGION to REGION",),
-    ("environment", "symmetric"): ("symmetric about plane through POINT facing VECTOR",),
+    ("environment", SYMMETRIC): (f"{SYMMETRIC} through POINT facing VECTOR",),
     ("joint", "springs"): ("springs from SET to SET",),
     ("force", "acts"): ("acts on SET",),
     ("output", ""): ("MEASURE of MEASURED to MEASURED every TIME",),

@@ -198,7 +198,8 @@ def _made_of() -> Rule:
 def _tissue(known: Mapping[str, Term]) -> list[Rule]:
     own = rule(rf"{START}({RUN})", {1: "entry"})
     laws = _inner("spring law", "viscosity law", "solid law")
-    return [_named("known", v.KNOWN_TERMS), _entries(known), own, laws]
+    modes = listed(v.MODE_TERMS, r"(?<=\bstress in)\s+")
+    return [_named("known", v.KNOWN_TERMS), modes, _entries(known), own, laws]
 
 
 def _output(known: Mapping[str, Term]) -> list[Rule]:

@@ -18,10 +18,12 @@ from tissuec.scene.declarations import SINGLE
 from tissuec.scene.laws import BY_ENTRY, LawKind
 from tissuec.scene.learn_entries import ADJUSTED, learn_schema
 from tissuec.scene.schema import entries_of
+from tissuec.scene.settings import SYMMETRIC
 
 #: Entries that a block can hold several times.
 _REPEATED = {
     "tissue": ("known",), "body": ("region", "interface", "springs"), "rules": ("if",),
+    "environment": (SYMMETRIC,),
 }  # fmt: skip
 
 

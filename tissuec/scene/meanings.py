@@ -69,7 +69,7 @@ ENTRIES = {
         "of the plane in which it is.",
     },
     "environment": {
-        "symmetric": "A plane of symmetry: the scene holds what is on one side of it.",
+        "symmetric about plane": "A plane of symmetry: the scene is one side of it.",
     },
     "region": {
         "tissue": "The tissue of the region; by default that of the body.",
