@@ -345,7 +345,7 @@ class VocabularyFitReader(LearnItems):
                 self.findings.reject(
                     "TIS312", "tissues are held out by their names",
                     item.span if name is None else name.span,
-                    hint="for example: hold out skin, or hold out = [skin, liver]",
+                    hint="for example: hold out = [skin, liver]",
                 )  # fmt: skip
             yield name
 
