@@ -107,13 +107,24 @@ class Balance:
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which free nodes contact or a force ties to something, shape (free,).
 
+        Planes of symmetry do not, but leave motions within them; see ``off_planes``.
+
         Args:
             position: Of all nodes of the scene [m], shape (node, 3).
         """
         found = np.zeros(len(position), dtype=bool)
         for acting in self._fields:
-            found |= acting.touched(position)
+            if acting is not self._planes:
+                found |= acting.touched(position)
         return found[self.free]
+
+    @property
+    def off_planes(self) -> Floats:
+        """Return the projections off planes of symmetry of free nodes, shape (free, 3, 3)."""
+        off = np.zeros((len(self._position), 3, 3))
+        if self._planes is not None:
+            off[self._planes.nodes] = np.eye(3) - self._planes.within
+        return off[self.free]
 
     @property
     def has_elements(self) -> bool:

@@ -54,12 +54,14 @@ class Freedom(Struct, frozen=True, eq=False):
         piece: Which.
         pivot: Where it is held [m], shape (3,); None where nothing holds it.
         axes: Orthonormal directions about which it can turn, shape (3, 0), (3, 1) or (3, 3).
+        within: Projection of its shift into the planes of symmetry that it is on, shape (3, 3).
         motion: All of it, orthonormal in the masses [kg^-½], shape (3 n, motion).
     """
 
     piece: RigidPiece
     pivot: Floats | None
     axes: Floats
+    within: Floats
     motion: Floats
 
     def restored(self, x: Floats, start: Floats, mass: Floats) -> Floats:
@@ -71,7 +73,8 @@ class Freedom(Struct, frozen=True, eq=False):
             mass: Weights of the distances [kg], shape (n,).
         """
         if self.pivot is None:
-            before, after = mass @ start / mass.sum(), mass @ x / mass.sum()
+            after = mass @ x / mass.sum()
+            before = after + self.within @ (mass @ start / mass.sum() - after)
         else:
             before = after = self.pivot
         from scipy.spatial.transform import Rotation  # it takes a while to import
@@ -138,9 +141,11 @@ class NeutralMotions:
         """
         mass = balance.mass if mass is None else mass
         position = balance.bars(x).position
-        touched, load = balance.touched(position), balance.present_load
+        touched, load, off = balance.touched(position), balance.present_load, balance.off_planes
         found = (
-            _freedom(piece, x[nodes], position[piece.anchors], mass[nodes], load[nodes])
+            _freedom(
+                piece, x[nodes], position[piece.anchors], mass[nodes], off[nodes], load[nodes]
+            )
             for piece in pieces(balance)
             for nodes in (piece.nodes,)
             # What presses on a piece resists, or takes part in its motion.
@@ -212,10 +217,11 @@ def rigid_motions(balance: Balance, x: Floats) -> tuple[Freedom, ...]:
     Args:
         x: Where the free nodes are [m], shape (free, 3).
     """
-    position = balance.bars(x).position
+    position, off, mass = balance.bars(x).position, balance.off_planes, balance.mass
     found = (
-        _freedom(piece, x[piece.nodes], position[piece.anchors], balance.mass[piece.nodes])
+        _freedom(piece, x[nodes], position[piece.anchors], mass[nodes], off[nodes])
         for piece in pieces(balance, lone=True)
+        for nodes in (piece.nodes,)
     )
     return tuple(filter(None, found))
 
@@ -235,10 +241,15 @@ def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
 
 
 def _freedom(
-    piece: RigidPiece, x: Floats, anchors: Floats, mass: Floats, load: Floats | None = None
+    piece: RigidPiece,
+    x: Floats,
+    anchors: Floats,
+    mass: Floats,
+    off: Floats,
+    load: Floats | None = None,
 ) -> Freedom | None:
     """Return how a piece can move as a whole at no cost, loads included if there are any."""
-    twists = _neutral_twists(x, anchors, np.zeros_like(x) if load is None else load)
+    twists = _neutral_twists(x, anchors, off, np.zeros_like(x) if load is None else load)
     if not twists.shape[1]:
         return None
     turning = np.linalg.svd(twists[3:], full_matrices=False)
@@ -247,17 +258,21 @@ def _freedom(
         piece,
         anchors[0] if len(anchors) else None,
         turning.U[:, is_axis],
+        np.eye(3) - np.linalg.pinv(total := off.sum(axis=0)) @ total,
         _orthonormal(_velocities(x) @ twists, np.repeat(mass, 3)),
     )
 
 
-def _neutral_twists(x: Floats, anchors: Floats, load: Floats) -> Floats:
+def _neutral_twists(x: Floats, anchors: Floats, off: Floats, load: Floats) -> Floats:
     """Return the twists (v, ω) of a piece that cost no energy, shape (6, motion)."""
     middle = x.mean(axis=0)
     # A single node has no size: its anchors say what is far.
     sizes = (float(np.abs(part - middle).max(initial=0.0)) for part in (x, anchors))
     size = next(filter(None, sizes), 1.0)
     stays = _velocities((anchors - middle) / size)
+    if len(mirrored := np.flatnonzero(off.any(axis=(1, 2)))):
+        moves = _velocities((x[mirrored] - middle) / size).reshape(-1, 3, 6)
+        stays = np.concatenate([stays, (off[mirrored] @ moves).reshape(-1, 6)])
     twists = _null_space(stays, INDEPENDENT)
     if not twists.shape[1]:
         return twists

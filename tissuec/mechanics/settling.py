@@ -208,6 +208,9 @@ def refuse_falling(balance: Balance) -> None:
     anchored[labels[balance.touched(balance.bars(balance.start).position)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)
+    off = np.zeros((len(anchored), 3, 3))  # planes of symmetry bear what is across them
+    np.add.at(off, labels, balance.off_planes)
+    total -= np.einsum("pij,pj->pi", np.linalg.pinv(off) @ off, total)
     most = UNLOADED * float(np.abs(balance.load).sum(axis=0).max())
     falling = ~anchored & (np.abs(total).max(axis=1) > most)
     if falling.any():
