@@ -238,3 +238,10 @@ def test_the_modulus_of_a_stress_beside_words_is_its_slope_unless_it_refers_to_t
     tissue = tissuec.compile(text + mine).scene.tissues["mine"]
     modulus = tissue.given["young's modulus"].value
     assert modulus == pytest.approx(expected or tissue.concluded["young's modulus"], rel=1e-9)
+
+
+def test_a_property_that_no_rule_asks_for_is_warned_of():
+    text = SCENE.replace('use "', 'use "fuzzy/soft_tissue"\nuse "', 1)
+    other = "tissue own { described in soft tissue; hardness is soft; cohesion is friable }\n"
+    assert "W205" in codes(text + other)
+    assert "W205" not in codes(text + other.replace("; cohesion is friable", ""))

@@ -12,7 +12,6 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.names import key_of
-from tissuec.core.units import show
 from tissuec.fuzzy.hedges import Shift, has_effect, hedged
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang.words import written_name
@@ -82,7 +81,7 @@ class ProposedNumber(Struct, frozen=True):
         """Return a value with its unit."""
         if value is None:
             return ""
-        return show(value, QUANTITIES[key_of(self.quantity)].dimension, digits=4)
+        return QUANTITIES[key_of(self.quantity)].show(value, digits=4)
 
 
 class ProposedTissue(Struct, frozen=True):

@@ -47,6 +47,7 @@ def propose_words(
             raise TissueError(
                 f"tissue {name} has no written number; its words are: "
                 + ", ".join(f"{fact.property} {fact.written}" for fact in tissue.facts)
+                + '; give numbers instead, such as --from "Young\'s modulus = 5 kPa"'
             )
     found = propose(words.vocabulary, numbers, rules, facts)
     if settings.json:

@@ -212,7 +212,7 @@ def _refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Find
         elif network.relaxes:
             what = "springs" if network.springs.inelastic is not None else "elements"
             said = f"{what} that relax or yield cannot settle over an interval: they need time"
-            hint = "let them move, with integrator is esdirk43, or settle at one time"
+            hint = "let them move instead, as slowly as they need, or settle at one time"
         else:
             continue
         findings.add("TIS306", said, interval.span, hint=hint)

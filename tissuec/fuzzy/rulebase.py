@@ -85,6 +85,11 @@ class RuleBase(Struct, frozen=True, dict=True):
         return tuple(tuple(atoms(rule.condition)) for rule in self.rules)
 
     @cached_property
+    def asked(self) -> frozenset[str]:
+        """Return the properties that conditions of rules ask about."""
+        return frozenset(part.property for parts in self._atoms for part in parts)
+
+    @cached_property
     def _corners(self) -> Mapping[str, list[float]]:
         return _corners(self.properties, self._atoms)
 

@@ -45,6 +45,22 @@ class TissueWords(Struct, frozen=True):
     def _numbers(self) -> dict[str, float]:
         return {fact.property: fact.number for fact in self.facts}
 
+    def warn_of_unasked_properties(self, own: Collection[str]) -> None:
+        """W205: no rule asks about a property of the tissue.
+
+        Args:
+            own: Properties that the tissue itself writes.
+        """
+        asked = self.rules.base.asked
+        for fact in self.facts if asked else ():
+            if fact.property in own and fact.property not in asked:
+                self.findings.add(
+                    "W205",
+                    f"{fact.property} has no effect: no rule of {self.rules.name} asks for it",
+                    fact.span,
+                    hint="remove it, or describe the tissue in rules that ask for it",
+                )
+
     def warn_of_idle_hedges(self, own: Collection[str]) -> None:
         """W205: the rules say the same of a word with a hedge as of the word alone.
 

@@ -58,6 +58,7 @@ from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.written_numbers import read_given
 
 MOST_PARENTS = 50
+_RULES = 'use "fuzzy/soft_matter", and in the tissue first: described in soft matter'
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
 
@@ -188,6 +189,7 @@ class TissueReader:
         words = TissueWords(
             written.rules, self.vocabulary, facts, phrases, answers, self.findings
         )
+        words.warn_of_unasked_properties(own)
         words.warn_of_idle_hedges(own)
         changed = {key for key in own if self._is_set(written.facts[key])}
         words.refuse_outdone_ones(changed, declared.name.text, written.numbers, written.left)
@@ -426,6 +428,9 @@ class TissueReader:
         if rules is not None:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '
             self.findings.reject("TIS202", f"{message}nor a quantity", name.span, hint=hint)
+        is_worded = isinstance(item, s.Sentence) and item.phrase is not None
+        if is_worded and not self.vocabulary.rules and not hint.edits:
+            hint = Hint(f"words need rules: {_RULES}")
         if name.key in self.vocabulary.properties:
             names = " or ".join(one.name for one in self.vocabulary.rules.values()) or "…"
             hint = f"it is a property of a vocabulary; insert before it: described in {names}"
