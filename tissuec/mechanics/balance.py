@@ -120,7 +120,10 @@ class Balance:
 
     @property
     def off_planes(self) -> Floats:
-        """Return the projections off planes of symmetry of free nodes, shape (free, 3, 3)."""
+        """Return the projections off planes of symmetry of free nodes, dimensionless.
+
+        The shape is (free, 3, 3).
+        """
         off = np.zeros((len(self._position), 3, 3))
         if self._planes is not None:
             off[self._planes.nodes] = np.eye(3) - self._planes.within

@@ -73,8 +73,8 @@ def test_a_mechanism_is_noted():
     assert "node 10" in note.cause
 
 
-def test_settling_takes_no_time():
-    with pytest.raises(Refused, match="cannot have an interval"):
+def test_a_part_of_a_scene_settles_at_one_time_only():
+    with pytest.raises(Refused, match="cannot settle over an interval"):
         order("settle net", {"net": [0]}, duration=1.0)
 
 
