@@ -78,10 +78,10 @@ def test_automatic_goes_over_to_implicit_steps_where_explicit_ones_are_at_their_
     assert far < 1e-4 * ran.largest_displacement[-1]
 
 
-def stiff_reference(*forces):
+def stiff_reference(*forces, duration=20.0):
     bench = Bench(
         chain(24, stiffness=100.0, mass=1e-3, damping=20.0),
-        20.0,
+        duration,
         method="esdirk43",
         tolerance=1e-8,
         fixed=[0],
@@ -103,11 +103,11 @@ def bed():
 def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
     monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", creeping)
     monkeypatch.setattr("tissuec.engine.method_control.PATIENT", 0.3)
-    bench = stiff()
+    bench = stiff(duration=80.0)
     bench.state.put(bed())
     ran = bench.run()
     assert ran.engine.statistics.method in those(implicit=True)
-    far = np.abs(ran.position - stiff_reference(bed())).max()
+    far = np.abs(ran.position - stiff_reference(bed(), duration=80.0)).max()
     assert far < 1e-4 * ran.largest_displacement[-1]
 
 
