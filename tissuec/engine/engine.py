@@ -13,7 +13,15 @@ from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
 from tissuec.engine.breaking_elements import Loads
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.method import Interruption, Method, Samples, Statistics
+from tissuec.engine.method import (
+    Follow,
+    Interruption,
+    Method,
+    Pause,
+    Samples,
+    Statistics,
+    unfollowed,
+)
 from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
 from tissuec.engine.sample_buffer import SampleBuffer
@@ -42,13 +50,6 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
-
-Pause = Callable[[float], bool]
-Follow = Callable[[float, Floats], None]
-
-
-def _overlook(time: float, position: Floats) -> None:
-    """Ignore a state."""
 
 
 class Engine:
@@ -103,7 +104,7 @@ class Engine:
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._closely = -np.inf  # until when steps are looked at one by one [s]
         self._loads: Loads | None = None  # of elements that may break
-        self.follow: Follow = _overlook
+        self.follow: Follow = unfollowed
 
     @property
     def choice(self) -> MethodChoice:

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tissuec.core.units import ENERGY, PRESSURE, TIME, show
-from tissuec.engine.method import Interruption
-from tissuec.engine.quasistatic import Look, Pause, QuasiStatic
+from tissuec.engine.method import Interruption, Pause
+from tissuec.engine.quasistatic import Look, QuasiStatic
 from tissuec.engine.step_events import Watch
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import Remark, Unsettled, settle

@@ -1,5 +1,6 @@
 """Requests to the engine and its answers."""
 
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -8,6 +9,10 @@ from msgspec import Struct, field
 from tissuec.engine.integrators.procedures import Choices
 from tissuec.model.network import Floats, Indices
 
+#: Given the time [s], returns whether to return between two steps.
+Pause = Callable[[float], bool]
+#: Takes a time [s] and the positions of all nodes [m], shape (node, 3).
+Follow = Callable[[float, Floats], None]
 Kind = Literal["reached", "paused", "viewed", "ruptured", "triggered", "diverged", "stuck"]
 
 
@@ -46,6 +51,10 @@ class Samples(NamedTuple):
     dissipated: Floats  # by dashpots and drag since the start [J], shape (sample,)
     error: Floats  # of positions, as estimated from step to step [m], shape (sample,)
     reach: Floats  # largest displacement of a node in the steps before [m], shape (sample,)
+
+
+def unfollowed(time: float, position: Floats) -> None:
+    """Ignore a state."""
 
 
 def _no_springs() -> Indices:

@@ -14,13 +14,12 @@ from msgspec.structs import replace
 
 from tissuec.engine.engine import Engine
 from tissuec.engine.equilibria import Equilibria
-from tissuec.engine.method import Interruption, MethodChange, Samples, Statistics
+from tissuec.engine.method import Follow, Interruption, MethodChange, Pause, Samples, Statistics
 from tissuec.engine.step_events import Survey, Watch
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.script.plan import EQUILIBRIUM, LOAD_STEPS
 
-Pause = Callable[[float], bool]
 REASON = "the script asks for equilibrium"
 
 
@@ -40,6 +39,7 @@ class Phases:
         self._begun = self._reach = 0.0
         self._remarks: list[str] = []
         self._now: Engine | Equilibria = first
+        self._follow: Follow = first.follow
 
     @property
     def is_static(self) -> bool:
@@ -170,7 +170,9 @@ class Phases:
         self._remarks = self.remarks
 
     def _dynamic(self) -> Engine:
-        return Engine(self._network, self._method, self._times, self._take)
+        found = Engine(self._network, self._method, self._times, self._take)
+        found.follow = self._follow
+        return found
 
     def _static(self, state: State) -> Equilibria:
         span = min(state.still_until, self._method.duration) - self._begun
@@ -179,6 +181,7 @@ class Phases:
             duration=span, choices=None,
         )  # fmt: skip
         found = Equilibria(self._network, method, self._times, self._take)
+        found.follow = self._follow
         found.skip_samples(self._begun)
         return found
 

@@ -21,7 +21,16 @@ import numpy as np
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
 from tissuec.engine.integrators.procedures import RelaxationChoices
-from tissuec.engine.method import Interruption, Method, MethodChange, Samples, Statistics
+from tissuec.engine.method import (
+    Follow,
+    Interruption,
+    Method,
+    MethodChange,
+    Pause,
+    Samples,
+    Statistics,
+    unfollowed,
+)
 from tissuec.engine.step_events import Survey, Watch
 from tissuec.forces import Field
 from tissuec.mechanics import observables
@@ -34,7 +43,6 @@ from tissuec.script.plan import RELAXATION
 
 THRESHOLD = 1e-9  # of the largest force: the change of a force that counts
 SWEEPS = 20_000
-Pause = Callable[[float], bool]
 
 
 class QuasiStatic:
@@ -68,7 +76,7 @@ class QuasiStatic:
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
         self._viewed = np.zeros((0, 3)), np.zeros((0, 3))
-        self.follow: Callable[[float, Floats], None] = lambda time, position: None
+        self.follow: Follow = unfollowed
 
     @property
     def statistics(self) -> Statistics:

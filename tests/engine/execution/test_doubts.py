@@ -356,8 +356,11 @@ simulate { duration = 2 s; tolerance = 1e-3 }
 """
 
 
-def test_what_passes_and_comes_back_between_two_looks_is_found_and_located():
-    outcome, recording = carried_out(compiled(QUICK))
+@pytest.mark.parametrize("still", ["", "from 0 s to 5 ms: settle"])
+def test_what_passes_and_comes_back_between_two_looks_is_found_and_located(still):
+    outcome, recording = carried_out(
+        compiled(QUICK.replace("at 0 s: fix flap", f"at 0 s: fix flap\n  {still}"))
+    )
     crossing, *passages = outcome.doubts
     assert crossing.kind == "passes through a surface" and crossing.last == 0
     # The axis is 2 mm above the sheet: half of the way.

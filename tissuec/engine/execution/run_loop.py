@@ -21,8 +21,8 @@ from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import EQUILIBRIUM, RELAXATION, Plan, ScheduledAction
 
 if TYPE_CHECKING:
-    from tissuec.engine.engine import Engine, Pause
-    from tissuec.engine.method import Interruption
+    from tissuec.engine.engine import Engine
+    from tissuec.engine.method import Interruption, Pause
     from tissuec.engine.phases import Phases
     from tissuec.engine.quasistatic import QuasiStatic
 
