@@ -18,7 +18,7 @@ from tissuec.scene.request import Request
 
 def fitted(request):
     (fit,), _ = read_vocabulary_fits(request)
-    return fit_words(request, fit)
+    return fit_words(request, fit, read_words(request)[0])
 
 
 @pytest.mark.parametrize(

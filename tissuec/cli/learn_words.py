@@ -49,7 +49,7 @@ def fit_vocabulary(
     if target is not None:
         _check_place(target, fit, words, request, force=wishes.force)
     with Passes(f"learn {fit.name}", shown=settings.shows_progress) as line:
-        learnt = fit_words(request, fit, progress=line.at)
+        learnt = fit_words(request, fit, words, progress=line.at)
     if not settings.json:
         _tell(learnt, settings)
         if wishes.diff:

@@ -117,6 +117,7 @@ class LearntVocabulary(Struct, frozen=True, eq=False):
 def fit_words(
     request: Request,
     fit: VocabularyFit,
+    words: ResolvedProgram,
     *,
     progress: Callable[[LearnProgress], None] | None = None,
 ) -> LearntVocabulary:
@@ -125,6 +126,7 @@ def fit_words(
     Args:
         request: The text with the block; it need not be a scene.
         fit: The block.
+        words: The vocabulary and the tissues of the text.
         progress: Told after each evaluation.
 
     Raises:
@@ -133,7 +135,6 @@ def fit_words(
     from scipy.optimize import least_squares
 
     began = clock.monotonic()
-    words = read_words(replace(request, strict=False))[0]
     model = VocabularyModel(words, fit)
     problem = _Problem(model, fit)
     start = np.zeros(model.size)

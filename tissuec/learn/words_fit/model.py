@@ -134,7 +134,7 @@ class VocabularyModel:
         for weight, now in zip(self.weights, self._written_weights(theta), strict=True):
             if now == weight.start:
                 continue
-            clause = next((one for one in weight.item.clauses), None)
+            clause = next(iter(weight.item.clauses), None)
             if clause is not None:
                 yield TextEdit(clause.value.span, f"{now:g}")
                 continue
