@@ -151,16 +151,10 @@ class _WordSearch:
         facts: Mapping[str, float],
     ):
         self.vocabulary, self.rules, self.wanted = vocabulary, rules, wanted
-        used = {
-            atom.property
-            for answer in rules.base.infer({}).values()
-            for one in answer.silent
-            for atom in one.atoms
-        }
         self.phrases = {
             key: list(_phrases(vocabulary, key, facts.get(key)))
             for key in vocabulary.properties
-            if key in used
+            if key in rules.base.asked
         }
 
     def found(self) -> ProposedTissue:

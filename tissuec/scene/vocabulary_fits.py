@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Source, Span
-from tissuec.core.units import NUMBER, show
+from tissuec.core.units import NUMBER
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang import syntax as s
@@ -226,12 +226,12 @@ class VocabularyFitReader(LearnItems):
         if number is not None and evidence is not None:
             low, high = evidence
             if not low <= number <= high:
-                dimension = QUANTITIES[key].dimension
-                shown = f"{show(low, dimension)} to {show(high, dimension)}"
+                show = QUANTITIES[key].show
                 hint = "change the number or the evidence"
                 return (
                     "TIS207",
-                    f"the {what}, {show(number, dimension)}, contradicts its evidence, {shown}",
+                    f"the {what}, {show(number)}, contradicts its evidence, {show(low)} to "
+                    f"{show(high)}",
                     hint,
                 )
         axis = self.vocabulary.quantities[key].named.scale.axis
@@ -239,12 +239,11 @@ class VocabularyFitReader(LearnItems):
             try:
                 axis.to_scale(value)
             except (OutOfRange, ValueError):
-                dimension = QUANTITIES[key].dimension
-                shown = f"from {show(axis.low, dimension)} to {show(axis.high, dimension)}"
+                show = QUANTITIES[key].show
                 return (
                     "TIS308",
-                    f"the {what}, {show(value, dimension)}, is outside the range of its words, "
-                    f"{shown}",
+                    f"the {what}, {show(value)}, is outside the range of its words, "
+                    f"from {show(axis.low)} to {show(axis.high)}",
                     f"widen the range of the quantity, or remove {tissue.name} from the fit",
                 )
         return None

@@ -122,7 +122,7 @@ class LawCurve(Struct, frozen=True):
             first * by_one + second * by_two + self.bulk * (volume - 1.0) * volume / stretches
         )
         k1, k2, spread = self.fibres
-        e = spread * (one - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0)
+        e = self._fibre_strain(one, square)
         if k1 and (e > 0.0 if drawn is None else drawn):
             slope = spread * by_one
             slope[0] += 2.0 * (1.0 - 3.0 * spread) * stretches[0]
@@ -131,9 +131,14 @@ class LawCurve(Struct, frozen=True):
 
     def _are_drawn(self, stretches: Floats) -> bool:
         """Return whether fibres are stretched."""
-        square, spread = stretches**2, self.fibres[2]
+        square = stretches**2
         first = float(np.prod(stretches)) ** (-2.0 / 3.0) * square.sum()
-        return bool(spread * (first - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0) > 0.0)
+        return self._fibre_strain(first, square) > 0.0
+
+    def _fibre_strain(self, first: float, square: Floats) -> float:
+        """Return the strain e of fibres from I1 and the squares of stretches, shape (3,)."""
+        spread = self.fibres[2]
+        return float(spread * (first - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0))
 
     def _by_invariants(self, one: float, two: float) -> tuple[float, float]:
         first, second = self.slopes(np.array([one]), np.array([two]))

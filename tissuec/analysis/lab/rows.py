@@ -9,7 +9,7 @@ from msgspec import Struct, field
 
 from tissuec.core.units import Dimension, show
 from tissuec.model.network import Floats
-from tissuec.scene.known_curves import ALONG, TENSION, KnownCurve
+from tissuec.scene.known_curves import ALONG, COMPRESSION, TENSION, KnownCurve
 from tissuec.scene.model import KnownQuantity, Tissue
 from tissuec.scene.quantities import TissueQuantity
 
@@ -82,7 +82,7 @@ class LabCurve(Struct, frozen=True):
     @property
     def stress_strain(self) -> StressStrainCurve:
         """Return strains and stresses, both negative in compression."""
-        if self.mode == "compression":
+        if self.mode == COMPRESSION:
             return StressStrainCurve(-self.place[::-1], -self.value[::-1])
         return StressStrainCurve(self.place, self.value)
 

@@ -15,6 +15,7 @@ from tissuec.analysis.lab.statics import TensionTest
 from tissuec.core.names import key_of
 from tissuec.model.inelastic import TIMES
 from tissuec.scene.known_curves import ACROSS, COMPRESSION, EQUIBIAXIAL, SHEAR, TENSION
+from tissuec.scene.quantities import TOGETHER
 
 _COUPONS = "one element where strain is the same everywhere; otherwise two meshes"
 
@@ -75,9 +76,7 @@ class SolidExaminer(Examiner):
         self.keep_curve("tension", one.curve, one.why)
         if tears or self._knows_of_rupture():
             why = one.why if tears and not isfinite(one.rupture[0]) else ""
-            both = zip(
-                ("breaking strain", "strength"), one.rupture_by_law, one.rupture, strict=True
-            )
+            both = zip(TOGETHER, one.rupture_by_law, one.rupture, strict=True)
             for quantity, check, measured in both:
                 self.add("tearing", quantity, check, measured, why, SHARE)
         return True
@@ -96,13 +95,11 @@ class SolidExaminer(Examiner):
 
     def _has_limit(self) -> bool:
         given = self.bench.tissue.given
-        keys = ("breaking strain", "strength")
-        return any(key in given and isfinite(given[key].value) for key in keys)
+        return any(key in given and isfinite(given[key].value) for key in TOGETHER)
 
     def _knows_of_rupture(self) -> bool:
-        keys = ("breaking strain", "strength")
         known = {key_of(one.quantity.name) for one in self.bench.tissue.known}
-        return bool(known.intersection(keys)) and not self.bench.yields
+        return bool(known.intersection(TOGETHER)) and not self.bench.yields
 
     def _load(self, name: str, mode: str, quantity: str) -> None:
         """Load a cube in a mode, and add its modulus and its curve."""

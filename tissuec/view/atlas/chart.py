@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.analysis.lab.rows import LabCurve
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
-from tissuec.scene.known_curves import KnownCurve
+from tissuec.scene.known_curves import SHEAR, KnownCurve
 from tissuec.view.report.markup import Html, element
 
 WIDTH, HEIGHT = 340, 230
@@ -165,7 +165,7 @@ def _grid(
             y=_n(y.place(tick) + 3.5),
             text_anchor="end",
         )
-    name = {"": "time", "shear": "amount of shear"}.get(curve.mode, "strain")
+    name = {"": "time", SHEAR: "amount of shear"}.get(curve.mode, "strain")
     middle = _n(0.5 * (x.start + x.end))
     yield element("text", across.label(name), x=middle, y=_n(HEIGHT - 6), text_anchor="middle")
     height = "stress" if curve.mode else "stress left"
