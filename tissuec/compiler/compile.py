@@ -190,9 +190,8 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
     """Reject a method that does not step the internal variables of springs and elements."""
     name = scene.simulation.integrator
     implicit = name in INTEGRATORS and INTEGRATORS[name].implicit
-    what = "springs" if network.springs.inelastic is not None else "elements"
     if scene.simulation.is_static and network.relaxes:
-        said = f"{name} does not support {what} that relax or yield: it ignores time"
+        said = f"{name} does not support {_relaxing(network)}: it ignores time"
         hint = "write integrator is automatic, or the name of another method such as dop853"
     elif implicit and (unsolved := [e.unsolved for e in network.elements if e.unsolved]):
         said = f"{name} does not support {unsolved[0]}: its matrix does not include them"
@@ -210,12 +209,17 @@ def _refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Find
             said = f"settle over an interval has no effect: {name} is static all the time"
             hint = "remove it, or write integrator is automatic"
         elif network.relaxes:
-            what = "springs" if network.springs.inelastic is not None else "elements"
-            said = f"{what} that relax or yield cannot settle over an interval: they need time"
+            said = f"{_relaxing(network)} cannot settle over an interval: they need time"
             hint = "let them move instead, as slowly as they need, or settle at one time"
         else:
             continue
         findings.add("TIS306", said, interval.span, hint=hint)
+
+
+def _relaxing(network: Network) -> str:
+    """Return what relaxes or yields, for messages."""
+    what = "springs" if network.springs.inelastic is not None else "elements"
+    return f"{what} that relax or yield"
 
 
 def _refuse_forces(network: Network, findings: Findings) -> None:

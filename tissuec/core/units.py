@@ -310,6 +310,17 @@ def show_in(value: float, unit: str, *, digits: int = 3) -> str:
     return f"{rounded(value / parse_unit(unit).factor, digits)} {unit}".rstrip()
 
 
+def show_or_kilo(value: float, unit: str, *, digits: int = 3) -> str:
+    """Return a value as text in a unit, or in a thousand of it from 10 000 on: ``20 kJ/m^2``.
+
+    Args:
+        value: In SI units.
+        unit: Without a prefix.
+        digits: Number of significant digits.
+    """
+    return show_in(value, f"k{unit}" if abs(value) >= 1e4 else unit, digits=digits)
+
+
 def converted(number: str, unit: str) -> str | None:
     """Return an amount in a unit of another system as it is written here: 5.08 mm for 0.2 in.
 

@@ -54,7 +54,12 @@ class Samples(NamedTuple):
 
 
 def unfollowed(time: float, position: Floats) -> None:
-    """Ignore a state."""
+    """Ignore a state at a time [s].
+
+    Args:
+        time: [s].
+        position: Of all nodes [m], shape (node, 3).
+    """
 
 
 def _no_springs() -> Indices:

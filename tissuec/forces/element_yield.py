@@ -3,6 +3,7 @@
 from typing import Any, Self
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.forces.solid_strain import EnergySlopes
@@ -33,8 +34,13 @@ class ElementYield(StoredTensors, frozen=True):
 
     def some(self, items: Indices) -> Self:
         """Return those of some elements, by indices of shape (n,)."""
-        slot, rate = self.slot[:, items], self.rate[:, items]
-        return type(self)(slot, rate, self.limit[items], self.viscosity[items])
+        return replace(
+            self,
+            slot=self.slot[:, items],
+            rate=self.rate[:, items],
+            limit=self.limit[items],
+            viscosity=self.viscosity[items],
+        )
 
     @property
     def keeps(self) -> NDArray[np.bool_]:
@@ -49,8 +55,7 @@ class ElementYield(StoredTensors, frozen=True):
     @property
     def stopped(self) -> Self:
         """Return the same without any further flow."""
-        limit = np.full_like(self.limit, np.inf)
-        return type(self)(self.slot, self.rate, limit, self.viscosity)
+        return replace(self, limit=np.full_like(self.limit, np.inf))
 
     def fastest(self, i1: Floats, i2: Floats, of: EnergySlopes, relaxing: Floats) -> float:
         """Return a bound of the rates at which elements flow [1/s]: 3 μ'/η.
@@ -68,10 +73,8 @@ class ElementYield(StoredTensors, frozen=True):
         modulus = relaxing + _largest(of.by_first, i1, wide) + _largest(of.by_second, i2, thin)
         modulus += 2.0 * (abs(of.by_first_twice) * wide + abs(of.by_second_twice) * thin)
         modulus += 4.0 * abs(of.by_both) * np.sqrt(wide * thin)
-        flows, widest = (
-            np.isfinite(self.limit),
-            modulus.reshape(len(self.limit), -1).max(axis=1),
-        )
+        flows = np.isfinite(self.limit)
+        widest = modulus.reshape(len(self.limit), -1).max(axis=1)
         return float((3.0 * widest[flows] / self.viscosity[flows]).max(initial=0.0))
 
 

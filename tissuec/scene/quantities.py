@@ -67,8 +67,7 @@ class TissueQuantity(Struct, frozen=True):
         digits = max(digits, self.digits)
         if not self.unit:
             return units.show(value, self.dimension, digits=digits)
-        unit = f"k{self.unit}" if abs(value) >= 1e4 else self.unit
-        return units.show_in(value, unit, digits=digits)
+        return units.show_or_kilo(value, self.unit, digits=digits)
 
     @property
     def is_of_matter(self) -> bool:

@@ -25,7 +25,7 @@ from tissuec.core.units import (
     Dimension,
     parse_unit,
     show,
-    show_in,
+    show_or_kilo,
 )
 
 #: The last number with its unit in an entry, such as "1.06 kg/m^3".
@@ -60,8 +60,7 @@ class Usual(Struct, frozen=True):
         """Return a value in SI units as text; energies for areas in J/m^2, not in N/m."""
         if self.dimension != STIFFNESS:
             return show(value, self.dimension, digits=4)
-        small, large = self.units
-        return show_in(value, large if abs(value) >= 1e4 else small, digits=4)
+        return show_or_kilo(value, self.units[0], digits=4)
 
     def holds(self, value: float) -> bool:
         """Return whether a value in SI units is usual; so are zero and no limit."""
