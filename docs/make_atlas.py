@@ -2,8 +2,8 @@
 
     python -m docs.make_atlas [FILE]
 
-takes two minutes of processor time, shared by all cores. The build of the site makes it by
-itself, and keeps it in ``build/`` until a file changes that it is made of.
+takes two minutes of processor time, shared by all cores. The build of the site makes it
+automatically, and keeps it in ``build/`` until one of its source files changes.
 """
 
 import sys
@@ -18,12 +18,12 @@ from tissuec.view.atlas.page import render
 
 ROOT = Path(__file__).resolve().parent.parent
 TITLE = "Atlas of tissues"
-#: Of what the page is made.
+#: Sources of the page.
 _PARTS = ("library/matter", "library/fuzzy", "tissuec/analysis/lab", "tissuec/view/atlas")
 
 
 def page() -> str:
-    """Return the page, which is made anew only if something changed."""
+    """Return the page, which is rebuilt only if a source changed."""
     digest = sha256()
     for part in _PARTS:
         for path in sorted((ROOT / part).glob("*.*")):

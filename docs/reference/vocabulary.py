@@ -28,7 +28,7 @@ NEUTRAL = {
     "consistency": "smooth",
 }  # fmt: skip
 _HEDGES = ("extremely", "very", "markedly", "", "rather", "slightly", "hardly")
-#: What the words of a property give, and its words at both sides of the middle one.
+#: The quantity of each property, and its low, middle and high words.
 _TEARING = {
     "extensibility": (BREAKING_STRAIN, ("short", "medium", "long")),
     "cohesion": (STRENGTH, ("friable", "sound", "tough")),
@@ -64,7 +64,7 @@ def ladder() -> str:
 
 
 def ladders_of_tearing() -> str:
-    """Return what the words give of how a tissue tears and stiffens."""
+    """Return the table of words for tearing and stiffening, with their numbers."""
     rows: list[tuple[str, ...]] = []
     for k, hedge in enumerate((*_HEDGES, "", *_HEDGES[::-1])):
         cells: list[str] = []
@@ -79,7 +79,7 @@ def ladders_of_tearing() -> str:
 
 
 def preset_table() -> str:
-    """Return the numbers that presets of matter write, each with its ratio to their words."""
+    """Return the written numbers of presets of matter, each with its ratio to the words."""
     keys = (YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density")
     rows = [(t.name, *(_beside_words(t, key) for key in keys)) for t in _presets()]
     rows = [row for row in rows if any(row[1:])]

@@ -353,7 +353,7 @@ class _Examined:
         if self.kind == "wall":
             wall = WallNodes(self.state.network.position, self.part.nodes, self.mesh.grid)
         if (found := constants_of_elements(own, wall)) is None:
-            self.notes.append("elastic constants are not computed of elements that differ")
+            self.notes.append("elastic constants are not computed for elements that differ")
         return found
 
     def _of_wall(self) -> Elasticity:

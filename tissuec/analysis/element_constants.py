@@ -1,7 +1,7 @@
-"""Elastic constants of elements at rest, from the numbers of their matter.
+"""Elastic constants of elements at rest, from their material parameters.
 
-A family of fibres along the unit vector a that adds the modulus β along it adds β a a a a to
-the stiffness (``matter.fibres``), under tension, as fibres bear no compression.
+A family of fibres with the modulus β along the unit vector a adds β a a a a to the stiffness
+(``matter.fibres``). This holds in tension only, as fibres bear no compression.
 """
 
 from typing import Any
@@ -22,8 +22,8 @@ class WallNodes(Struct, frozen=True, eq=False):
 
     Attributes:
         position: Of all nodes of the scene as drawn [m], shape (node, 3).
-        nodes: Which of them are those of the wall.
-        grid: How these stand in rows and columns, if they do.
+        nodes: Indices of the nodes of the wall.
+        grid: Their arrangement in rows and columns, if there is one.
     """
 
     position: Floats
@@ -36,7 +36,7 @@ def constants_of_elements(own: tuple[Any, ...], wall: WallNodes | None) -> Elast
 
     Args:
         own: Elements, shape by shape.
-        wall: Nodes of a wall; None of a solid.
+        wall: Nodes of a wall; None for a solid.
     """
     shear = np.concatenate([one.shear for one in own])
     bulk = np.concatenate([one.bulk_modulus for one in own])
@@ -59,7 +59,7 @@ def constants_of_elements(own: tuple[Any, ...], wall: WallNodes | None) -> Elast
 
 
 def _along(own: Any, family: int, wall: WallNodes | None) -> Floats:
-    """Return unit vectors along fibres, in a wall within it, shape (element, 3) or (…, 2)."""
+    """Return unit vectors along fibres, shape (element, 3); in walls, shape (element, 2)."""
     along = own.fibres.along[:, family]
     if wall is None:
         return np.asarray(along)

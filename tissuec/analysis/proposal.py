@@ -1,6 +1,6 @@
-"""Words that are proposed for numbers: which description of a tissue comes nearest to them.
+"""Proposed words for numbers: the description of a tissue that comes nearest to them.
 
-All words of each property are tried, plain and behind one hedge, property by property, until no
+All words of each property are tried, plain and with one hedge, property by property, until no
 change of a single word comes nearer; the search begins with several descriptions. Numbers are
 compared in the coordinates of their scales. Properties that change nothing are left out.
 """
@@ -19,25 +19,25 @@ from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 
-#: Of deviations of coordinates: that of a linear scale counts as this many times its range.
+#: Weight of deviations on a linear scale, relative to its range.
 _LINEAR = 3.0
-#: Deviations up to which a plain word is preferred to a hedged one, and a word to the one next
-#: to it that is further from those to begin with: to come nearer by 3 % is not worth a hedge.
+#: Deviations up to which a plain word is preferred to a hedged one, and a word to its neighbour
+#: that is further from the initial one: to come nearer by 3 % is not worth a hedge.
 _PER_HEDGE, _PER_STEP = 0.03, 0.05
 _IDLE = 1e-3  # deviation below which a property counts as without effect
 _SWEEPS = 12
 _LEAST_DEGREE = 0.01
-_CLEAR = 0.02  # change of a coordinate that is said of a property
+_CLEAR = 0.02  # change of a coordinate that counts as clear
 
 
 class TriedWord(Struct, frozen=True):
-    """A word of a property, plain or behind a hedge.
+    """A word of a property, plain or with a hedge.
 
     Attributes:
         text: As it is written.
-        value: What it stands for.
+        value: Its value.
         is_hedged: Whether there is a hedge.
-        steps: How many words it is from the one to begin with.
+        steps: Distance from the initial word, in words.
     """
 
     text: str
@@ -47,13 +47,13 @@ class TriedWord(Struct, frozen=True):
 
 
 class ProposedWord(Struct, frozen=True):
-    """What is proposed for one property.
+    """The proposal for one property.
 
     Attributes:
         property: Its name.
         phrase: The word, with its hedge: "rather soft".
         degrees: The words of the property that are true for it, with their degrees.
-        decides: The quantity that it changes most, as it is asked for; empty if none clearly.
+        decides: The requested quantity that it changes most; empty if there is no clear one.
     """
 
     property: str
@@ -63,12 +63,12 @@ class ProposedWord(Struct, frozen=True):
 
 
 class ProposedNumber(Struct, frozen=True):
-    """A number and what the words give.
+    """A requested number, and that of the words.
 
     Attributes:
         quantity: Its name.
-        wanted: The number, in SI units; None if it was not asked for.
-        found: What the words give.
+        wanted: The number, in SI units; None if it was not requested.
+        found: The number that the words give.
         ratio: ``found`` over ``wanted``; None without.
     """
 
@@ -89,9 +89,9 @@ class ProposedTissue(Struct, frozen=True):
 
     Attributes:
         rules: Name of the rules that it is written for.
-        words: What is proposed, property by property.
-        numbers: Those that were asked for, then what else follows from the words.
-        left: Properties that change none of the numbers that were asked for.
+        words: Proposals, property by property.
+        numbers: Those that were requested, then others that follow from the words.
+        left: Properties that change none of the requested numbers.
     """
 
     rules: str
@@ -100,7 +100,7 @@ class ProposedTissue(Struct, frozen=True):
     left: tuple[str, ...]
 
     def text(self, name: str) -> str:
-        """Return a tissue of a name as it can be pasted into a file."""
+        """Return the tissue under a name, as text to paste into a file."""
         lines = [f"  {one.property} is {one.phrase}" for one in self.words]
         head = f"tissue {written_name(name)} {{\n  described in {written_name(self.rules)}"
         return "\n".join([head, *lines, "}"])
@@ -118,7 +118,7 @@ def propose(
         vocabulary: The vocabulary.
         wanted: The numbers, by keys of their quantities.
         rules: Key of the rules to be used; otherwise the first that conclude most of them.
-        facts: Values of properties to begin with; otherwise those in the middle.
+        facts: Initial values of properties; otherwise those in the middle.
 
     Raises:
         TissueError: There are no rules, or none that conclude any of the numbers.
@@ -188,7 +188,7 @@ class _WordSearch:
         )
 
     def _starts(self) -> Iterator[dict[str, TriedWord]]:
-        """Yield descriptions to begin with: the nearest, and others in and off the middle."""
+        """Yield initial descriptions: the nearest, and others in and off the middle."""
         yield {key: min(several, key=_steps) for key, several in self.phrases.items()}
         for part in (0.5, 0.25, 0.75):
             yield {
@@ -197,7 +197,7 @@ class _WordSearch:
             }
 
     def _descended(self, start: dict[str, TriedWord]) -> dict[str, TriedWord]:
-        """Return a description that no change of a single word makes better."""
+        """Return a description that no change of a single word improves."""
         said, cost = dict(start), self.cost(start)
         for _ in range(_SWEEPS):
             before = cost
@@ -212,7 +212,7 @@ class _WordSearch:
         return said
 
     def cost(self, said: Mapping[str, TriedWord]) -> float:
-        """Return how far a description is from the numbers; infinite where it gives none."""
+        """Return the distance of a description from the numbers; infinite if it gives none."""
         answers = self._answers(said)
         if any(key not in answers for key in self.wanted):
             return float("inf")
@@ -228,7 +228,7 @@ class _WordSearch:
         return apart if axis.log else _LINEAR * apart / (axis.high - axis.low)
 
     def _answers(self, said: Mapping[str, TriedWord]) -> dict[str, float]:
-        """Return what rules conclude of a description, by quantity."""
+        """Return the conclusions of the rules for a description, by quantity."""
         facts = {key: phrase.value for key, phrase in said.items()}
         answers = self.rules.base.infer(facts)
         return {key: one.value for key, one in answers.items() if isinstance(one, Inference)}
@@ -262,12 +262,12 @@ def _steps(phrase: TriedWord) -> float:
 
 
 def _phrases(vocabulary: Vocabulary, key: str, begins: float | None) -> Iterator[TriedWord]:
-    """Yield the words of a property, and each behind each hedge that moves it.
+    """Yield the words of a property, and each with each hedge that moves it.
 
     Args:
         vocabulary: The vocabulary.
-        key: Of the property.
-        begins: Its value to begin with; by default that in the middle.
+        key: Key of the property.
+        begins: Its initial value; by default the middle.
     """
     scale = vocabulary.properties[key].scale
     low, high = scale.axis.bounds

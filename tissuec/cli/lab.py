@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tissuec.scene.resolve import ResolvedProgram
 
 HEADS = ("test", "quantity", "measured", "check", "given", "known", "verdict")
-WIDTHS = (21, 20, 13, 13, 13, 26)  # of columns, before anything is known of their cells
+WIDTHS = (21, 20, 13, 13, 13, 26)  # of columns, before their cells are known
 
 
 def _length(text: str) -> float:
@@ -81,11 +81,11 @@ def command(
     """Test the tissues of FILE in a virtual laboratory.
 
     FILE is a file with tissues, a scene, a shipped tissue such as liver, or a folder of such
-    files, such as matter, that of the shipped tissues. Each tissue is
-    stretched, compressed, sheared, indented, torn, held and released. The results are compared
-    with the numbers of the tissue, with its evidence, and with the same by other means: the
-    closed form of its law, or a coarser mesh. Exit code 1: a measurement is more than 5 %
-    (indentation: 15 %) outside the evidence, or differs from the check by more than that.
+    files, such as matter, the folder of the shipped tissues. Each tissue is stretched,
+    compressed, sheared, indented, torn, held and released. The results are compared with the
+    numbers of the tissue, with its evidence, and with an independent check: the closed form of
+    its law, or a coarser mesh. Exit code 1: a measurement is more than 5 % (indentation: 15 %)
+    outside the evidence, or differs from the check by more than that.
 
     \b
     tissuec lab liver
@@ -128,7 +128,7 @@ def _examined(
     thickness: float | None,
     settings: Settings,
 ) -> "Examination":
-    """Return what is found of a tissue; print it as it comes."""
+    """Return the results of a tissue; print each row as soon as it is available."""
     from tissuec.analysis.lab import laboratory
 
     if settings.json:
@@ -142,7 +142,7 @@ def _examined(
 
 
 def _write_page(found: "list[Examination]", page: Path, title: str) -> Path:
-    """Write the page about tissues; without a title, it is called after them."""
+    """Write the page about tissues; by default, its title names them."""
     from tissuec.view.atlas.page import render
 
     write_file(page, render(found, title or ", ".join(one.tissue.name for one in found)))
@@ -150,7 +150,7 @@ def _write_page(found: "list[Examination]", page: Path, title: str) -> Path:
 
 
 def _files(file: str, libraries: tuple[Path, ...]) -> list[Path]:
-    """Return the files that are meant: one, or all of a folder, which can be of a library."""
+    """Return the selected files: one, or all in a folder, which can be in a library."""
     from tissuec.core.resources import library
     from tissuec.scene.library import find_tissues
 
@@ -167,7 +167,7 @@ def _files(file: str, libraries: tuple[Path, ...]) -> list[Path]:
 def _chosen(
     words: "ResolvedProgram", tissue: str | None, request: "Request", *, is_single: bool
 ) -> "list[Tissue]":
-    """Return the tissues of a file; of several, some may have none."""
+    """Return the tissues of a file; if there are several files, some may have none."""
     from tissuec.analysis.lab.laboratory import chosen
 
     try:

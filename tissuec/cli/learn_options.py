@@ -10,7 +10,7 @@ class LearnOptions(Struct, frozen=True):
     """Options of the command.
 
     Attributes:
-        again: The command line that goes on with an interrupted learning, by fit_problem.
+        again: The command line that resumes an interrupted fit, by fit problem.
     """
 
     output: Path | None

@@ -24,13 +24,13 @@ def fit_vocabulary(
 
     Args:
         fit: The learn block.
-        request: The text with it.
+        request: The text that contains it.
         wishes: Options of the command.
-        settings: Of all commands.
+        settings: Settings of all commands.
 
     Raises:
-        UsageError: Derivatives of a motion were to be checked.
-        TissueError: The vocabulary cannot be written where it is to go.
+        UsageError: A check of the derivatives of a motion was requested.
+        TissueError: The vocabulary cannot be written to its file.
     """
     from tissuec.learn.presets.fitted_vocabulary import compose_vocabulary, sources_of
     from tissuec.learn.presets.placing import place
@@ -80,7 +80,7 @@ def _check_place(
     *,
     force: bool,
 ) -> None:
-    """Refuse a place before time is spent: a text of the scene, or another file."""
+    """Reject a target before time is spent: a text of the scene, or an unrelated file."""
     from tissuec.learn.presets.fitted_vocabulary import rehearse_vocabulary, sources_of
     from tissuec.learn.presets.placing import refuse_others
 
@@ -101,7 +101,7 @@ def _doubt(learnt: "LearntVocabulary") -> str:
 
 
 def _tell(learnt: "LearntVocabulary", settings: Settings) -> None:
-    """Print what came out, and which expectations fail."""
+    """Print the results, and the expectations that fail."""
     from tissuec.learn.report.fitted_words import as_text
 
     echo("\n".join(as_text(learnt)))

@@ -28,7 +28,7 @@ def propose_words(
         words: The vocabulary.
         wanted: The name of a tissue, or numbers with their names.
         libraries: Further folders of tissues.
-        settings: Of the command.
+        settings: Settings of the command.
 
     Raises:
         TissueError: There is no such tissue, it has no number, or no rule concludes one.
@@ -87,7 +87,7 @@ def _find(words: "ResolvedProgram", name: str, libraries: tuple[Path, ...]) -> "
         try:
             read, _ = read_words(Request.file(path, libraries=libraries))
         except CompileError:
-            continue  # told where the file is used
+            continue  # reported where the file is used
         own = {k: one for k, one in read.tissues.items() if one.span.source.name == str(path)}
         if path.stem == Path(name).stem and key not in own and own:
             return next(iter(own.values()))

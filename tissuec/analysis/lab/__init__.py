@@ -1,13 +1,13 @@
 """A virtual laboratory: a tissue is tested on coupons and compared with evidence.
 
-Each test is a scene like any other, compiled and run by the pipeline. It is made of the text
-that declares the tissue, and of a specimen with its loads. Beside it is the same by other
-means.
+Each test is a scene like any other, compiled and run by the pipeline. It consists of the text
+that declares the tissue, and of a specimen with its loads. Each result is checked by an
+independent method.
 
 Shared arguments:
     bench: The bench of the tissue.
     coupon: The coupon that is tested.
-    mode: How a tissue is loaded, one of ``known_curves.MODES``.
+    mode: Loading mode, one of ``known_curves.MODES``.
     tension: Result of the tension test.
     guess: Estimate of the modulus [Pa].
     stresses: Stresses [Pa].

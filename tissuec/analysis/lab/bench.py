@@ -117,7 +117,7 @@ class TestBench:
 
     @property
     def breaks_without_crack(self) -> bool:
-        """Return whether it has other limits than a toughness alone."""
+        """Return whether it has limits other than a toughness."""
         given = self.tissue.given
         return TOUGHNESS not in given or any(key in given for key in TOGETHER)
 

@@ -1,12 +1,12 @@
-"""Stress of a tissue at strains that are the same everywhere, from its law alone.
+"""Stress of a tissue under uniform strain, from its law alone.
 
-No net and no element is used: a principal stretch λ has the nominal stress
+No net or element is used: a principal stretch λ has the nominal stress
 
     P = μ (ψ1 ∂I1/∂λ + ψ2 ∂I2/∂λ) + K (J - 1) J/λ + ∂W/∂λ of fibres,
 
 with I1 = J^(-2/3) Σ λ², I2 = J^(-4/3) Σ λ²λ'², J the product of the stretches; those across a
-load follow from having no stress. The derivatives of ψ are those of the reference. A bar that
-is sheared by γ keeps its volume, and has I1 = I2 = 3 + γ². (G. A. Holzapfel, Nonlinear Solid
+load follow from zero stress. The derivatives of ψ are those of the reference. A bar that is
+sheared by γ keeps its volume, and has I1 = I2 = 3 + γ². (G. A. Holzapfel, Nonlinear Solid
 Mechanics, 2000, chapter 6; T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface
 3:15, 2006, on fibres.)
 """
@@ -52,7 +52,7 @@ class LawCurve(Struct, frozen=True):
 
     @classmethod
     def of(cls, tissue: Tissue) -> "LawCurve":
-        """Return that of a tissue whose numbers are those of matter."""
+        """Return the law of a tissue of matter."""
         given = {key: one.value for key, one in tissue.given.items()}
         law = law_of(tissue)[0]
         young = given[YOUNGS_MODULUS]
@@ -72,7 +72,7 @@ class LawCurve(Struct, frozen=True):
         """Return nominal stresses in a mode [Pa], shape (strain,).
 
         Args:
-            mode: One of ``known_curves.MODES``.
+            mode: Loading mode, one of ``known_curves.MODES``.
             strains: Ascending; positive in compression, too.
 
         Raises:
@@ -147,12 +147,12 @@ class LawCurve(Struct, frozen=True):
     # --- equilibrium across -------------------------------------------------------------------
 
     def _free(self, mode: str, stretch: float, start: Floats) -> Floats:
-        """Return the logarithms of the stretches that no load acts on, by Newton's method."""
+        """Return the logarithms of the unloaded stretches, by Newton's method."""
         free = _free_axes(mode)
         way = start.copy()
 
         for _ in range(_TRIES):
-            # Fibres begin to act with a corner, which no difference may be taken across.
+            # The onset of fibres is a kink, across which no difference may be taken.
             drawn = self._are_drawn(_stretches(mode, stretch, way))
 
             def rest(at: Floats, drawn: bool = drawn) -> Floats:

@@ -25,7 +25,7 @@ class Coupon(Struct, frozen=True):
         thickness: Of a strip [m]; None of a bar.
         fibres: Along which axis they run, "x" or "y"; empty without any.
         of_springs: Whether it is a net of springs, and not of elements.
-        prestressed: Whether its tissue has a prestress, of which elements are freed.
+        prestressed: Whether its tissue has a prestress, which is removed from elements.
     """
 
     cells: int

@@ -1,8 +1,8 @@
-"""Cubes of one element, in which strain and stress are the same everywhere, as text.
+"""Cubes of one element under uniform strain and stress, as text of a scene.
 
-A cube that is drawn or pressed lies between three planes of symmetry, as an eighth of a larger
-one does, and an even stress acts on its other faces. A cube that is sheared has all of its
-nodes held or moved. Neither has a prestress: specimens are cut out, and free of stress at rest.
+A cube in tension or compression is an eighth of a larger one, bounded by three planes of
+symmetry; a uniform stress acts on its other faces. In shear, all nodes of a cube are held or
+moved. Neither has a prestress: specimens are cut out, and free of stress at rest.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,10 +24,10 @@ class Cube(Struct, frozen=True):
     """A cube of one element.
 
     Attributes:
-        has_fibres: Whether they run in it, along x.
+        has_fibres: Whether fibres run along x.
         is_prestressed: Whether its tissue has a prestress.
         is_inviscid: Whether its viscosity is left out.
-        relaxing: Names of shares of branches that are left out, as after a long time.
+        relaxing: Names of shares of branches to leave out, for the response after a long time.
     """
 
     has_fibres: bool
@@ -63,7 +63,7 @@ def axes_of(mode: str) -> tuple[int, ...]:
 
 
 def loads(axes: Sequence[int], stresses: Sequence[float]) -> Iterator[str]:
-    """Yield orders that let stresses [Pa] act on a cube one after the other, at each tick."""
+    """Yield orders that apply one stress [Pa] after the other to a cube, one at each tick."""
     before = 0.0
     for number, stress in enumerate(stresses):
         force = (stress - before) * SIDE**2
@@ -75,7 +75,7 @@ def loads(axes: Sequence[int], stresses: Sequence[float]) -> Iterator[str]:
 
 
 def shears(amounts: Sequence[float]) -> Iterator[str]:
-    """Yield orders that shear a cube along x by amounts one after the other, at odd ticks."""
+    """Yield orders that shear a cube along x by one amount after the other, at odd ticks."""
     yield "at 0 s: fix lab y0"
     before = 0.0
     for number, amount in enumerate(amounts):

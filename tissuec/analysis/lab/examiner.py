@@ -1,4 +1,4 @@
-"""What all examinations have in common: rows of tests, and what they say of the evidence."""
+"""The base of all examinations: rows of tests, and their comparison with the evidence."""
 
 from collections.abc import Callable, Iterator
 from math import isfinite, nan
@@ -15,9 +15,9 @@ from tissuec.scene.quantities import KNOWABLE
 DEPENDS = "depends on the mesh"
 #: Quantities of tests that no source states as such.
 OTHERS: dict[str, Dimension] = {"relaxed in all": units.NUMBER, "time in all": units.TIME}
-#: What a test gives, by quantity.
+#: Results of a test, by quantity.
 Values: TypeAlias = dict[str, float]
-#: What is done with each row as soon as it is there.
+#: Callback for each row as soon as it is available.
 Listener: TypeAlias = Callable[[TestRow], None]
 
 
@@ -26,11 +26,11 @@ class Examiner:
 
     Args:
         bench: The bench of the tissue.
-        coupons: What is tested, in words.
-        listener: What is done with each row.
+        coupons: Description of the specimens.
+        listener: Callback for each row.
     """
 
-    #: What a row has beside its measurement.
+    #: The verdict if a measurement differs from its check.
     beside = "the coupons differ"
 
     def __init__(self, bench: TestBench, coupons: str, listener: Listener):
@@ -39,7 +39,7 @@ class Examiner:
 
     @property
     def along(self) -> str:
-        """Return which modulus coupons have along x."""
+        """Return the name of the modulus of coupons along x."""
         return "fibre modulus" if self.bench.has_fibres else "Young's modulus"
 
     def attempt(
@@ -48,9 +48,9 @@ class Examiner:
         """Add the rows of a test, and return whether it measured anything.
 
         Args:
-            name: Of the test.
-            measure: Returns what was measured, and the same by other means.
-            share: By which part a measurement may be off.
+            name: Name of the test.
+            measure: Returns the measured values, and their checks.
+            share: Allowed relative deviation of a measurement.
         """
         try:
             measured, check = measure()
@@ -69,11 +69,11 @@ class Examiner:
 
         Args:
             test: Name of the test.
-            quantity: Of the row.
-            check: The value by other means.
-            measured: The value.
-            why: Why there is none.
-            share: By which part it may be off.
+            quantity: Measured quantity.
+            check: The value by an independent method.
+            measured: The measured value.
+            why: The reason if there is none.
+            share: Its allowed relative deviation.
         """
         tissue, key = self.found.tissue, key_of(quantity)
         known = tuple(one for one in tissue.known if key_of(one.quantity.name) == key)
@@ -106,7 +106,7 @@ class Examiner:
         )
 
     def keep(self, row: TestRow) -> None:
-        """Add a row to those that were found."""
+        """Append a row to the results."""
         self.found.rows.append(row)
         self._listener(row)
 
@@ -116,14 +116,14 @@ class Examiner:
         Args:
             test: Name of the test.
             curve: The curve.
-            why: Why it ends.
+            why: The reason why it ends.
         """
         self.found.curves.append(curve)
         for row in curve_rows(test, curve, why):
             self.keep(row)
 
     def is_needed(self, test: str) -> bool:
-        """Return whether all other tests need what one measures."""
+        """Return whether all other tests need the results of a test."""
         return test == "tension"
 
     def _complaints(
@@ -134,7 +134,7 @@ class Examiner:
         known: tuple[KnownQuantity, ...],
         share: float,
     ) -> Iterator[str]:
-        """Yield what a row contradicts: what is known, or what was found by other means."""
+        """Yield the contradictions of a row: to evidence, or to its check."""
         if not isfinite(measured):
             if known or isfinite(check) or self.is_needed(test):
                 yield "not measured: it does not break"
@@ -153,7 +153,7 @@ class Examiner:
         self.found.notes.append(text)
 
     def note_what_was_left_out(self) -> None:
-        """Add a note for evidence that no test is about."""
+        """Add a note for evidence that no test covers."""
         tested = {key_of(row.quantity) for row in self.found.rows}
         for one in self.found.tissue.known:
             if key_of(one.quantity.name) not in tested:

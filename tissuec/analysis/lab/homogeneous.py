@@ -1,9 +1,9 @@
-"""Tests in which strain and stress are the same everywhere, on cubes of one element.
+"""Tests under uniform strain and stress, on cubes of one element.
 
-One element is as exact as many are, because they represent such a state exactly (the patch
+One element is as exact as many, because elements represent such a state exactly (the patch
 test; B. M. Irons, A. Razzaque in The Mathematical Foundations of the Finite Element Method,
-1972, 557). The loads are those of the closed form (``closed_form``) at the strains that are
-wanted; what the element does under them is measured, and compared with it.
+1972, 557). The loads are those of the closed form (``closed_form``) at the wanted strains; the
+response of the element is measured and compared with the closed form.
 """
 
 from math import isfinite
@@ -23,7 +23,7 @@ from tissuec.scene.quantities import SHARES
 
 SMALL = 1e-4  # strain at which moduli are measured
 POINTS = 10  # of a curve, beside those that are known
-#: Strains to which curves are drawn where nothing is known, and the tissue does not break.
+#: Largest strains of curves without evidence, of tissue that does not break.
 REACH = {COMPRESSION: 0.3, SHEAR: 0.5, EQUIBIAXIAL: 0.2}
 USUAL_REACH = 0.3  # of other modes
 LONGEST = 3.0  # strain to which a tissue is drawn that breaks later
@@ -33,11 +33,11 @@ _BISECTIONS = 60
 
 
 class LoadLimit(NamedTuple):
-    """Up to where a tissue can be loaded in a mode.
+    """The strain up to which a tissue can be loaded in a mode.
 
     Attributes:
-        strain: Where it breaks or yields; infinite if it does neither.
-        why: What it does there.
+        strain: The one at which it breaks or yields; infinite if it does neither.
+        why: The event at this strain, in words.
     """
 
     strain: float
@@ -45,7 +45,7 @@ class LoadLimit(NamedTuple):
 
 
 class CubeResponse(Struct, frozen=True):
-    """What a cube did under the loads of a mode.
+    """The response of a cube to the loads of a mode.
 
     Attributes:
         curve: Stress over strain.
@@ -55,7 +55,7 @@ class CubeResponse(Struct, frozen=True):
         rupture: Strain and stress [Pa] halfway between the last level before it and the one at
             which it breaks; NaN if it does not.
         rupture_by_law: The same by the law.
-        why: Why the curve ends.
+        why: The reason why the curve ends.
     """
 
     curve: LabCurve
@@ -68,12 +68,12 @@ class CubeResponse(Struct, frozen=True):
 
 
 def limits_in(bench: TestBench, law: LawCurve, mode: str) -> LoadLimit:
-    """Return up to where a tissue can be loaded in a mode, by its law.
+    """Return the strain up to which a tissue can be loaded in a mode, by its law.
 
     Args:
-        bench: With the tissue.
+        bench: The bench of the tissue.
         law: Its stress by strain and mode.
-        mode: Of loading.
+        mode: Loading mode.
     """
     given = {key: one.value for key, one in bench.tissue.given.items()}
     found = [LoadLimit(np.inf, "it was not loaded further")]
@@ -110,10 +110,10 @@ def _strain_at(law: LawCurve, mode: str, stress: float) -> float:
 
 
 def loaded(bench: TestBench, mode: str, *, tears: bool = False) -> CubeResponse:
-    """Return what a cube does in a mode.
+    """Return the response of a cube in a mode.
 
     Args:
-        mode: One of ``known_curves.MODES``.
+        mode: Loading mode, one of ``known_curves.MODES``.
         tears: Whether it is loaded until it breaks.
 
     Raises:
@@ -174,7 +174,7 @@ def _loaded(bench: TestBench, mode: str, law: LawCurve, *, tears: bool) -> CubeR
 
 
 def _strains(bench: TestBench, mode: str, limits: LoadLimit, *, tears: bool) -> list[float]:
-    """Return at which strains a cube is measured, ascending."""
+    """Return the strains at which a cube is measured, ascending."""
     known = [place for one in known_of(bench.tissue, mode) for place in one.places]
     end = max(known, default=REACH.get(mode, USUAL_REACH))
     is_torn = tears and limits.why == "it tears" and limits.strain <= LONGEST
@@ -198,7 +198,7 @@ def _drawn(
     axes = axes_of(mode)
     sign = -1.0 if mode == COMPRESSION else 1.0
     script = list(loads(axes, (sign * stresses).tolist()))
-    if tears:  # what is broken need not find any rest
+    if tears:  # broken tissue need not come to rest
         script.append(f"when ruptured({BODY}): fix {BODY}")
     faces = [f"{axis}1" for axis in AXES]
     watched = [f"position of lab {face}" for face in faces]

@@ -41,7 +41,7 @@ class IndentedBlock(Struct, frozen=True):
         cells: Across; even.
         width: [m].
         of_springs: Whether it is a net of springs, and not of elements.
-        is_prestressed: Whether its tissue has a prestress, of which it is freed.
+        is_prestressed: Whether its tissue has a prestress, which is removed.
     """
 
     cells: int

@@ -58,7 +58,7 @@ def examine(
         tissue: The tissue.
         spacing: Length of cells, if its quantities belong to springs [m].
         thickness: Of strips of a sheet [m]; None for bars.
-        listener: What is done with each row as soon as it is there.
+        listener: Callback for each row as soon as it is available.
 
     Raises:
         TissueError: It has no stiffness, or none that depends on a thickness.
@@ -78,14 +78,14 @@ def examine(
 
 
 def examiner_of(bench: TestBench, listener: Listener) -> SolidExaminer | SpringExaminer:
-    """Return what tests a tissue.
+    """Return the tests of a tissue.
 
     Args:
         bench: The bench of the tissue.
-        listener: What is done with each row.
+        listener: Callback for each row.
     """
     return (SpringExaminer if bench.of_springs else SolidExaminer)(bench, listener)
 
 
 def _ignore(row: TestRow) -> None:
-    """Do nothing with a row."""
+    """Ignore a row."""

@@ -1,8 +1,8 @@
-"""Relaxation of a cube that is sheared at once and held.
+"""Relaxation of a cube that is sheared suddenly and held.
 
-All of its nodes are held or moved, so nothing oscillates, and its volume stays as it is: the
-stress relaxes as the shear modulus does. With branches of the shares s and the times τ, and a
-ramp that lasts d, the share of the stress at its end that is left after the time t is
+All of its nodes are held or moved, so nothing oscillates and its volume is constant: the stress
+relaxes like the shear modulus. With branches of shares s and times τ, and a ramp of duration d,
+the share of the stress at its end that remains after the time t is
 
     (1 - Σ s + Σ s c exp(-t/τ)) / (1 - Σ s + Σ s c),    c = (1 - exp(-d/τ)) τ/d.
 
@@ -34,9 +34,9 @@ class RelaxedCube(NamedTuple):
     """Relaxation of the stress of a cube.
 
     Attributes:
-        curve: Shares of the stress that are left, over times after the ramp.
-        share: What is lost in the end, and the same by the law.
-        time: In which all but 1/e of that is lost [s], and the same by the law.
+        curve: Remaining shares of the stress, over times after the ramp.
+        share: The share that is lost in the end, and the same by the law.
+        time: The time in which all but 1/e of that is lost [s], and the same by the law.
     """
 
     curve: LabCurve
@@ -74,7 +74,7 @@ def relaxed(bench: TestBench) -> RelaxedCube:
 
 
 def _durations(ends: Sequence[float]) -> Iterator[float]:
-    """Yield how long runs last, each much longer than the one before."""
+    """Yield durations of runs, each much longer than the one before."""
     longest, last = max(ends), 0.0
     for end in sorted(ends):
         if end >= _LONGER * last and longest >= _LONGER * end:
@@ -107,11 +107,11 @@ def _held(bench: TestBench, ramp: float, duration: float) -> tuple[Floats, Float
 
 
 def left_by_law(branches: Branches, ramp: float, time: Floats) -> Floats:
-    """Return the share of the stress that is left after a ramp; see the module.
+    """Return the share of the stress that remains after a ramp; see the module.
 
     Args:
         branches: The branches.
-        ramp: How long it lasts [s].
+        ramp: Duration of the ramp [s].
         time: Since its end [s], shape (time,).
     """
     share, tau = np.array(branches).T
@@ -121,7 +121,7 @@ def left_by_law(branches: Branches, ramp: float, time: Floats) -> Floats:
 
 
 def _time_of(place: Floats, left: Floats) -> float:
-    """Return the time in which all but 1/e of what relaxes is lost [s]."""
+    """Return the time in which all but 1/e of the relaxing stress is lost [s]."""
     above = left - left[-1]
     after = int(np.argmax(above <= np.exp(-1.0) * above[0]))
     (late, early), (low, high) = place[[after, after - 1]], above[[after, after - 1]]

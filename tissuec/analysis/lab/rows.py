@@ -1,4 +1,4 @@
-"""What the laboratory finds: rows of a table, curves, and what they say of the evidence."""
+"""Results of the laboratory: rows of a table, curves, and their comparison with evidence."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
@@ -15,7 +15,8 @@ from tissuec.scene.quantities import TissueQuantity
 
 SHARE = 0.05  # by which a measurement may be off
 INSIDE = "inside the scatter"
-#: Part by which a strain may fall short of the one whose load acts: more than statics needs.
+#: Relative amount by which a strain may fall short of that of its load: more than statics
+#: needs.
 _REACHED = 1e-3
 
 
@@ -35,16 +36,16 @@ class TestRow(Struct, frozen=True):
     """One quantity that a test measured.
 
     Attributes:
-        test: Which test.
-        quantity: What it measured.
-        check: The same by other means, in SI units: by the law of the tissue alone where the
-            state is the same everywhere, otherwise on a coarser coupon; NaN without.
+        test: Name of the test.
+        quantity: The measured quantity.
+        check: The same by an independent method, in SI units: the law of the tissue alone where
+            the state is uniform, otherwise a coarser coupon; NaN if there is none.
         measured: The value in SI units; NaN where it was not measured.
-        given: What the tissue says of it, in SI units; None if nothing.
+        given: The number of the tissue, in SI units; None if it has none.
         known: Evidence on it.
-        verdict: What it contradicts; otherwise "good", or that it depends on the mesh.
+        verdict: The contradiction; otherwise "good", or that it depends on the mesh.
         is_good: Whether it agrees with the evidence, and with the check.
-        dimension: Of the quantity.
+        dimension: Dimension of the quantity.
     """
 
     test: str
@@ -63,13 +64,13 @@ class TestRow(Struct, frozen=True):
 
 
 class LabCurve(Struct, frozen=True):
-    """A curve that a test measured, with what is known of it.
+    """A measured curve, with the evidence on it.
 
     Attributes:
         mode: One of ``known_curves.MODES``; empty for a relaxation.
         place: Strains, or times [s], ascending, shape (place,).
-        value: Nominal stresses [Pa], or shares of the stress that are left.
-        check: The same by other means, as of rows; NaN without.
+        value: Nominal stresses [Pa], or remaining shares of the stress.
+        check: The same by an independent method, as in rows; NaN if there is none.
         known: Evidence on it.
     """
 
@@ -87,7 +88,7 @@ class LabCurve(Struct, frozen=True):
         return StressStrainCurve(self.place, self.value)
 
     def at(self, place: float) -> tuple[float, float]:
-        """Return the value and the check at a place; NaN beyond what was measured."""
+        """Return the value and the check at a place; NaN beyond the measured range."""
         if len(self.place) == 0 or place > self.place[-1] * (1.0 + _REACHED):
             return np.nan, np.nan
         start = np.append(0.0, self.place), np.append(0.0 if self.mode else 1.0, self.value)
@@ -99,11 +100,11 @@ class Examination(Struct):
     """Results of all tests of a tissue.
 
     Attributes:
-        tissue: Which one.
-        coupons: What is tested, in words.
-        rows: One for each quantity of each test, and for each curve that is known.
-        curves: Those that were measured.
-        notes: What is to be known of how it was measured.
+        tissue: The tissue.
+        coupons: Description of the specimens.
+        rows: One for each quantity of each test, and for each known curve.
+        curves: Measured curves.
+        notes: Remarks on the measurements.
     """
 
     tissue: Tissue
@@ -114,7 +115,7 @@ class Examination(Struct):
 
     @property
     def is_good(self) -> bool:
-        """Return whether nothing contradicts the evidence, or itself."""
+        """Return whether all rows agree with the evidence and with their checks."""
         return all(row.is_good for row in self.rows)
 
 
@@ -136,13 +137,13 @@ def agrees(value: float, known: KnownQuantity, share: float = SHARE) -> bool:
     Args:
         value: The measurement.
         known: The evidence.
-        share: Relative deviation of the measurement that is allowed.
+        share: Allowed relative deviation of the measurement.
     """
     return _beyond(value, known.low, known.high, share) == 0.0
 
 
 def _beyond(value: float, low: float, high: float, share: float = SHARE) -> float:
-    """Return by which part a value is above, or below, a range; 0 within a deviation."""
+    """Return the relative distance of a value above or below a range; 0 within a deviation."""
     most = share * abs(value)
     if value > high + most:
         return value / high - 1.0
@@ -154,8 +155,8 @@ def curve_rows(test: str, curve: LabCurve, why: str) -> Iterator[TestRow]:
 
     Args:
         test: Name of the test.
-        curve: What it measured.
-        why: Why the curve ends before places that are known, such as "it tears".
+        curve: The measured curve.
+        why: The reason why the curve ends before known places, such as "it tears".
     """
     for known in curve.known:
         reached = [place for place in known.places if isfinite(curve.at(place)[0])]
@@ -184,13 +185,13 @@ def _off(curve: LabCurve, known: KnownCurve, place: float) -> float:
 
 
 def _name(known: KnownCurve, place: float) -> str:
-    """Return what a row is about: "stress at 20 %"."""
+    """Return the quantity of a row, such as "stress at 20 %"."""
     about = "stress" if known.mode else "stress left"
     return f"{about} at {known.shown_place(place)}"
 
 
 def _limits(known: KnownCurve, place: float) -> KnownQuantity:
-    """Return the evidence on a curve at one place as that on a quantity."""
+    """Return the evidence on a curve at one place as evidence on a quantity."""
     limits = known.limits_at(place)
     assert limits is not None
     quantity = TissueQuantity(_name(known, place), known.dimension, "", ("matter",))

@@ -23,11 +23,11 @@ _COUPONS = "one element where strain is the same everywhere; otherwise two meshe
 class SolidExaminer(Examiner):
     """Tests of cubes of one element, and of blocks and bars on two meshes.
 
-    Beside what a cube measures is the closed form of its law.
+    Measurements on cubes are checked by the closed form of the law.
 
     Args:
         bench: The bench of the tissue.
-        listener: What is done with each row.
+        listener: Callback for each row.
     """
 
     beside = "the law differs"
@@ -37,7 +37,7 @@ class SolidExaminer(Examiner):
         self.tension: TensionTest | None = None  # across fibres, if it has any
 
     def all(self) -> Examination:
-        """Return what all tests give, those first that others depend on."""
+        """Return the results of all tests, each after those that it depends on."""
         if not self._draw():
             return self.found  # all others need its modulus
         self._load(COMPRESSION, COMPRESSION, "Young's modulus")
@@ -56,7 +56,7 @@ class SolidExaminer(Examiner):
     # --- cubes --------------------------------------------------------------------------------
 
     def _draw(self) -> bool:
-        """Draw a cube until it breaks, if it does; return whether it could be measured."""
+        """Stretch a cube until it breaks, if it does; return whether it could be measured."""
         tears = self._tears()
         found: list[CubeResponse] = []
 
@@ -82,7 +82,7 @@ class SolidExaminer(Examiner):
         return True
 
     def _tears(self) -> bool:
-        """Return whether a cube is drawn until it breaks, and note why it is not."""
+        """Return whether a cube is stretched until it breaks; if not, note why."""
         if not self.bench.breaks_without_crack:
             self.note("no test of tearing: a cube without a crack does not measure toughness")
             return False
@@ -136,7 +136,7 @@ class SolidExaminer(Examiner):
         self.attempt("indentation", press, BY_LAYER)
 
     def _motion(self) -> None:
-        """Test how it relaxes if it does, and how it oscillates across fibres if not."""
+        """Test relaxation if the tissue relaxes, otherwise oscillation across fibres."""
         if branches_of(self.bench):
             self._relax()
             return
@@ -156,7 +156,7 @@ class SolidExaminer(Examiner):
         self.attempt("oscillation", let_go)
 
     def _stay(self) -> None:
-        """Compare a tissue that does not relax with a relaxation that is known of it."""
+        """Compare a tissue that does not relax with evidence on its relaxation."""
         known = known_of(self.found.tissue, "")
         if known:
             place = np.unique([place for one in known for place in one.places])

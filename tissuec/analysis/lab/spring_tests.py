@@ -21,16 +21,16 @@ from tissuec.model.inelastic import TIMES
 from tissuec.scene.known_curves import COMPRESSION, TENSION
 from tissuec.scene.quantities import YOUNGS_MODULUS
 
-#: By which part indentation may be off: a block with free sides is no layer.
+#: Allowed relative deviation of indentation: a block with free sides is not a layer.
 BY_LAYER = 0.15
 
 
 class SpringExaminer(Examiner):
-    """Tests of two coupons, the second of which is measured, and the first beside it.
+    """Tests of two coupons: the second is measured, and the first is the check.
 
     Args:
         bench: The bench of the tissue.
-        listener: What is done with each row.
+        listener: Callback for each row.
     """
 
     def __init__(self, bench: TestBench, listener: Listener):
@@ -43,7 +43,7 @@ class SpringExaminer(Examiner):
         self.drawn: dict[str, list[StressStrainCurve]] = {}
 
     def all(self) -> Examination:
-        """Return what all tests give, those first that others depend on."""
+        """Return the results of all tests, each after those that it depends on."""
         self.note_the_mesh()
         self._test("tension", self._tension)
         if len(self.tensions) < 2:
@@ -112,7 +112,7 @@ class SpringExaminer(Examiner):
         return {"breaking strain": found.strain, "strength": found.stress}
 
     def _motion(self) -> None:
-        """Test how it relaxes if it does, and otherwise how it oscillates, across fibres."""
+        """Test relaxation if the tissue relaxes, otherwise oscillation across fibres."""
         lacking = [what for what in ("mass", "viscosity") if self.bench.lacks(what)]
         if lacking:
             self.note(f"no dynamic tests: the tissue has no {' and no '.join(lacking)}")
@@ -136,7 +136,7 @@ class SpringExaminer(Examiner):
     # --- rows ---------------------------------------------------------------------------------
 
     def _test(self, name: str, measure: Callable[[int], Values], share: float = SHARE) -> None:
-        """Add the rows of a test on both coupons, which may be off by a share."""
+        """Add the rows of a test on both coupons, with an allowed relative deviation."""
         found: list[Values] = []
         why = ""
         for number in range(2):
@@ -151,7 +151,7 @@ class SpringExaminer(Examiner):
             self.add(name, quantity, check, measured, "" if both else why, share)
 
     def _keep_curves(self) -> None:
-        """Keep the curves of the second coupon, with those of the first beside them."""
+        """Keep the curves of the second coupon, with those of the first as checks."""
         for mode, curves in self.drawn.items():
             place, value = curves[-1]
             begun = place > 0.0

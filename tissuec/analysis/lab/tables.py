@@ -45,7 +45,7 @@ def _rows(found: Examination) -> Iterator[tuple[object, ...]]:
 
 
 def _points(curve: LabCurve) -> Iterator[tuple[object, ...]]:
-    """Yield the points of a curve, with the narrowest limits that are known there."""
+    """Yield the points of a curve, with the narrowest known limits there."""
     for point in zip(curve.place, curve.value, curve.check, strict=True):
         limits = [found for one in curve.known if (found := one.limits_at(point[0]))]
         low = max((one[0] for one in limits), default="")

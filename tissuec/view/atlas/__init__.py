@@ -1,1 +1,1 @@
-"""The atlas: one page about tissues, with what the laboratory measured of each of them."""
+"""The atlas: one page about tissues, with the laboratory measurements of each."""

@@ -25,8 +25,8 @@ class ChartAxis(Struct, frozen=True):
 
     Attributes:
         low, high: Its ends, in its unit.
-        start, end: Where these are in the drawing.
-        ticks: Where it is labelled.
+        start, end: Coordinates of these in the drawing.
+        ticks: Labelled values.
         is_log: Whether powers of ten are equally far apart.
     """
 
@@ -38,7 +38,7 @@ class ChartAxis(Struct, frozen=True):
     is_log: bool = False
 
     def place(self, value: float) -> float:
-        """Return where a value is in the drawing."""
+        """Return the coordinate of a value in the drawing."""
         low, high, value = (
             log10(max(one, 1e-300)) if self.is_log else one
             for one in (self.low, self.high, value)
@@ -51,8 +51,8 @@ def even(low: float, high: float, start: float, end: float) -> ChartAxis:
     """Return an axis whose ends are ticks.
 
     Args:
-        low, high: Between which values it has to reach.
-        start, end: Where its ends are in the drawing.
+        low, high: Values that it must include.
+        start, end: Coordinates of its ends in the drawing.
     """
     size = max(high - low, 1e-300) / _TICKS
     power = 10.0 ** floor(log10(size))
@@ -67,7 +67,7 @@ def powers(low: float, high: float, start: float, end: float) -> ChartAxis:
 
     Args:
         low, high: Its ends, positive.
-        start, end: Where they are in the drawing.
+        start, end: Their coordinates in the drawing.
     """
     first, last = floor(log10(low) + 1e-9), ceil(log10(high) - 1e-9)
     ticks = tuple(10.0**number for number in range(first, last + 1))
@@ -77,7 +77,7 @@ def powers(low: float, high: float, start: float, end: float) -> ChartAxis:
 
 
 def chart(curve: LabCurve, torn: tuple[float, float] | None = None) -> Html:
-    """Return the drawing of a curve with what is known of it, as a figure with its caption.
+    """Return the drawing of a curve with its evidence, as a figure with a caption.
 
     Args:
         curve: The curve.
@@ -221,7 +221,7 @@ def thinned(curve: LabCurve, most: int) -> LabCurve:
 
     Args:
         curve: The curve.
-        most: The number of points that is enough.
+        most: Largest number of points that is needed.
     """
     count = len(curve.place)
     if count <= most:

@@ -23,8 +23,8 @@ def render(examined: Sequence[Examination], title: str) -> str:
     """Return the whole HTML document about tissues.
 
     Args:
-        examined: What the laboratory found of each of them.
-        title: Of the page.
+        examined: Laboratory results of each.
+        title: Title of the page.
     """
     names = _anchors(examined)
     main = element(
@@ -55,7 +55,7 @@ def render(examined: Sequence[Examination], title: str) -> str:
 
 
 def _anchors(examined: Sequence[Examination]) -> list[str]:
-    """Return a name in the page for each tissue, no two of them alike."""
+    """Return a unique name in the page for each tissue."""
     found: list[str] = []
     for one in examined:
         name = "-".join(one.tissue.name.lower().split())
@@ -197,7 +197,7 @@ def _numbers(entries: Iterable[ProvenanceRow]) -> Content:
 
 
 def _short(place: str) -> str:
-    """Return file and line without folders, which tell nothing to whom a page is sent."""
+    """Return file and line without folders, which mean nothing to other readers of the page."""
     return re.split(r"[/\\]", place)[-1]
 
 

@@ -35,7 +35,7 @@ KNOWN = {
 
 @PLOTS.member("stress-strain")
 class StressStrain(Struct, frozen=True):
-    """Stress against strain of each tissue, in all modes, beside what is known."""
+    """Stress against strain of each tissue, in all modes, with the evidence."""
 
     takes: ClassVar[str] = "laboratory"
     several: ClassVar[bool] = False
