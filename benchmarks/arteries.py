@@ -113,7 +113,7 @@ class Wall:
             yield (q, rise, bend), moved, shape, power
 
     def _of(self, x: Any) -> tuple[Floats, Floats, Floats]:
-        """Return F, J and the transposed inverse of F, with what is drawn."""
+        """Return F, J and the transposed inverse of F, including the stretch as drawn."""
         f = np.einsum("iK...,KJ->iJ...", x[0], self.first)
         last = np.moveaxis(f, (0, 1), (-2, -1))
         back: Floats = np.moveaxis(cast(Any, np.linalg.inv)(last), (-1, -2), (0, 1))
@@ -147,7 +147,7 @@ class Wall:
 
 
 def by_library(case: Case, factor: int) -> list[float]:
-    """Return by how much the inner radius widens in the middle at each pressure [mm].
+    """Return the increase of the inner radius in the middle at each pressure [mm].
 
     Args:
         case: The artery.

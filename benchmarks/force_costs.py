@@ -1,8 +1,9 @@
-"""What forces on elements, faces and volumes cost, as multiples of a spring.
+"""Costs of forces on elements, faces and volumes, as multiples of that of a spring.
 
-Shown is the processor time of an evaluation per item on one thread: the time that a scene takes
-beyond the same scene without the feature. Scenes take turns with the tube of springs of the
-publication, and medians of ratios are shown. A second table compares making and using the
+The table lists the processor time of an evaluation per item on one thread: the additional time
+    of a scene over the same scene without the feature. Scenes alternate with the tube of
+    springs of the publication; the numbers are medians of ratios. A second table compares
+    making and using the
 matrix of an implicit step with an evaluation. Takes some minutes.
 """
 

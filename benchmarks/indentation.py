@@ -1,9 +1,9 @@
 """A ball pressed into a block, with and without friction, against felupe.
 
-felupe is an independent library of finite elements. Here it gives quadrilaterals about the axis
-of a cylinder that is as thick and has as large a base as the block, finest below the ball;
-contact is that of its nodes, by penalties per area, with Coulomb's friction. Takes
-ten minutes.
+felupe is an independent library of finite elements. Here it solves an axisymmetric mesh of
+quadrilaterals, finest below the ball, of a cylinder with the thickness and the base area of the
+block; contact acts on its nodes, by penalties per area, with Coulomb's friction. Takes ten
+minutes.
 """
 
 from collections.abc import Iterator
@@ -85,7 +85,7 @@ class Sole(NamedTuple):
     """Nodes of the top, and where they stick to the ball.
 
     Attributes:
-        area: That each stands for [mm²], shape (node,).
+        area: The area that each represents [mm²], shape (node,).
         stuck: Arc on the ball, from its lowest point, where the node would bear no friction
             [mm], NaN if it does not touch, shape (node,).
     """
@@ -184,7 +184,7 @@ def pressed_by_library(
 
 
 def _with_slopes(x: Floats, *rest: Any) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return what ``touched`` does, behind the forces their derivatives [kPa mm]."""
+    """Return the results of ``touched``, with derivatives of the forces [kPa mm] second."""
     tiny, sides = 1e-30, []
     for axis in range(2):
         turned = x.astype(np.complex128)

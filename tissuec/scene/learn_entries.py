@@ -63,7 +63,7 @@ SENTENCES: dict[str, Sentences] = {
         " columns. Results of runs need no columns. ``every`` sets the least interval in time,"
         " ``to`` gives the standard deviation of the measured values, ``weighing`` gives their"
         " weight, and ``with free zero`` allows for an unknown constant offset. Or numbers of"
-        " tissues that their words are to give: those that are written, or else the evidence;"
+        " tissues that their words should give: those that are written, or else the evidence;"
         " such a block has no data.",
         is_needed=True,
     ),

@@ -12,7 +12,7 @@ from tissuec.meshes.generators.limits import require_limits
 from tissuec.meshes.generators.round_cells import RoundCells
 from tissuec.meshes.generators.tube import perpendicular_frame
 
-#: Along which of the two directions across the axis only the positive half is drawn.
+#: For each of the two directions across the axis, whether only the positive half is drawn.
 PARTS = {"whole": (False, False), "half": (False, True), "quarter": (True, True)}
 
 
@@ -20,21 +20,21 @@ PARTS = {"whole": (False, False), "half": (False, True), "quarter": (True, True)
 class Cylinder(Hexahedral, frozen=True, eq=False):
     """A solid cylinder of hexahedra, tapered if both ends have different radii.
 
-    Corners of the outer cells are on the surface of the cylinder, so that the mesh is somewhat
-    smaller: with four cells across by 10 % of the volume, with eight by 3 %. A half, or a
-    quarter, ends at planes of symmetry through the axis. Those directions across the axis are
-    the ones towards which a tube has its first sides, and at right angles to it.
+    Corners of the outer cells lie on the surface of the cylinder, so the mesh has somewhat less
+    volume: 10 % less with four cells across, 3 % less with eight. A half or a quarter ends at
+    planes of symmetry through the axis. They face the direction in which a tube has its first
+    side, and the direction at right angles to it.
 
     Nodes of the ends and of the surface around the axis are the groups ``first end``, ``last
     end`` and ``side``.
 
-    A net of springs has springs along the edges of the cells, and across all of their faces.
+    A net of springs has springs along the edges of the cells and the diagonals of their faces.
 
     Attributes:
         axis: Centres of the first and the last end.
         radius: Radius of the cylinder at its first end.
-        end_radius: Radius at its last end; that of the first end without it.
-        cell: Usual edge of a cell; at least four cells are across.
+        end_radius: Radius at its last end; by default, that of the first end.
+        cell: Typical edge of a cell; there are at least four cells across.
         part: The part of the cylinder that is drawn: whole, half or quarter.
     """
 

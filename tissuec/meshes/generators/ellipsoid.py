@@ -12,7 +12,7 @@ from tissuec.meshes.generators.hexahedral import Hexahedral, in_order_of_vtk
 from tissuec.meshes.generators.limits import require_limits
 from tissuec.meshes.generators.round_cells import RoundCells
 
-#: Along which axes only the positive half is drawn.
+#: For each axis, whether only the positive half is drawn.
 PARTS = {
     "whole": (False, False, False),
     "half": (False, False, True),
@@ -23,21 +23,21 @@ PARTS = {
 
 @MESHES.member("ellipsoid")
 class Ellipsoid(Hexahedral, frozen=True, eq=False):
-    """A solid ellipsoid of hexahedra, without a pole: a core of cubes in layers.
+    """A solid ellipsoid of hexahedra, without poles: layers around a core of cubes.
 
-    Its axes are x, y and z; a ball has three equal radii. Corners of the outer cells are on the
-    surface of the ellipsoid, so that the mesh is somewhat smaller: with four cells across by
-    23 % of the volume, with eight by 7 %, with sixteen by 2 %. A half, which has the positive
-    z, a quarter (y and z) or an eighth end at planes of symmetry through the centre.
+    Its axes are x, y and z; a ball has three equal radii. Corners of the outer cells lie on the
+    surface of the ellipsoid, so the mesh has somewhat less volume: 23 % less with four cells
+    across, 7 % less with eight, 2 % less with sixteen. A half (positive z), a quarter (positive
+    y and z) or an eighth ends at planes of symmetry through the centre.
 
     Nodes of the surface of the ellipsoid are the group ``surface``.
 
-    A net of springs has springs along the edges of the cells, and across all of their faces.
+    A net of springs has springs along the edges of the cells and the diagonals of their faces.
 
     Attributes:
         centre: Centre of the ellipsoid.
         radii: Half its width along x, y and z.
-        cell: Usual edge of a cell; at least four cells are across.
+        cell: Typical edge of a cell; there are at least four cells across.
         part: The part of the ellipsoid that is drawn: whole, half, quarter or eighth.
     """
 

@@ -1,4 +1,4 @@
-"""What generators of solids of hexahedra have in common."""
+"""The base of generators of solids of hexahedra."""
 
 from abc import abstractmethod
 
@@ -15,7 +15,7 @@ from tissuec.meshes.generators.joining import Pairs, springs
 class Hexahedral(Struct, frozen=True, eq=False):
     """A generator that gives nodes and hexahedra.
 
-    A net of springs has springs along the edges of the cells, and across all of their faces.
+    A net of springs has springs along the edges of the cells and the diagonals of their faces.
     """
 
     @property

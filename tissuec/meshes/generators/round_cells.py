@@ -1,4 +1,4 @@
-"""Cells of round solids without a pole: a core of squares or cubes, and layers around it.
+"""Cells of round solids without poles: a core of squares or cubes, and layers around it.
 
 The core is a lattice whose sides bulge; layers lead from its surface to the circle or sphere.
 """

@@ -19,14 +19,14 @@ PARTS = {"whole": 1, "half": 2, "quarter": 4}
 class ThickTube(Hexahedral, frozen=True, eq=False):
     """A tube whose wall is a solid of hexahedra, numbered ring by ring from the inside.
 
-    A whole tube has ``rings`` times ``sides`` times one more than ``layers`` nodes. Each ring
+    A whole tube has ``rings`` × ``sides`` × (``layers`` + 1) nodes. Each ring
     begins where that of a thin tube would; half a tube, or a quarter, also begins there, and
     ends at a plane of symmetry. All layers are equally thick.
 
     Nodes of the ends and of both surfaces are the groups ``first end``, ``last end``,
     ``inside`` and ``outside``.
 
-    A net of springs has springs along the edges of the cells, and across all of their faces.
+    A net of springs has springs along the edges of the cells and the diagonals of their faces.
 
     Attributes:
         axis: Centres of the first and the last ring.

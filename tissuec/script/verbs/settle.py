@@ -26,9 +26,9 @@ class Settle(Struct, frozen=True):
     equilibrium and the run ends with an error. The event log notes where the net buckled, and
     where it can move without any force.
 
-    Over an interval, everything is in equilibrium all the time, while holders and loads change:
-    inertia, dashpots and friction do not act, as with the method ``equilibrium``. Then the
-    scene moves on from the last equilibrium, at rest.
+    Over an interval, everything stays in equilibrium while holders and loads change: inertia,
+        dashpots and friction do not act, as with the method ``equilibrium``. Afterwards, motion
+        starts from rest in the last equilibrium.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")

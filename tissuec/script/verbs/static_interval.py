@@ -25,7 +25,7 @@ class EndStaticInterval(Struct, frozen=True):
 
 
 class StaticInterval(Struct, frozen=True):
-    """Has the engine go from one equilibrium to the next, from now on for a time."""
+    """The start of an interval in which the engine goes from one equilibrium to the next."""
 
     duration: float  # [s]
     span: Span
