@@ -98,7 +98,7 @@ class FittableProgram(Struct, frozen=True, eq=False):
     """A text with learn blocks.
 
     Attributes:
-        compiled: The scene; None for a text that is none.
+        compiled: The scene; None for a text that is not a scene.
         blocks: In the order of the text.
     """
 
@@ -131,7 +131,7 @@ def read_fittable(request: Request) -> tuple[FittableProgram, tuple[Diagnostic, 
 def read_vocabulary_fits(
     request: Request,
 ) -> tuple[tuple[VocabularyFit, ...], tuple[Diagnostic, ...]]:
-    """Return the learn blocks of a text that is no scene, and its warnings.
+    """Return the learn blocks of a text that is not a scene, and its warnings.
 
     Raises:
         CompileError: The text is wrong, a learn block needs a scene, or ``strict`` and there

@@ -152,7 +152,7 @@ def test_the_reference_knows_static_intervals():
         ({"tissue": "relaxing constant = 50 N/m; relaxation time = 1 s"},
          "springs that relax or yield cannot settle over an interval"),
         ({"method": "integrator is equilibrium"},
-         "settle over an interval has no effect: equilibrium is static all the time"),
+         "settle over an interval has no effect: equilibrium is always static"),
         ({"script": "from 0 s to 0.7 s: settle right"},
          "a part of the scene cannot settle over an interval"),
     ],

@@ -142,7 +142,7 @@ def test_a_place_where_files_are_missing_is_refused_before_the_fit(apart, ran):
     target = apart.parent / "new" / "gels.tis"
     code, _, err = ran(apart, "-o", target)
     assert code == 2 and not target.exists()
-    assert f"the vocabulary cannot be written as {target}, where it is wrong" in err
+    assert f"the vocabulary cannot be written as {target}, where it is not valid" in err
 
 
 SCENE = """

@@ -202,11 +202,11 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
 
 
 def _refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Findings) -> None:
-    """Reject static intervals of what needs time, and of what is static anyway."""
+    """Reject static intervals of tissue that needs time, and of runs that are static anyway."""
     name = scene.simulation.integrator
     for interval in plan.static_intervals:
         if scene.simulation.is_static:
-            said = f"settle over an interval has no effect: {name} is static all the time"
+            said = f"settle over an interval has no effect: {name} is always static"
             hint = "remove it, or write integrator is automatic"
         elif network.relaxes:
             said = f"{_relaxing(network)} cannot settle over an interval: they need time"

@@ -75,7 +75,7 @@ class FacePoints(Struct, frozen=True, eq=False):
     ) -> tuple[Indices, Indices, NDArray[np.bool_]]:
         """Return groups of nodes and of faces, and which may touch; see ``Contact.meets``.
 
-        Neither do nodes of bodies with points touch anything, nor nodes of threads these
+        Nodes of bodies with points touch nothing, and nodes of threads do not touch these
         bodies: their points do.
 
         Args:

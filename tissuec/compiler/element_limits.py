@@ -173,7 +173,7 @@ class LimitReader:
         return ElementLimits(strain, stress, toughness, np.arange(len(self.part)))
 
     def known(self, part: NDArray[np.integer]) -> Provenance:
-        """Return where limits come from: of each part one origin, and that of a second limit.
+        """Return the origins of limits: one for each part, and that of a second limit.
 
         Args:
             part: Of each element or edge, shape (n,).

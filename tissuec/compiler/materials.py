@@ -319,9 +319,9 @@ class MaterialReader:
 
     @cached_property
     def poisson(self) -> Poisson | None:
-        """The Poisson's ratio of the body; None where its springs are what they are.
+        """The Poisson's ratio of the body; None if its springs are not adapted to one.
 
-        Springs have that of rules, or of a preset, only where they do so by themselves; bars
+        Springs have the ratio of rules, or of a preset, only if it is their natural one; bars
         have none.
         """
         if self._is_bar:

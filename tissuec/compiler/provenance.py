@@ -48,9 +48,9 @@ class Explained(Struct, frozen=True):
     """A quantity of a tissue, its value and its reasons, strongest first.
 
     Attributes:
-        from_words: What the words of the tissue would give in place of a number that is not
-            theirs; None for what is concluded, and where rules conclude nothing.
-        ratio: Of the number to that; None where it is no limit.
+        from_words: The number that the words of the tissue would give instead; None where it is
+            concluded from them, and where rules conclude nothing.
+        ratio: Ratio of the number to that; None without one.
     """
 
     quantity: str
@@ -234,7 +234,7 @@ def _explained(given: AssignedQuantity, concluded: float | None) -> Explained:
 
 
 def _replaced(tissue: Tissue) -> Iterator[ProvenanceRow]:
-    """Yield what words alone would give of quantities that other entries replace."""
+    """Yield numbers from words alone of quantities that other entries replace."""
     for key, value in tissue.concluded.items():
         if key in tissue.given or key in tissue.missing:
             continue

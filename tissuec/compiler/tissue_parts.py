@@ -82,18 +82,18 @@ class TissueParts:
         return [m.tissue and _said(m.tissue, name) for m in self.materials]
 
     def needed_limit(self, usual: str) -> str:
-        """Return the quantity that breaks the body, for messages where there is none.
+        """Return the limit that the body needs, for messages about a missing limit.
 
         Args:
-            usual: Where it breaks by any limit.
+            usual: The limit to name if any limit counts.
         """
         return TOUGHNESS if self.body.rupture == "by toughness" else usual
 
     def limits(self) -> list[list[AssignedQuantity]]:
-        """Return what breaks each part: two quantities at most.
+        """Return the limits of each part: at most two quantities.
 
         A strain and a strength limit it together. A toughness counts where there is neither,
-        or where the body breaks by it alone.
+        or where the body has ``rupture by toughness``.
         """
         return [[] if m.tissue is None else self._limits(m.tissue) for m in self.materials]
 
@@ -118,7 +118,7 @@ class TissueParts:
 
         Args:
             used: Numbers of parts, shape (…).
-            found: What each part says, if that is known.
+            found: The quantity of each part, if it is known already.
         """
         given = self.found(name) if found is None else list(found)
         for number in part_numbers(used):

@@ -23,9 +23,9 @@ def conclude(
     """Add what rules conclude where nothing is written.
 
     Args:
-        answers: What the rules say of the words of a tissue.
-        said: Quantities that what is written takes the place of.
-        given: Numbers of the tissue, which conclusions are added to.
+        answers: Conclusions of the rules for the words of a tissue.
+        said: Quantities that written entries replace.
+        given: Numbers of the tissue, to which conclusions are added.
         missing: Takes quantities that no rule concludes, with the reason.
     """
     for key, answer in answers.items():
@@ -88,7 +88,7 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
 
 
 def _moved(firing: Firing) -> str:
-    """Return how far a gradual rule moves its word: ``; moved 25 % outward``."""
+    """Return the shift of a word by a gradual rule: ``; moved 25 % outward``."""
     share = 100.0 * firing.progress
     return f"; moved {share:.0f} % outward" if share > 0.0 else ""
 

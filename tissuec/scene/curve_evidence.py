@@ -1,4 +1,4 @@
-"""Evidence on curves: what is known of a stress over strain, or of a relaxation over time.
+"""Evidence on curves: a known stress over strain, or relaxation over time.
 
 known stress in tension at [10 %, 20 %] from [1 kPa, 3 kPa] to [2 kPa, 6 kPa] by "Umale 2013"
 known relaxation at [1 s, 10 s] from [70 %, 55 %] to [85 %, 75 %] by unverified "Nicolle 2010"
@@ -49,7 +49,7 @@ def _about(name: s.Name) -> str:
 
 
 def read_curve(item: s.Sentence | s.Assign | s.Block | s.Function, scope: Scope) -> KnownCurve:
-    """Return the evidence on a curve that an entry is, or reject the item."""
+    """Return the evidence of an entry on a curve, or reject the item."""
     about = _about(item.name)
     if not isinstance(item, s.Sentence) or item.phrase is not None:
         _refuse_form(item.span, about, scope)
@@ -88,7 +88,7 @@ def _refuse_form(span: Span, about: str, scope: Scope) -> NoReturn:
 
 
 def _mode(item: s.Item, clauses: list[s.Clause], scope: Scope) -> str:
-    """Return how the tissue is loaded, and take the clauses that say so."""
+    """Return the loading mode, and consume its clauses."""
     if not clauses or clauses[0].word != "in" or not isinstance(clauses[0].value, s.Name):
         scope.findings.reject(
             "TIS312",
@@ -104,7 +104,9 @@ def _mode(item: s.Item, clauses: list[s.Clause], scope: Scope) -> str:
         del clauses[0]
     if mode not in MODES:
         hint = alternatives(mode, MODES, what="ways")
-        scope.findings.reject("TIS303", f'"{mode}" is no way to load a tissue', span, hint=hint)
+        scope.findings.reject(
+            "TIS303", f'"{mode}" is not a way to load a tissue', span, hint=hint
+        )
     return mode
 
 
@@ -153,7 +155,7 @@ def _refuse_empty(
     nodes: Sequence[Sequence[s.Expression]],
     scope: Scope,
 ) -> None:
-    """Reject a range without a number in it, and a stress or share that is none."""
+    """Reject an empty range, and a stress or share that is out of bounds."""
     for n, (least, most) in enumerate(zip(low, high, strict=True)):
         first, second = (several[n].span for several in nodes)
         if most <= 0.0:
@@ -164,7 +166,7 @@ def _refuse_empty(
                 "a range runs from a smaller number to a larger one, not from "
                 f"{first.text} to {second.text}",
                 second,
-                hint="exchange the two numbers",
+                hint="swap the two numbers",
                 notes=(Note("the lower limit", first),),
             )
 

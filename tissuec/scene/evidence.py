@@ -28,7 +28,7 @@ from tissuec.scene.quantities import (
 from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
-#: The factor within which words say a number: half a hedge of hardness, nearly.
+#: The factor within which words match a number: half a hedge of hardness, nearly.
 BY_WORDS = 1.5
 SOURCE = 'by "AUTHOR YEAR"'
 CITE = f'cite it as {SOURCE}, or by {UNVERIFIED} "AUTHOR YEAR" if you have not checked it'

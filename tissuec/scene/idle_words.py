@@ -20,7 +20,7 @@ from tissuec.scene.words import reading
 CONCLUDED = "concluded"
 """Said of a quantity whose inherited number gives way to rules."""
 
-#: Conclusions closer than by this part of their scale say nearly the same.
+#: Conclusions closer than this part of their scale count as nearly the same.
 ALIKE = 0.035
 
 #: What rules say about each quantity.
@@ -136,14 +136,14 @@ class TissueWords(Struct, frozen=True):
     ) -> None:
         """TIS208: a word that is set from outside would change what is written as a number.
 
-        A word that changes what was left to rules on purpose is not refused, although other
+        A word that changes a quantity left to rules on purpose is accepted, although other
         numbers remain.
 
         Args:
             changed: Properties that are set, by ``--set``, a study or Python.
             tissue: Name of the tissue.
             numbers: Written in the tissue or its parents, by quantity.
-            left: Quantities of which the text says that they are concluded.
+            left: Quantities that the text declares as concluded.
         """
         for fact in self.facts:
             if fact.property not in changed:
@@ -183,7 +183,8 @@ class TissueWords(Struct, frozen=True):
     def _alike(
         self, key: str, one: Inference | NoRule | None, other: Inference | NoRule | None
     ) -> bool:
-        """Return whether rules say nearly the same: less than a hedge of its own word apart."""
+        """Return whether conclusions are nearly the same: less than a hedge of the word
+        apart."""
         first, second = _value(one), _value(other)
         if first is None or second is None:
             return first == second
@@ -200,7 +201,7 @@ class TissueWords(Struct, frozen=True):
 
 
 def _replaced(key: str, given: AssignedQuantity) -> set[str]:
-    """Return which conclusions a written number takes the place of, beside its own."""
+    """Return the other conclusions that a written number replaces."""
     return set(replaced_by(key, is_none=given.value == given.quantity.none))
 
 

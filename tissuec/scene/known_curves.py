@@ -1,4 +1,4 @@
-"""Curves that are known of a tissue: what sources measured, with its scatter.
+"""Known curves of a tissue: measurements of sources, with their scatter.
 
 A stress is nominal: the force over the area as it was before the test. Strains of tension and
 compression are relative changes of length, positive in both; that of shear is the amount of
@@ -15,7 +15,7 @@ STRESS, RELAXATION = "stress", "relaxation"
 TENSION, COMPRESSION, SHEAR = "tension", "compression", "shear"
 EQUIBIAXIAL = "equibiaxial tension"
 ALONG, ACROSS = "tension along fibres", "tension across fibres"
-#: How a tissue can be loaded while its stress is measured.
+#: Loading modes in which stresses are measured.
 MODES = (TENSION, COMPRESSION, SHEAR, EQUIBIAXIAL, ALONG, ACROSS)
 
 
@@ -25,8 +25,8 @@ class KnownCurve(Struct, frozen=True):
     Attributes:
         mode: One of ``MODES``, in which a stress is known; empty for a relaxation.
         places: Strains, or times [s]; ascending, positive.
-        low, high: Limits of the stress [Pa], or of the share that is left, at each of them.
-        source: As it is named.
+        low, high: Limits of the stress [Pa], or of the remaining share, at each of them.
+        source: Name of the source.
         is_verified: Whether the source could be looked up.
     """
 
@@ -40,12 +40,12 @@ class KnownCurve(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """Return what is known: "stress in tension"."""
+        """Return the name of the curve, such as "stress in tension"."""
         return f"{STRESS} in {self.mode}" if self.mode else RELAXATION
 
     @property
     def dimension(self) -> Dimension:
-        """Return that of the limits."""
+        """Return the dimension of the limits."""
         return PRESSURE if self.mode else NUMBER
 
     @property
@@ -69,7 +69,7 @@ class KnownCurve(Struct, frozen=True):
         return " … ".join(limits)
 
     def limits_at(self, place: float) -> tuple[float, float] | None:
-        """Return the limits at a place, by lines between those known; None beyond them."""
+        """Return the linearly interpolated limits at a place; None beyond the known places."""
         if not self.places[0] <= place <= self.places[-1]:
             return None
         after = next(n for n, one in enumerate(self.places) if one >= place)

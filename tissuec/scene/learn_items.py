@@ -1,4 +1,4 @@
-"""What all learn blocks have in common: entries, each once, and where the result goes."""
+"""The base of all learn blocks: entries, each once, and the file of the result."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,7 +35,7 @@ class LearnItems:
         self.write: Path | None = None
 
     def entry(self, item: s.Item) -> str | None:
-        """Return which sentence an item is; reads a setting, which is none."""
+        """Return the name of the sentence of an item; reads settings, for which it is None."""
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
             self.findings.reject("TIS303", f"this is not allowed in {self.what}", item.span)
         known = (*SENTENCES, *learn_schema())
@@ -66,7 +66,7 @@ class LearnItems:
         self.findings.reject("TIS312", message, item.span, hint=f"write: {shown}")
 
     def read_write(self, item: s.Sentence) -> None:
-        """Read where the result goes."""
+        """Read the file of the result."""
         if not item.name.quoted or item.clauses:
             self.wrong_form("write", item)
         self.write = self.data.place_to_write(item, self.sources)

@@ -40,7 +40,7 @@ class WrittenFitProblem(Struct, frozen=True):
 
 
 class WordTarget(Struct, frozen=True):
-    """A number that the words of a tissue are to give.
+    """A number that the words of a tissue should give.
 
     Attributes:
         tissue, quantity: By their lower-case names.
@@ -48,7 +48,7 @@ class WordTarget(Struct, frozen=True):
         deviation: Standard deviation, in the coordinate of the scale of the quantity.
         how: Whether the number is written in the tissue, or the middle of evidence.
         weight: Factor of its part of the error.
-        held_out: Whether it only judges the words.
+        held_out: Whether it is used for testing only.
         span: The fit that asks for it.
     """
 
@@ -69,7 +69,7 @@ class VocabularyFit(Struct, frozen=True):
         scales: Properties and quantities whose words move, by lower-case name.
         rules: Rules whose weights change, by lower-case name.
         left_out: Sentences about tissues that ``all tissues`` passes over.
-        write: Where the new vocabulary goes; None if nowhere.
+        write: File of the new vocabulary; None if it is not written.
         is_whole: Whether all of it could be read.
     """
 

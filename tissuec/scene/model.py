@@ -29,7 +29,7 @@ from tissuec.script.tools import Shape, ToolKind, grasping
 if TYPE_CHECKING:
     from tissuec.scene.fibres import Direction
 
-#: By which limits springs and elements break; empty: they do not.
+#: Limits by which springs and elements break; empty if they do not.
 Rupture = Literal["", "allowed", "by toughness"]
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05
@@ -124,7 +124,7 @@ class WrittenLaw(Struct, frozen=True):
 
 #: Laws that are not the usual ones, by "spring law", "viscosity law" and "solid law".
 WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
-#: Laws that say how a tissue stiffens when it is stretched, by entry.
+#: Laws of stiffening under stretch, by entry.
 STRETCHED = frozenset(("spring law", "solid law"))
 
 

@@ -41,8 +41,8 @@ class TissueQuantity(Struct, frozen=True):
         none: The value of the word "none", for limits that there need not be.
         may_be_zero: Whether zero is a sensible value.
         instead: Of matter, the quantity of springs or nodes that follows from it, by key.
-        unit: In which it is shown, if not in the usual one of its dimension.
-        digits: Significant digits with which it is shown at least.
+        unit: Unit in which it is shown, if not the usual one of its dimension.
+        digits: Least number of significant digits that are shown.
     """
 
     name: str
@@ -178,9 +178,9 @@ OF_MATTER: dict[str, tuple[str, ...]] = {
 }
 
 
-#: What breaks tissue together: at whichever is reached first.
+#: Limits that act together: tissue breaks at whichever is reached first.
 TOGETHER = (BREAKING_STRAIN, STRENGTH)
-#: What a tissue can say side by side of how it breaks.
+#: Limits that a tissue can have side by side.
 LIMITS = (*TOGETHER, TOUGHNESS)
 
 
@@ -191,18 +191,18 @@ def rivals(key: str) -> tuple[str, ...]:
 
 
 def exclude(first: str, second: str) -> bool:
-    """Return whether a tissue cannot say both of two quantities, by key."""
+    """Return whether two quantities, by key, exclude each other in a tissue."""
     return second in rivals(first) and not {first, second} <= set(LIMITS)
 
 
 def replaced_by(key: str, *, is_none: bool) -> tuple[str, ...]:
-    """Return what a written quantity replaces, inherited or concluded, by key.
+    """Return the inherited or concluded quantities that a written one replaces, by key.
 
-    That is what says the same thing; of a toughness, which counts only where there is neither
-    a strain nor a strength, these are left to it.
+    These are the quantities of the same kind. A strain or a strength leaves a toughness in
+    place, which counts only where there is neither.
 
     Args:
-        key: Of the quantity.
+        key: Key of the written quantity.
         is_none: Whether it is written as "none", so that nothing breaks.
     """
     keeps = (TOUGHNESS,) if key in TOGETHER and not is_none else ()

@@ -1,4 +1,4 @@
-"""Facts of tissues: words and numbers of properties."""
+"""Facts of tissues: the words and numbers of their properties."""
 
 from tissuec.core.hints import Hint, proposal
 from tissuec.fuzzy.axis import OutOfRange
@@ -18,7 +18,7 @@ class FactReader:
         self.vocabulary, self.scope, self.findings = vocabulary, scope, scope.findings
 
     def read(self, item: s.Sentence | s.Assign) -> PropertyFact:
-        """Return what an entry says of a property, or reject it."""
+        """Return the fact that an entry states, or reject the entry."""
         scale = self.vocabulary.properties[item.name.key]
         if isinstance(item, s.Assign):
             number, written = self._slider(item, scale), item.value.span.text

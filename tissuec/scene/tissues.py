@@ -162,7 +162,7 @@ class TissueReader:
 
     @staticmethod
     def _said(written: _Written) -> set[str]:
-        """Return the quantities of which rules are not asked, as something is written."""
+        """Return the quantities that rules do not conclude because of written entries."""
         said = set(written.numbers)
         if STRETCHED & written.laws.keys():
             said.add(STIFFENING)
@@ -200,10 +200,10 @@ class TissueReader:
             )
 
     def _news(self, written: _Written) -> list[KnownQuantity]:
-        """Return evidence that stands beside a number for the first time.
+        """Return evidence that accompanies a number for the first time.
 
-        Words that change beside an inherited number are reported otherwise, and those that are
-        set from outside are compared with numbers.
+        Words that change beside an inherited number are reported in another way, and those that
+        are set from outside are compared with numbers.
         """
         inherited = written.inherited or _Written()
         if any(self._is_set(item) for item in written.facts.values()):

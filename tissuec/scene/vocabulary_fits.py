@@ -35,7 +35,7 @@ OF_DATA = ("data", "time", "displacement", "against column", "revise rules")
 SETTINGS = ("passes", "tolerance")
 APART = (
     "write a learn block for the numbers of tissues, and another one for the data; the first "
-    "has fit, adjust words of …, adjust weights of …, hold out, write, passes and tolerance"
+    "one has fit, adjust words of …, adjust weights of …, hold out, write, passes and tolerance"
 )
 
 
@@ -185,7 +185,7 @@ class VocabularyFitReader(LearnItems):
         known = sorted({key for one in self.vocabulary.rules.values() for key in one.concluded})
         names = [QUANTITIES[key].name for key in known if key in QUANTITIES]
         if not self.vocabulary.rules and self.words.declarations.of("rules"):
-            self.findings.stop()  # the rules were found wrong
+            self.findings.stop()  # the rules have errors
         self.findings.reject(
             "TIS802", f"no rule concludes {name.text}, so words cannot be fitted to it",
             name.span,
@@ -199,7 +199,7 @@ class VocabularyFitReader(LearnItems):
         self.words.declarations.find("tissue", name, self.findings)
         tissue = self.words.tissues.get(name.key)
         if tissue is None:
-            self.findings.stop()  # it was found wrong
+            self.findings.stop()  # it has errors
         return tissue
 
     def _problem(self, tissue: Tissue, key: str) -> tuple[str, str, Hint | str] | None:
@@ -218,7 +218,7 @@ class VocabularyFitReader(LearnItems):
             return "TIS802", f"words do not give the {what}: {why(rules, answer)}", hint
         if answer.source != "rules":
             hint = f"describe {tissue.name} with a property that the rules use"
-            return "TIS802", f"words do not give the {what}, only otherwise does", hint
+            return "TIS802", f'words do not give the {what}, only its "otherwise" does', hint
         number, evidence = _number(tissue, key), _evidence(tissue, key)
         if number is None and evidence is None:
             hint = f"write a number or known {QUANTITIES[key].name} … in the tissue"
@@ -293,7 +293,7 @@ class VocabularyFitReader(LearnItems):
 
     def _adjust_one(self, what: str, name: s.Expression) -> None:
         if not isinstance(name, s.Name):
-            self.findings.reject("TIS312", f"{what} are adjusted by a name", name.span)
+            self.findings.reject("TIS312", f"{what} are adjusted by name", name.span)
         if what == WEIGHTS:
             self.words.declarations.find("rules", name, self.findings)
             if name.key not in self.vocabulary.rules:
@@ -387,7 +387,7 @@ def _middle(tissue: Tissue, key: str, middle: float) -> float:
 
 
 def _evidence(tissue: Tissue, key: str) -> tuple[float, float] | None:
-    """Return the range that all evidence on a quantity leaves."""
+    """Return the intersection of the ranges of all evidence on a quantity."""
     known = _known(tissue, key)
     if not known:
         return None

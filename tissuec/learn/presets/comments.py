@@ -86,7 +86,7 @@ def _of_fit(learnt: Learnt, text: str, value: float) -> str:
 
 
 def entry(label: str, text: str) -> Iterator[str]:
-    """Yield the lines of a comment with a label, those behind the first one indented."""
+    """Yield the lines of a comment with a label, all but the first one indented."""
     lines = textwrap.wrap(text, WIDTH - _LABEL, break_long_words=False, break_on_hyphens=False)
     for number, line in enumerate(lines or [""]):
         head = label if number == 0 else ""

@@ -32,7 +32,7 @@ def compose_vocabulary(
         learnt: The finished fit.
         words: The program with the block.
         request: Its text.
-        target: Where the file goes.
+        target: Path of the file.
 
     Raises:
         TissueError: The texts are not valid at their place.
@@ -44,13 +44,13 @@ def compose_vocabulary(
 def rehearse_vocabulary(
     fit: VocabularyFit, words: ResolvedProgram, request: Request, target: Path
 ) -> Preset:
-    """Return what would be written if nothing changed, to find what is wrong with its place.
+    """Return the file as it would be written without changes, to find errors of its place.
 
     Args:
         fit: The learn block.
         words: The program with the block.
         request: Its text.
-        target: Where the file goes.
+        target: Path of the file.
 
     Raises:
         TissueError: It would not be valid there.
@@ -87,7 +87,7 @@ def _composed(
         read_words(Request(Source(target.name, text, target), files=files))
     except CompileError as error:
         raise TissueError(
-            f"the vocabulary cannot be written as {target}, where it is wrong; write it "
+            f"the vocabulary cannot be written as {target}, where it is not valid; write it "
             f"where all files that it uses are found:\n{error}"
         ) from error
     return Preset(target, text, beside)
@@ -125,7 +125,7 @@ def _using(source: Source, moved: Mapping[str, str]) -> Source:
 
 
 def _only_words(source: Source) -> str:
-    """Return a text without what is not of a vocabulary, such as tissues and learn blocks."""
+    """Return a text without items that are not of a vocabulary, such as tissues."""
     module = parse(source)
     about = (item for item in module.items if not is_of_words(item))
     if all(isinstance(item, s.Sentence) for item in about):

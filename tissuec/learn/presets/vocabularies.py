@@ -89,7 +89,7 @@ def is_of_words(item: s.Item) -> bool:
 
 
 def marked(text: str, mark: str) -> str:
-    """Return a text with comments behind its first line, which is that of the language.
+    """Return a text with comments after its first line, which states the language.
 
     Args:
         text: The text.

@@ -15,7 +15,7 @@ HEAD = ("quantity of tissue", "number", "from words, before", "from words, after
 
 
 def as_text(learnt: LearntVocabulary) -> list[str]:
-    """Return the whole of it, line by line."""
+    """Return the whole report, line by line."""
     ended = learnt.reason if learnt.converged else f"NOT CONVERGED, {learnt.reason}"
     rows = [HEAD, *map(_row, learnt.numbers)]
     return [
@@ -84,7 +84,7 @@ def _weights(learnt: LearntVocabulary) -> Iterator[str]:
 
 
 def _largest(learnt: LearntVocabulary) -> Iterator[str]:
-    """Yield the largest factor of what was learnt from, and of what was held out."""
+    """Yield the largest factors of the fitted numbers, and of those held out."""
     for held_out, head in ((False, "largest factor"), (True, "largest factor, held out")):
         some = [one for one in learnt.numbers if one.target.held_out == held_out]
         if some:

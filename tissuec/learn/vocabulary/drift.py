@@ -56,7 +56,7 @@ def drift(named: NamedScale, moved: Scale) -> Iterator[Drift]:
 
 
 def drifts_between(before: Vocabulary, after: Vocabulary) -> list[Drift]:
-    """Return how far each word of the scales moved that differ in two vocabularies."""
+    """Return the displacement of each word of the scales that differ in two vocabularies."""
     scales = [
         *((scale, after.properties[key]) for key, scale in before.properties.items()),
         *((one.named, after.quantities[key].named) for key, one in before.quantities.items()),

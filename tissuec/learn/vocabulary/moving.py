@@ -27,12 +27,12 @@ class MovingVocabulary:
     """A vocabulary as a function of the numbers that move its words.
 
     Args:
-        words: What declares the vocabulary.
+        words: The program that declares the vocabulary.
         keys: Properties and quantities whose words move, by lower-case name.
         frozen: Words that stay where they are, by the name of their scale.
 
     Attributes:
-        names: Of each number, such as "hardness: peak of medium".
+        names: Names of the numbers, such as "hardness: peak of medium".
 
     Raises:
         ValueError: The vocabulary has no such scale, or the scale no such word.
@@ -75,7 +75,7 @@ class MovingVocabulary:
         return replace(words, properties=properties, quantities=quantities)
 
     def drift(self, theta: Floats) -> list[Drift]:
-        """Return how far each word moved, in the order of scales and words."""
+        """Return the displacement of each word, in the order of scales and words."""
         return [
             change
             for scale, moved in zip(self.scales, self.moved(theta, None), strict=True)
@@ -94,7 +94,7 @@ class MovingVocabulary:
 
         Args:
             theta: Parameters of words, dimensionless, shape (number,).
-            close: What a written place may differ by, as a part of the smallest gap.
+            close: Allowed deviation of a written place, as a part of the smallest gap.
         """
         parts = zip(self.scales, self._parts(theta), strict=True)
         return [

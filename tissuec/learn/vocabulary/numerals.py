@@ -24,7 +24,7 @@ class Numerals:
 
     Args:
         gap: The smallest distance between places, in the coordinate.
-        close: What a written place may differ by, as a part of the gap.
+        close: Allowed deviation of a written place, as a part of the gap.
     """
 
     def __init__(self, axis: Axis, dimension: Dimension, gap: float, close: float = CLOSE):

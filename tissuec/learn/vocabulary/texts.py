@@ -23,7 +23,7 @@ def scale_edits(scale: MovingScale, theta: Floats, close: float = CLOSE) -> Iter
     Args:
         scale: The scale.
         theta: Parameters that move it, dimensionless, shape (number,).
-        close: What a written place may differ by, as a part of the smallest gap.
+        close: Allowed deviation of a written place, as a part of the smallest gap.
     """
     yield from _ScaleEdits(scale, theta, close).edits()
 

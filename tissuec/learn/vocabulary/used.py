@@ -16,7 +16,7 @@ class Use(Struct, frozen=True):
     """A tissue that is described in words.
 
     Attributes:
-        key: Its name in small letters.
+        key: Its lower-case name.
         rules: Of the rules that know its words, in small letters.
         quantities: What these rules give, also by their ``otherwise``.
         words: Properties that are described with words, with these.
@@ -62,13 +62,13 @@ def _use(key: str, tissue: Tissue, scene: Scene) -> Use:
 def use_of(
     key: str, tissue: Tissue, quantities: tuple[str, ...], program: Scene | ResolvedProgram
 ) -> Use:
-    """Return how a tissue is described.
+    """Return the description of a tissue.
 
     Args:
-        key: Its name in small letters.
+        key: Its lower-case name.
         tissue: The tissue, which has words.
-        quantities: What is asked of the rules.
-        program: What declares it.
+        quantities: Quantities asked of the rules.
+        program: The program that declares it.
     """
     written = {
         item.span: item

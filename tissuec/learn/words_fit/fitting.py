@@ -2,9 +2,9 @@
 
 E = ½ Σ w ((y(θ) - t) / σ)² + ½ Σ (θ / s)²
 
-with what words conclude y and the number t of a tissue, both in the coordinate of the scale of
-the quantity (the logarithm on a scale with ``on log scale``), their standard deviation σ, and
-the weight w of the fit. The second sum holds parameters that the first leaves open.
+with the conclusion y of the words and the number t of a tissue, both in the coordinate of the
+scale of the quantity (the logarithm on a scale with ``on log scale``), their standard deviation
+σ, and the weight w of the fit. The second sum determines parameters that the first leaves open.
 """
 
 import time as clock
@@ -35,11 +35,11 @@ NOTABLE = 1.01
 
 
 class FittedNumber(Struct, frozen=True):
-    """A number of a tissue, and what its words give, in SI units.
+    """A number of a tissue, and those that its words give, in SI units.
 
     Attributes:
-        name: Of the quantity and the tissue: "Young's modulus of liver".
-        before, after: What words give before and after the fit.
+        name: Name of the quantity and the tissue: "Young's modulus of liver".
+        before, after: Numbers from words before and after the fit.
     """
 
     target: WordTarget
@@ -49,12 +49,12 @@ class FittedNumber(Struct, frozen=True):
 
     @property
     def factor(self) -> float:
-        """Return by which factor words are off after the fit, at least 1."""
+        """Return the factor by which words are off after the fit, at least 1."""
         return factor(self.target.value, self.after)
 
     @property
     def factor_before(self) -> float:
-        """Return by which factor they were off before."""
+        """Return the factor by which they were off before."""
         return factor(self.target.value, self.before)
 
 
@@ -64,14 +64,14 @@ class LearntVocabulary(Struct, frozen=True, eq=False):
     Attributes:
         numbers: In the order of the targets.
         error, first_error: The error function after and before.
-        evaluations: How often words were evaluated.
-        reason: Why it ended.
-        converged: Whether that was not because the passes ran out.
+        evaluations: Number of evaluations of the words.
+        reason: The reason why it ended.
+        converged: Whether it ended before the passes ran out.
         wall_time: [s].
         texts: New texts of files by the names that the program has for them.
-        moved: How far words moved.
+        moved: Displacements of words.
         weights: Weights that changed, each with its new value.
-        notes: What else is to be known.
+        notes: Further remarks.
     """
 
     fit: VocabularyFit
@@ -91,7 +91,7 @@ class LearntVocabulary(Struct, frozen=True, eq=False):
     def errors(self) -> Errors:
         """Return the errors that expectations can ask for, by name: the largest factor less 1.
 
-        Of what was learnt from, of what was held out, and of each tissue.
+        These are the errors of the fitted numbers, of those held out, and of each tissue.
         """
         parts = {
             ALL: [one for one in self.numbers if not one.target.held_out],
@@ -127,7 +127,7 @@ def fit_words(
         request: The text with the block; it need not be a scene.
         fit: The block.
         words: The vocabulary and the tissues of the text.
-        progress: Told after each evaluation.
+        progress: Callback after each evaluation.
 
     Raises:
         TissueError: The new words cannot be written.
@@ -189,7 +189,7 @@ class _Problem:
         self.last: tuple[Floats, Floats, Floats] | None = None
 
     def residuals(self, theta: Floats) -> Floats:
-        """Return what is left, and the pull to the old text; NaN if no rule fires."""
+        """Return the deviations, and the pull to the old text; NaN if no rule fires."""
         try:
             places, _ = self._places(theta)
         except TissueError:
@@ -218,7 +218,7 @@ def reread_words(request: Request, texts: Mapping[str, str]) -> ResolvedProgram:
     """Return vocabulary and tissues with new texts of some files.
 
     Raises:
-        TissueError: These are none any more.
+        TissueError: The new texts are not valid.
     """
     source = request.source
     main = replace(source, text=texts.get(source.name, source.text))

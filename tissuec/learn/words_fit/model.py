@@ -1,4 +1,4 @@
-"""What words alone conclude for numbers of tissues, as a function of words and weights.
+"""Conclusions from words alone for numbers of tissues, as a function of words and weights.
 
 The first parameters move words (see ``MovingVocabulary``); the others are logarithms of the
 factors by which weights of rules change. Rules and descriptions are evaluated by the functions
@@ -29,14 +29,14 @@ from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.vocabulary import RulesBlock, RulesReader, Vocabulary
 
 LEAST = 1e-3
-"""A weight does not become smaller than this, unless it is already: no rule vanishes."""
+"""Smallest weight, unless it is smaller already: no rule vanishes."""
 FARTHEST = 10.0
 """Largest parameter of a word, at which a gap has nearly vanished."""
 WORD_SIGMA, WEIGHT_SIGMA = SIGMA, log(3.0)
 """Standard deviations of parameters about the original text, so that words do not wander for a
 few numbers, and what the numbers leave open stays where it is."""
 
-WRITTEN_CLOSE = 5e-3  # what a written corner may differ by, as a part of the smallest gap
+WRITTEN_CLOSE = 5e-3  # allowed deviation of a written corner, as a part of the smallest gap
 _WEIGHT_DIGITS = 2
 
 
@@ -46,7 +46,7 @@ class RuleWeight(Struct, frozen=True):
     Attributes:
         rules: Lower-case name of the rules.
         index: Of the rule among them.
-        start: As it is written; 1 where none is.
+        start: The written weight; 1 if there is none.
     """
 
     rules: str
@@ -59,8 +59,8 @@ class VocabularyModel:
     """Conclusions of a vocabulary for the numbers of a fit.
 
     Attributes:
-        words: Those that move.
-        weights: Those that change.
+        words: Words that move.
+        weights: Weights that change.
     """
 
     def __init__(self, program: ResolvedProgram, fit: VocabularyFit):
@@ -78,7 +78,7 @@ class VocabularyModel:
         ]
 
     def places(self, theta: Floats) -> tuple[Floats, Floats]:
-        """Return what words conclude for each target, and the derivatives.
+        """Return the conclusion from words for each target, and the derivatives.
 
         Returns:
             In the coordinates of the scales, which are SI units or their logarithms, shapes
@@ -143,7 +143,7 @@ class VocabularyModel:
             yield TextEdit(place, f" weighing {now:g}")
 
     def changed_weights(self, theta: Floats) -> list[tuple[RuleWeight, float]]:
-        """Return the weights that change, each with what is written."""
+        """Return the weights that change, each with its new written value."""
         pairs = zip(self.weights, self._written_weights(theta), strict=True)
         return [(weight, now) for weight, now in pairs if now != weight.start]
 
@@ -197,7 +197,8 @@ def _weights(
 
 
 def factor(one: float, other: float) -> float:
-    """Return by which factor two numbers differ, at least 1; infinite for other signs."""
+    """Return the factor by which two numbers differ, at least 1; infinite for different
+    signs."""
     if one == other:
         return 1.0
     ratio = other / one if one else inf

@@ -34,7 +34,7 @@ def render(examined: Sequence[Examination], title: str) -> str:
         _search(examined),
         _overview(examined, names),
         [_article(one, name) for one, name in zip(examined, names, strict=True)],
-        element("p", "No tissue fits.", id="nothing", hidden=True),
+        element("p", "No tissue matches.", id="nothing", hidden=True),
     )
     head = element(
         "head",
