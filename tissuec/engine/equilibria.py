@@ -1,11 +1,11 @@
 """Statics: equilibria by Newton's method, along a path of adaptive load steps.
 
 Held nodes and loads change step by step, and each equilibrium is found from the one before.
-While the path is smooth, nothing is lost on it: the work of all that acts is the change of the
-energy. A step whose work, by the trapezoidal rule, differs from that is repeated as two halves.
-Where it differs however small the step, there is no equilibrium near the one before (a limit
-point): the net snaps to another, and what it loses is booked as dissipated and remarked.
-Ruptures and conditions are located in the same way.
+While the path is smooth, no energy is lost: the work of all forces is the change of the energy.
+A step whose work, by the trapezoidal rule, differs from that is repeated as two halves. Where
+it differs even in the smallest step, there is no equilibrium near the one before (a limit
+point): the net snaps to another, and the energy that it loses is booked as dissipated and
+reported. Ruptures and conditions are located in the same way.
 
 Newton's method begins where the path leads, on the straight line through the last two states.
 """
@@ -27,7 +27,7 @@ from tissuec.script.plan import EQUILIBRIUM
 
 ALLOWED = 2e-2  # of the energies of the run: what work by the rule may differ from them in all
 SMOOTH = 0.1  # of what a step may differ by: below, the next one is twice as long
-NOISE = 1e2  # times the rounding of the energy: differences that are none
+NOISE = 1e2  # times the rounding of the energy: smaller differences count as zero
 FINEST = 1e-6  # of the duration: steps that are not divided any more
 NEARLY = 1.5  # times that: steps that are as short but for rounding
 MOST_REMARKS = 8
@@ -41,7 +41,7 @@ class Attempt(NamedTuple):
         remarks: On the equilibrium.
         found: The interruption there.
         seen: The energies there; None if there is no equilibrium.
-        work, lost: Work in the step, and how much of it energies lack [J].
+        work, lost: Work in the step, and its part that energies lack [J].
     """
 
     failure: Unsettled | None = None
@@ -211,7 +211,7 @@ class Equilibria(QuasiStatic):
         return position + (span / self._span) * (position - self._before)
 
     def _note(self, time: float, remarks: Sequence[Remark], lost: float) -> None:
-        """Remark on news about an equilibrium, and on energy [J] lost in a jump to it."""
+        """Add new remarks on an equilibrium, and on energy [J] lost in a jump to it."""
         texts = [remark.message for remark in remarks]
         known = [text for text in texts if any(one.startswith(text) for one in self.remarks)]
         said = [f"{text} (first at {show(time, TIME)})" for text in texts if text not in known]

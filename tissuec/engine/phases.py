@@ -53,7 +53,7 @@ class Phases:
 
     @property
     def viewable(self) -> float:
-        """Return up to when ``look`` can tell the state [s]; see ``Engine.viewable``."""
+        """Return the latest time that ``look`` can return [s]; see ``Engine.viewable``."""
         return self._now.viewable
 
     @property
@@ -109,7 +109,7 @@ class Phases:
             watch: Condition that interrupts.
             pause: Returns whether to return between two steps.
             survey: As for ``Engine.advance``.
-            view: Come back "viewed" as soon as the state at this time [s] is known.
+            view: Return "viewed" as soon as the state at this time [s] is known.
         """
         return self._now.advance(state, until, watch, pause, survey, view)
 
@@ -119,13 +119,13 @@ class Phases:
         The shapes are (node, 3) twice, and (2,); see ``Engine.look``.
 
         Args:
-            time: That was viewed [s].
+            time: The viewed time [s].
         """
         position, velocity, ledger = self._now.look(time)
         return position, velocity, ledger + self._ledger
 
     def take_over(self, state: State) -> None:
-        """Go on to the end of a viewed step; see ``Engine.take_over``."""
+        """Continue to the end of a viewed step; see ``Engine.take_over``."""
         self._now.take_over(state)
 
     def finish(self, state: State) -> None:
@@ -158,7 +158,7 @@ class Phases:
         self._now.restore(state, saved["inner"])
 
     def _leave(self) -> None:
-        """Keep what the present part of the run leaves behind, if it has begun."""
+        """Keep the results of the present part of the run, if it has begun."""
         if isinstance(self._now, Engine) and not self._now.has_begun:
             return
         saved = self._now.checkpoint()

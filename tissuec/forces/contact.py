@@ -11,8 +11,9 @@ n a node is pressed by
 where δ̇ is Σ W φ δ' / Σ W φ over the shapes of one surface, δ' their own rates (damping that
 grows with the depth: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42:440, 1975). The energy is
 k Σ W ∫ φ. Shapes are carried by nodes, which get the opposite force: capsules and triangles by
-the weights of the nearest point, planes as turning them asks for. So the work of moving them
-equals the increase of the energy, and nothing depends on how these nodes are held or driven.
+the weights of the nearest point, planes so that its moment is kept. So the work of moving
+them equals the increase of the energy, and nothing depends on how these nodes are held or
+driven.
 
 Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
 velocity u and slips where it bears no more. With N now the sum over all shapes,
@@ -484,8 +485,8 @@ class Contact(Field, frozen=True, dict=True):
         Args:
             number: Of each node of the scene among those that may move, -1 for others.
             size: How many may move; the matrix is of shape (3 size, 3 size).
-            exact: Whether round and hollow shapes weaken it, as what rolls off them, and
-                shapes that turn; otherwise it is positive semidefinite.
+            exact: Whether to include the terms of curved shapes and of shapes that turn, which
+                may be negative; otherwise it is positive semidefinite.
         """
         from scipy.sparse import coo_matrix
 

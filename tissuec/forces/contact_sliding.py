@@ -1,4 +1,4 @@
-"""How the nearest place of a shape moves along it, as a part of the stiffness of contact.
+"""The part of the stiffness of contact from nearest points that slide along shapes.
 
 The distance s of a point from a shape is the smallest over the weights w of its corners. With e
 = δx - Σ w_a δx_a, the normal n, the sides b_i along which the place may move, their products
@@ -6,9 +6,9 @@ M_ij = b_i·b_j, their changes β_i, and the part Q of the unit matrix across n 
 
     δ²s = e·Q e / s - 2 Σ (b_i·e) M⁻¹_ij (n·β_j) - s Σ (n·β_i) M⁻¹_ij (n·β_j),
 
-because δ²(s²/2) = e·e - Σ g_i M⁻¹_ij g_j with g_i = b_i·e + s n·β_i: the last term is what
-the weights gain by following. The first term is the curvature of shapes that do not turn; the
-others say how normals and weights follow corners that move.
+because δ²(s²/2) = e·e - Σ g_i M⁻¹_ij g_j with g_i = b_i·e + s n·β_i: the last term is the gain
+from weights that follow. The first term is the curvature of shapes that do not turn; the others
+say how normals and weights follow corners that move.
 """
 
 import numpy as np

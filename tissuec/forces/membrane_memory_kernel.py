@@ -1,4 +1,4 @@
-"""What triangles of walls remember as loops: branches that relax, and plastic strain.
+"""The memory of triangles of walls as loops: branches that relax, and plastic strain.
 
 For the equations see ``forces.membrane_branches`` and ``forces.membrane_yield``.
 """
@@ -13,7 +13,7 @@ FLAT = 1e-6  # determinants of what gave way, below which they count as this
 
 
 def remember(e: int, v: Floats, wall: MembraneTable) -> None:
-    """Set the state of what a triangle remembers, and of its elastic strain.
+    """Set the state of the internal variables of a triangle, and of its elastic strain.
 
     With π = det Pp, tr C, D and q become tr(C Pp⁻¹), D/π and q/√π. W11, W12, W22, tr(C W) and
     w/π [Pa] of branches follow, and π, the components 11, 12 and 22 of Pp⁻¹, and tr C.
@@ -46,7 +46,7 @@ def remember(e: int, v: Floats, wall: MembraneTable) -> None:
 
 
 def forget(e: int, root: float, v: Floats, f: Floats, wall: MembraneTable) -> float:
-    """Add all rates of what a triangle remembers; return the power that is lost [W/m³].
+    """Add all rates of internal variables of a triangle; return the power that is lost [W/m³].
 
     Args:
         e: Number of the triangle.

@@ -73,7 +73,7 @@ class _Differences(NamedTuple):
     """Central differences of a response; attributes are as for ``tangents_by_differences``.
 
     Attributes:
-        rows, columns: Of the numbers that tell a tensor, shape (number,).
+        rows, columns: Those of the independent components of a tensor, shape (number,).
     """
 
     response: Response

@@ -152,7 +152,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def crossing(self) -> Crossing:
-        """Return what the planes of symmetry have in common at which the faces end."""
+        """Return the intersection of the planes of symmetry at which the faces end."""
         return Crossing.of(self.planes)
 
     @cached_property

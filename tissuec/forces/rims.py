@@ -10,7 +10,7 @@ planes; its middle is that of the whole rim, with all mirror images:
     z = P Σ s_n x_n + Σ d_k n_k,        s_n = 2^(-k_n) / Σ 2^(-k),        P = 1 - Σ n_k n_kᵀ
 
 for the planes n_k · x = d_k that it reaches, of which the node n is on k_n. As seen from a
-point on all planes, what closes the drawn part along the planes encloses nothing.
+point on all planes, the surfaces that close the drawn part along the planes enclose nothing.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,12 +26,12 @@ from tissuec.model.topology import pieces
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-_NONE = 1e-9  # of a weight: less is what rounding left
+_NONE = 1e-9  # of a weight: less is due to rounding
 _PARALLEL = 1e-6  # sine of an angle
 
 
 class Crossing(Struct, frozen=True, eq=False):
-    """What planes at right angles have in common; all of space without any.
+    """The intersection of planes at right angles; all of space without any.
 
     Attributes:
         within: P, shape (3, 3).
@@ -43,7 +43,7 @@ class Crossing(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, planes: Iterable[MirrorPlane]) -> "Crossing":
-        """Return what planes have in common, no two of which are parallel."""
+        """Return the intersection of planes, no two of which are parallel."""
         within, fixed = np.eye(3), np.zeros(3)
         for plane in planes:
             within -= np.outer(plane.normal, plane.normal)
@@ -51,7 +51,7 @@ class Crossing(Struct, frozen=True, eq=False):
         return cls(within, fixed)
 
     def at(self, position: Floats) -> Floats:
-        """Return the nearest points that planes have in common [m], shape (…, 3).
+        """Return the nearest points of the intersection [m], shape (…, 3).
 
         Args:
             position: [m], shape (…, 3).

@@ -28,8 +28,8 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     Attributes:
         slot: Place of the first number of T - 1 among the components of all velocities,
             followed by those of the other points, shape (row, element); -1 where there is none.
-        rate: What T - 1 is multiplied by there [m/s], shape (row, element).
-        at: Rows and columns of the numbers that tell a tensor, shape (2, number).
+        rate: Factor of T - 1 there [m/s], shape (row, element).
+        at: Rows and columns of the independent components of a tensor, shape (2, number).
     """
 
     at: ClassVar[Indices] = np.stack([ROWS, COLUMNS])
@@ -39,7 +39,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
 
     @property
     def numbers(self) -> int:
-        """Return how many numbers tell a tensor."""
+        """Return the number of independent components of a tensor."""
         return len(self.at[0])
 
     @property

@@ -6,10 +6,10 @@ the natural gradients ∂N_a/∂ξ at its points, positions X_a of its nodes giv
 
     Z = Σ_a X_a ∂N_a/∂ξ,    ∂N_a/∂X = ∂N_a/∂ξ Z⁻¹,    dV = det Z dξ.
 
-What gradients of hexahedra at a point differ by from their mean over the element is multiplied
-by √(3/4). Without that, few hexahedra are too stiff when they are twisted. The mean remains, so
-that elements pass the patch test on any mesh. (Compare the control of hourglass modes:
-T. Belytschko, J. S.-J. Ong, W. K. Liu, J. M. Kennedy, Comput. Meth. Appl. Mech. Eng. 43:251,
+In hexahedra, the deviation of gradients at a point from their mean over the element is
+multiplied by √(3/4). Without that, coarse meshes are too stiff in torsion. The mean remains, so
+that elements pass the patch test on any mesh. (Compare the control of hourglass modes: T.
+Belytschko, J. S.-J. Ong, W. K. Liu, J. M. Kennedy, Comput. Meth. Appl. Mech. Eng. 43:251,
 1984.)
 
 (O. C. Zienkiewicz, R. L. Taylor, J. Z. Zhu, The Finite Element Method, 7th edition, 2013,
@@ -38,7 +38,7 @@ class ElementShape(Struct, frozen=True, eq=False):
         faces: The face that each of the triangles belongs to, shape (triangle,).
         local: Factor of the shear modulus, up to which the bulk modulus acts at each point and
             not on the volume of the element.
-        spread: Factor of what ∂N_a/∂X at a point differs by from its mean over the element.
+        spread: Factor of the deviation of ∂N_a/∂X at a point from its mean over the element.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """Line segments that pass through triangles while both move.
 
-Two states are joined by straight ways of all points. Whether a segment goes through a triangle
+Between two states, all points move on straight lines. Whether a segment goes through a triangle
 can only change where one of its ends passes through the triangle, or where it passes an edge of
 it. In both cases the volume that four points span changes its sign: those of the triangle and
 the end, or both ends and those of the edge. Where it is zero, the point must be within the
@@ -18,7 +18,7 @@ from tissuec.geometry.intersections import go_through
 from tissuec.geometry.nearest import TRIANGLE, places
 
 HALVINGS = 20  # of the way, to find where a volume is zero
-INSIDE = 1e-6  # of a triangle or a segment: how far outside still counts, lest cracks open
+INSIDE = 1e-6  # of a triangle or a segment: margin outside that counts, so that no gaps open
 MOST_PAIRS = 1 << 20  # looked at together
 
 

@@ -18,7 +18,7 @@ class TriangleIndex:
         self._order = np.argsort(self._keys)
 
     def find(self, triangles: NDArray[np.integer]) -> _Indices:
-        """Return the place of each triangle, -1 of one that is not there.
+        """Return the index of each triangle, -1 for one that is absent.
 
         Args:
             triangles: Nodes, shape (n, 3).

@@ -1,4 +1,4 @@
-"""The law of matter that stiffens: that of Fung, with the stiffness of the tissue at rest.
+"""The law of Fung for matter that stiffens, with the stiffness of the tissue at rest.
 
 In uniaxial tension and compression, the nominal stress is E/k (exp(k ε) - 1), so that the
 stiffness grows linearly with the stress (Y. C. Fung, Am. J. Physiol. 213:1532, 1967).
@@ -13,7 +13,7 @@ from tissuec.core.fields import Real
 from tissuec.laws import MODULUS, STRAIN, of_stress
 from tissuec.laws.formula import Formula, exp
 
-#: Up to this, the stress at four times the length is still a number.
+#: Up to this, the stress at four times the length is still finite.
 LARGEST_STIFFENING = 200.0
 
 

@@ -111,7 +111,7 @@ def of_wall(
             (spring, 2).
         constant: dT/dL of each spring [N/m], shape (spring,).
         skin: Triangles of the wall, shape (triangle, 3).
-        grid: How the nodes stand in rows and columns, if they do.
+        grid: Arrangement of the nodes in rows and columns, if there is one.
         thickness: [m]; None if it has none.
     """
     normal, area = _normals(position, skin)
@@ -173,7 +173,7 @@ def frames_of_triangles(
     Args:
         position: Of the nodes of a wall [m], shape (node, 3).
         corners: Of its triangles, shape (triangle, 3).
-        grid: How the nodes stand in rows and columns, if they do.
+        grid: Arrangement of the nodes in rows and columns, if there is one.
     """
     a, b, c = position[corners].swapaxes(0, 1)
     first = _first_direction(position, grid)[1][corners].mean(axis=1)

@@ -2,11 +2,11 @@
 
 Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
 near it the exact K, where it is positive definite, converges quadratically. For elements, whose
-clamped K costs most, the exact one is tried from afar, too, until it is indefinite once. Steps
-are cut to a tenth of the net or half a spring, because a net that is not yet under tension
-resists hardly at all across its springs, and halved until the energy falls. Rigid motions that
-cost no energy are left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006,
-chapter 3.)
+clamped K costs most, the exact one is also tried far from equilibrium, until it is first
+indefinite. Steps are cut to a tenth of the net or half a spring, because a net that is not yet
+under tension resists hardly at all across its springs, and halved until the energy falls. Rigid
+motions that cost no energy are left out of steps. (J. Nocedal, S. J. Wright, Numerical
+Optimization, 2006, chapter 3.)
 
 Shared arguments:
     balance: The free nodes and what acts on them.

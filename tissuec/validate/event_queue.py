@@ -17,7 +17,7 @@ class ReferenceQueue:
     Args:
         events: The script, its times counted from 0 s.
         near: Times that differ by no more than this are one time [s].
-        last: From here on, what ends does so after the run [s].
+        last: Time from which ends of actions count as after the run [s].
     """
 
     def __init__(self, events: Sequence[ScheduledAction], near: float, last: float = np.inf):

@@ -1,8 +1,9 @@
 """Derivatives of the forces of fields, for Newton's iteration in SciPy's implicit methods.
 
-Those by places are the exact matrices of the fields. Viscous forces are linear in velocities,
-so that differences give their derivatives exactly: those of many nodes at once, where no force
-depends on two of them. (A. R. Curtis, M. J. D. Powell, J. K. Reid, IMA J. Appl. Math. 13:117,
+Derivatives by positions are the exact matrices of the fields. Viscous forces are linear in
+velocities, so that differences give their derivatives exactly: those of many nodes at once,
+where no force depends on two of them. (A. R. Curtis, M. J. D. Powell, J. K. Reid, IMA J. Appl.
+Math. 13:117,
 1974.) How viscous forces change with places is left out, and so is contact.
 
 Shared arguments:

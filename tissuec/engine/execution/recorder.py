@@ -320,7 +320,7 @@ class Recorder:
             state: What is alive and held then.
             time: [s].
             position: Of all nodes [m], shape (node, 3).
-            always: Whether to look in any case.
+            always: Whether to check in any case.
         """
         if always or time >= self.memory.doubts.next:
             self._watcher.look(state, time, position, self.memory.doubts)
@@ -333,13 +333,13 @@ class Recorder:
         *,
         always: bool = False,
     ) -> None:
-        """Look for what passes through surfaces, if anything has moved far enough.
+        """Check for passages through surfaces, if anything has moved far enough.
 
         Args:
             time: [s]; not before that of the last call.
             position: Of all nodes [m], shape (node, 3).
             state: What is alive and held then; by default, as entered last.
-            always: Whether to look in any case.
+            always: Whether to check in any case.
         """
         state = self._state if state is None else state
         if self.takes_notes and state is not None:

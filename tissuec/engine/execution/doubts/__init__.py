@@ -64,18 +64,18 @@ class Watch(Protocol):
 
 @runtime_checkable
 class Follower(Watch, Protocol):
-    """A watch that sees states of a motion in their order, as often as things move.
+    """A watch that checks the states of a motion in order, as often as nodes move.
 
-    Samples are delivered later than the states between them, and are not looked at.
+    Samples arrive later than the states between them, and are not checked.
 
     Attributes:
-        memory: What it has seen, as a checkpoint holds it.
+        memory: Its findings so far, as a checkpoint holds them.
     """
 
     memory: Struct
 
     def is_due(self, position: Floats) -> bool:
-        """Return whether something has moved so far that a look is needed.
+        """Return whether a node has moved so far that a check is needed.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
@@ -93,7 +93,7 @@ class DoubtMemory(Struct, eq=False):
         next: Time of the next look [s].
         found: Doubts by kind and subject.
         weights: Largest weight so far of findings that have one, by kind and subject.
-        kept: What watches that follow a motion have seen, by kind.
+        kept: Findings of watches that follow a motion, by kind.
         fresh: Those of ``found`` that the event log does not contain yet, with their spans.
     """
 
@@ -145,13 +145,13 @@ class Watcher:
         self._watches: list[Watch] | None = None
 
     def look(self, state: State, time: float, position: Floats, memory: DoubtMemory) -> None:
-        """Look at a state, except for what is followed.
+        """Check a state, with all watches but those that follow the motion.
 
         Args:
             state: As of ``Watch.look``.
             time: [s].
             position: Of all nodes [m], shape (node, 3).
-            memory: Takes what is found.
+            memory: Receives the findings.
         """
         for watch in self._at_work():
             if not isinstance(watch, Follower):
@@ -167,13 +167,13 @@ class Watcher:
         *,
         always: bool = False,
     ) -> None:
-        """Look at the next state of a motion for what passes in it.
+        """Check the next state of a motion, with the watches that follow it.
 
         Args:
             state: As of ``Watch.look``.
             time: Later than that of the last call [s].
             position: Of all nodes [m], shape (node, 3).
-            memory: Takes what is found.
+            memory: Receives the findings.
             always: Whether to look even if nothing has moved far.
         """
         for watch in self._at_work():

@@ -1,8 +1,8 @@
 """Bodies whose surfaces pass through each other.
 
-Without contact between bodies, nothing keeps them apart; with it, what presses harder than
-contact bears goes through. Then edges of one surface cross triangles of the other. Bodies that
-touch or overlap as drawn, such as layers that joints connect, are left out.
+Without contact between bodies, nothing keeps them apart; with it, bodies pass through if they
+press harder than contact can bear. Then edges of one surface cross triangles of the other.
+Bodies that touch or overlap as drawn, such as layers that joints connect, are left out.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from tissuec.script.plan import Plan
 
 KIND = "bodies overlap"
 TOUCHING = 0.01  # of the median edge: surfaces as near as that as drawn touch
-AROUND = 0.5  # of the median edge: how far around each other surfaces are listed
+AROUND = 0.5  # of the median edge: distance within which surfaces are listed
 
 
 class _Couple:
@@ -43,7 +43,7 @@ class _Couple:
     def crossings(
         self, position: Floats, alive: NDArray[np.bool_]
     ) -> list[tuple[WatchedSkin, Passage]]:
-        """Return where edges go through whole triangles, with the surface that these are of.
+        """Return where edges go through intact triangles, with the surface of these triangles.
 
         Args:
             position: Of all nodes [m], shape (node, 3).

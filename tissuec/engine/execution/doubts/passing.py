@@ -3,11 +3,11 @@
 Surfaces keep off the nodes of threads, and tools and threads keep off the nodes of bodies. What
 is thin beside the distance of nodes can pass between them, and what presses harder than contact
 bears goes through. Then its line crosses the surface; a ball has its centre inside. What no
-longer crosses is either drawn back, or has passed: then the place on its line where it crossed
+longer crosses is either pulled back, or has passed: then the place on its line where it crossed
 first is on the other side of the surface than before.
 
-So that nothing passes unseen, states are looked at whenever a node has moved by a part of the
-size of a triangle, and what passed between two of them is found by ``geometry.sweeps``.
+So that nothing passes unseen, states are checked whenever a node has moved by a part of the
+size of a triangle, and passages between two checks are found by ``geometry.sweeps``.
 """
 
 from collections.abc import Iterator
@@ -27,14 +27,14 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
 KIND = "passes through a surface"
-APART = 0.05  # of the median edge of a surface: way of a node between two looks
+APART = 0.05  # of the median edge of a surface: path of a node between two checks
 _OBLIQUE = np.array([0.36, 0.48, 0.80])  # a unit vector that is at right angles to nothing
 _OF_THREADS = "use more pieces, or a larger thickness or contact stiffness"
 _OF_TOOLS = "use smaller cells, a thicker tool, or a larger contact stiffness"
 
 
 class Begun(Struct, frozen=True):
-    """The first crossing of what crosses now.
+    """The first crossing of a line that crosses now.
 
     Attributes:
         passage: Where the line crossed first.
@@ -46,10 +46,10 @@ class Begun(Struct, frozen=True):
 
 
 class PassingMemory(Struct):
-    """What was seen so far, as a checkpoint holds it.
+    """The findings so far, as a checkpoint holds them.
 
     Attributes:
-        before: Positions at the last look [m], shape (node, 3); None before the first one.
+        before: Positions at the last check [m], shape (node, 3); None before the first one.
         seen: Pairs of a line and a body that have crossed, by name.
         begun: Those that cross now.
     """
@@ -78,7 +78,7 @@ class _WatchedLine:
         self.nodes = np.unique(self.pieces)
 
     def there(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which pieces are there, shape (piece,)."""
+        """Return which pieces are intact, shape (piece,)."""
         return (
             np.ones(len(self.pieces), bool) if self._springs is None else alive[self._springs]
         )
@@ -122,7 +122,7 @@ class _WatchedPair:
         return int(np.count_nonzero(inside(now[self._balls], now, self.skin.triangles)))
 
     def holds(self, passage: Passage, alive: NDArray[np.bool_]) -> bool:
-        """Return whether both the piece and the triangle of a passage are there."""
+        """Return whether both the piece and the triangle of a passage are intact."""
         return bool(
             self.line.there(alive)[passage.piece] and self.skin.whole(alive)[passage.triangle]
         )
@@ -201,7 +201,7 @@ class Passing:
         return cls(network, pairs) if pairs else None
 
     def is_due(self, position: Floats) -> bool:
-        """Return whether nodes have moved so far that something may have passed."""
+        """Return whether nodes have moved so far that a line may have passed."""
         before = self._before
         way = position[self._nodes] - before[self._nodes]
         return bool(np.abs(way).max(initial=0.0) > self._apart)
@@ -230,14 +230,14 @@ class Passing:
 
     @property
     def _before(self) -> Floats:
-        """Return the positions at the last look, or those drawn [m], shape (node, 3)."""
+        """Return the positions at the last check, or those drawn [m], shape (node, 3)."""
         return self._network.position if self.memory.before is None else self.memory.before
 
     def _at(self, node: int, pair: _WatchedPair) -> str:
         return f"at node {self._network.node_ids[node]} of {pair.skin.body.name}"
 
     def _finding(self, pair: _WatchedPair, count: int, where: str) -> Finding:
-        """Return that a line crosses a surface."""
+        """Return the report that a line crosses a surface."""
         line, body = pair.line, pair.skin.body
         return Finding(
             pair.key,
