@@ -25,10 +25,28 @@ def own_tensors(random, size, shape):
     return tensors @ tensors.swapaxes(-1, -2)
 
 
-def scatter(made, velocity, random):
-    """Change every number that is remembered by some hundredths of the largest."""
+def own_states(made, position, shape, size=0.3, seed=8):
+    """Return velocities of all nodes in which branches and flow have their own tensors.
+
+    Args:
+        shape: Of the tensors of one branch, or of the flow: (element, point, axis, axis).
+    """
+    random = np.random.default_rng(seed)
+    velocity = np.zeros_like(position)
+    for kept in (made.branches, made.yielding):
+        if kept is not None:
+            kept.keep(velocity, own_tensors(random, size, shape), np.arange(made.item_count))
+    # Every number is changed by some hundredths of the largest.
     other = 0.02 * random.normal(size=(len(made.hidden), 3))
     velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+    return velocity
+
+
+def in_motion(made, velocity):
+    """Return velocities in which all other nodes move, too; what is remembered stays."""
+    moving, bodies = velocity.copy(), len(velocity) - len(made.hidden)
+    moving[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
+    return moving
 
 
 def moved(made, drawn, size=5e-4):
@@ -56,12 +74,22 @@ def drift(made, position, velocity):
     return way
 
 
-def fall_of_energy(made, position, velocity, way, step):
-    """Return by which power the energy falls as what is remembered drifts [W]."""
+def lost_as_the_energy_falls(made, position, velocity, *, relative, step=None):
+    """Return what is lost [W], after comparing it with the fall of the energy in a drift.
+
+    Args:
+        relative: Difference that is allowed.
+        step: Of differences [s]; without it, the one in which the fastest number changes by
+            1e-7 of the largest.
+    """
+    lost, way = made.powers(0.0, position, velocity)[1], drift(made, position, velocity)
+    if step is None:
+        step = 1e-7 * np.abs(velocity).max() / np.abs(way).max()
     after, before = (
         made.recalling(velocity + sign * step * way).energy(0.0, position) for sign in (1, -1)
     )
-    return (before - after) / (2.0 * step)
+    assert lost == pytest.approx((before - after) / (2.0 * step), rel=relative)
+    return lost
 
 
 def follow_from_the_energy(made, position, velocity, *, every, matrix, rounding):
@@ -92,8 +120,8 @@ def follow_from_the_energy(made, position, velocity, *, every, matrix, rounding)
         )
 
 
-def halves_agree(made, position, velocity):
-    """Return both halves of elements, after comparing their sums with the whole."""
+def parts_agree(made, position, velocity):
+    """Check that elements remember the same when they are taken one by one or by halves."""
     whole = forces(made, position, velocity)
     halves = [made.only(np.arange(k, made.item_count, 2)) for k in (0, 1)]
     parts = [forces(half, position, velocity) for half in halves]
@@ -102,7 +130,11 @@ def halves_agree(made, position, velocity):
     energy = made.recalling(velocity).energy(0.0, position)
     assert sum(energies) == pytest.approx(energy, rel=1e-13)
     assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
-    return halves
+    known = made.recalling(velocity)
+    for item, half in enumerate(halves):
+        alone = half.only(np.array([0])).recalling(velocity).energy(0.0, position)
+        chosen = known.only(np.array([item])).energy(0.0, position)
+        assert chosen == pytest.approx(alone, rel=1e-13)
 
 
 def give_way_for_good(made, position, velocity, *, force, energy, lost):
@@ -135,6 +167,54 @@ def give_way_beside_what_stays(made, position, kept, element, tensors):
     there = made.branches.shear > 0.0
     assert not same[there & touches].any()
     assert same[:, ~touches].all()
+
+
+def flow_is_kept_when_settled(made, position, velocity, *, points, force, energy):
+    """Let elements settle; check that branches bear nothing then, and that flow stays.
+
+    Args:
+        points: Of one element.
+        force, energy: Relative differences that are allowed.
+    """
+    before = made.yielding.tensors(velocity, points)
+    made.let_relax(velocity, position, np.ones(len(position), dtype=bool))
+    assert (made.yielding.tensors(velocity, points) == before).all()
+    rest = made.relaxed
+    assert rest.powers(0.0, position, velocity)[1] == 0.0
+    found, bare = forces(made, position, velocity), forces(rest, position, velocity)
+    np.testing.assert_allclose(found, bare, atol=force * np.abs(bare).max())
+    energies = [each.recalling(velocity).energy(0.0, position) for each in (made, rest)]
+    assert energies[0] == pytest.approx(energies[1], rel=energy)
+
+
+def rates_are_bounded(made, drawn, rate, *, least):
+    """Check the bound of rates of a fluid in tension, and that of its drawn shape.
+
+    Args:
+        made: Elements that yield at no stress.
+        rate: Returns the rate of the logarithm of the plastic stretch [1/s] and the bound, of
+            a stretch and a plastic one.
+        least: The smallest share of the fastest rate that the bound may be.
+    """
+    for stretch in (0.7, 1.0, 1.5):
+        step = 1e-6
+        fastest = (rate(stretch, 1.0 - step)[0] - rate(stretch, 1.0 + step)[0]) / (2.0 * step)
+        assert least * fastest <= rate(stretch, 1.0)[1] < 10.0 * fastest
+    at_rest = 3.0 * made.shear[0] / made.yielding.viscosity[0]
+    assert rate(1.0, 1.0)[1] == pytest.approx(at_rest, rel=1e-6)
+    assert made.relaxed.giving(drawn, np.zeros_like(drawn)) == 0.0
+
+
+def matrices_agree(made, reference, position, velocity, *, relative):
+    """Compare the matrix of a remembered state with the reference, of the same state.
+
+    Args:
+        relative: Difference that is allowed.
+    """
+    number = np.arange(len(position))
+    found = made.recalling(velocity).matrix(0.0, position, number, len(number)).toarray()
+    other = reference.matrix(0.0, position, number, len(number)).toarray()
+    np.testing.assert_allclose(found, other, atol=relative * np.abs(other).max())
 
 
 def agree(made, reference, position, velocity, *, force, energy, lost, kept, step=1e-7):

@@ -8,16 +8,15 @@ from tests.derivatives import forces
 from tests.forces.remembering import (
     FASTEST,
     agree,
-    drift,
-    fall_of_energy,
     follow_from_the_energy,
     give_way_beside_what_stays,
     give_way_for_good,
-    halves_agree,
+    in_motion,
+    lost_as_the_energy_falls,
     moved,
-    own_tensors,
+    own_states,
+    parts_agree,
     rates,
-    scatter,
     with_hidden_nodes,
 )
 from tests.forces.test_membranes import (
@@ -50,14 +49,9 @@ def relaxing(law=LAWS[1], *, cells=2, second=True, **more):
     return with_hidden_nodes(made, position)
 
 
-def given_way(made, position, size=0.3, seed=8):
-    """Return velocities of all nodes in which each branch has given way in its own manner."""
-    random = np.random.default_rng(seed)
-    tensors = own_tensors(random, size, (made.item_count, 2, 2))
-    velocity = np.zeros_like(position)
-    made.branches.keep(velocity, tensors[:, None], np.arange(made.item_count))
-    scatter(made, velocity, random)
-    return velocity
+def given_way(made, position, **more):
+    """Return velocities of all nodes in which each triangle gave way in its own manner."""
+    return own_states(made, position, (made.item_count, 1, 2, 2), **more)
 
 
 CASES = {
@@ -82,11 +76,8 @@ def test_what_is_lost_is_what_the_energy_falls_by(case):
     position = moved(made, drawn, size)
     for seed in range(5):
         velocity = given_way(made, drawn, seed=seed)
-        lost = made.powers(0.0, position, velocity)[1]
+        lost = lost_as_the_energy_falls(made, position, velocity, relative=1e-6, step=1e-7)
         assert lost > 0.0
-        way = drift(made, position, velocity)
-        fall = fall_of_energy(made, position, velocity, way, 1e-7)
-        assert lost == pytest.approx(fall, rel=1e-6)
 
 
 # --- closed forms -----------------------------------------------------------------------------
@@ -96,6 +87,74 @@ def in_space(plane, thickness):
     found = np.zeros((3, 3))
     found[:2, :2], found[2, 2] = plane, thickness
     return found
+
+
+def axes_of_triangles(made, flat):
+    """Return the first side of each triangle, and what is across it; shape (item, axis, 2)."""
+    x = flat[made.nodes]
+    side = x[:, 1] - x[:, 0]
+    along = side / np.linalg.norm(side, axis=1)[:, None]
+    return np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=1)], axis=1)
+
+
+def stretched(made, drawn, plane):
+    """Return drawn places in the plane of a wall, and places of all nodes, evenly deformed."""
+    flat = drawn[: len(drawn) - len(made.hidden)] @ PLANE.T
+    position = drawn.copy()
+    position[: len(flat)] = flat @ plane.T @ PLANE
+    return flat, position
+
+
+def give_way_alike(kept, position, axes, gone):
+    """Return velocities of all nodes in which each triangle gave way in the same manner.
+
+    Args:
+        kept: What triangles remember: one branch, or their flow.
+        axes: See ``axes_of_triangles``.
+        gone: In the plane of the wall, shape (2, 2).
+    """
+    velocity = np.zeros_like(position)
+    turned = axes @ gone @ axes.swapaxes(1, 2)
+    kept.keep(velocity, turned[:, None], np.arange(len(axes)))
+    return velocity
+
+
+def bears(made, position, velocity, flat, expected, close):
+    """Check the first Piola-Kirchhoff stress of a wall [Pa], by the virtual work of forces.
+
+    Args:
+        close: Differences that are allowed [Pa].
+    """
+    found = forces(made, position, velocity)[: len(flat)]
+    piola = -np.einsum("ax,ak->xk", found @ PLANE.T, flat) / (0.02**2 * THICK)
+    np.testing.assert_allclose(piola, expected, atol=close)
+
+
+def change_as(made, kept, position, velocity, axes, change, close):
+    """Check the rates of what triangles remember.
+
+    Args:
+        kept: What triangles remember: one branch, or their flow.
+        axes: See ``axes_of_triangles``.
+        change: Its rates in the plane of the wall [1/s], shape (2, 2).
+        close: Differences that are allowed [1/s].
+    """
+    step = velocity.copy()
+    step[made.hidden] += 1e-3 * rates(made, position, velocity)
+    was, became = (kept.tensors(v, 1)[0, :, 0] for v in (velocity, step))
+    np.testing.assert_allclose(
+        (became - was) / 1e-3, axes @ change @ axes.swapaxes(1, 2), atol=close
+    )
+
+
+def without_stress_across(stress):
+    """Return the thickness at which a stress, a function of it, has no part across."""
+    return brentq(lambda t: stress(t)[2, 2], 0.3, 2.5, xtol=1e-15, rtol=1e-15)
+
+
+#: What each triangle gave way by, of the volume 1, in space.
+GONE = np.array([[1.3, 0.2, 0.0], [0.2, 0.8, 0.0], [0.0, 0.0, 1.0]])
+GONE[2, 2] /= np.linalg.det(GONE)
 
 
 def unimodular(c):
@@ -117,44 +176,26 @@ def of_branch(shear, f, gone):
 def test_stress_and_rates_are_those_of_a_solid_without_stress_across(way, ratio):
     plane, bulk, shear = STRETCHES[way], bulk_of(ratio), 0.7 * SHEAR
     made, drawn = relaxing(NeoHookean(), second=False, parts=False, ratio=ratio)
-    flat = drawn[: len(drawn) - len(made.hidden)] @ PLANE.T
-    position = drawn.copy()
-    position[: len(flat)] = flat @ plane.T @ PLANE
-    gone = np.array([[1.3, 0.2, 0.0], [0.2, 0.8, 0.0], [0.0, 0.0, 1.0]])
-    # What a triangle's own directions make of it.
-    x = flat[made.nodes]
-    side = x[:, 1] - x[:, 0]
-    axes = side / np.linalg.norm(side, axis=1)[:, None]
-    axes = np.stack([axes, np.stack([-axes[:, 1], axes[:, 0]], axis=1)], axis=1)
-    turned = axes @ gone[:2, :2] @ axes.swapaxes(1, 2)
-    gone[2, 2] = 1.0 / np.linalg.det(gone[:2, :2])
-    velocity = np.zeros_like(position)
-    made.branches.keep(velocity, turned[:, None], np.arange(made.item_count))
+    flat, position = stretched(made, drawn, plane)
+    axes = axes_of_triangles(made, flat)
+    velocity = give_way_alike(made.branches, position, axes, GONE[:2, :2])
 
     def stress(thickness):
         f = in_space(plane, thickness)
         j = np.linalg.det(f)
         own = SHEAR * j ** (-2.0 / 3.0) * f @ f.T
         own = own - np.trace(own) / 3.0 * np.eye(3) + bulk * (j - 1.0) * j * np.eye(3)
-        return own + of_branch(shear, f, gone)
+        return own + of_branch(shear, f, GONE)
 
-    thickness = brentq(lambda t: stress(t)[2, 2], 0.3, 2.5, xtol=1e-15, rtol=1e-15)
+    thickness = without_stress_across(stress)
     f = in_space(plane, thickness)
     expected = (stress(thickness) @ np.linalg.inv(f).T)[:2, :2]
-    found = forces(made, position, velocity)[: len(flat)]
-    piola = -np.einsum("ax,ak->xk", found @ PLANE.T, flat) / (0.02**2 * THICK)
-    np.testing.assert_allclose(piola, expected, atol=1e-12 * (bulk + SHEAR))
+    bears(made, position, velocity, flat, expected, 1e-12 * (bulk + SHEAR))
     # dCi/dt = (C' - tr(C' Ci⁻¹)/3 Ci)/τ, in the directions of each triangle.
     c = unimodular(f.T @ f)
-    change = (c - np.trace(c @ np.linalg.inv(gone)) / 3.0 * gone) / TIMES[0]
-    step = velocity.copy()
-    step[made.hidden] += 1e-3 * rates(made, position, velocity)
-    was, became = (made.branches.tensors(v, 1)[0, :, 0] for v in (velocity, step))
-    by_kernel = (became - was) / 1e-3
-    np.testing.assert_allclose(
-        by_kernel, axes @ change[:2, :2] @ axes.swapaxes(1, 2),
-        atol=1e-9 * np.abs(change).max() / (1.0 - 2.0 * ratio),
-    )  # fmt: skip
+    change = (c - np.trace(c @ np.linalg.inv(GONE)) / 3.0 * GONE) / TIMES[0]
+    close = 1e-9 * np.abs(change).max() / (1.0 - 2.0 * ratio)
+    change_as(made, made.branches, position, velocity, axes, change[:2, :2], close)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -171,11 +212,7 @@ def test_branches_that_gave_way_for_good_leave_no_stress_and_lose_nothing(case):
 def test_triangles_of_parts_keep_their_branches():
     made, drawn = relaxing()
     position, velocity = moved(made, drawn), given_way(made, drawn)
-    halves = halves_agree(made, position, velocity)
-    chosen = made.recalling(velocity).only(np.array([1]))
-    assert chosen.energy(0.0, position) == pytest.approx(
-        halves[1].only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
-    )
+    parts_agree(made, position, velocity)
 
 
 def test_the_fastest_rate_is_that_of_the_branches():
@@ -196,23 +233,25 @@ def test_what_relaxes_does_not_count_for_limits():
     assert np.array_equal(found, made.breakable.loads(position))
 
 
+def give_way_for_good_alike(made, reference, position, velocity):
+    """Check that a wall and its reference remember the same where they give way for good."""
+    found, expected = velocity.copy(), velocity.copy()
+    bodies = np.arange(len(position) - len(made.hidden))
+    RelaxingFields((reference,)).let_relax(position, found, bodies)
+    made.let_relax(expected, position, np.ones(len(expected), dtype=bool))
+    found, expected = found[made.hidden], expected[made.hidden]
+    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_the_reference_agrees_by_formulas_of_its_own(case):
     law, ratio, _, more = CASES[case]
     made, drawn = relaxing(law, ratio=ratio, viscosity=1.5, **more)
     reference = MembraneWall(made)
     position = moved(made, drawn)
-    velocity = given_way(made, drawn, size=0.1)
-    bodies = len(drawn) - len(made.hidden)
-    velocity[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
+    velocity = in_motion(made, given_way(made, drawn, size=0.1))
     agree(
         made, reference, position, velocity, energy=1e-10, lost=1e-9, kept=reference.branches,
         force=1e-11 * max(1.0, bulk_of(ratio) / SHEAR / 100.0),
     )  # fmt: skip
-    # Both give way for good alike.
-    other = velocity.copy()
-    RelaxingFields((reference,)).let_relax(position, velocity, np.arange(bodies))
-    made.let_relax(other, position, np.ones(len(other), dtype=bool))
-    np.testing.assert_allclose(
-        velocity[made.hidden], other[made.hidden], atol=1e-8 * np.abs(other[made.hidden]).max()
-    )
+    give_way_for_good_alike(made, reference, position, velocity)

@@ -6,16 +6,15 @@ import pytest
 from tests.derivatives import forces
 from tests.forces.remembering import (
     agree,
-    drift,
-    fall_of_energy,
     follow_from_the_energy,
     give_way_beside_what_stays,
     give_way_for_good,
-    halves_agree,
+    in_motion,
+    lost_as_the_energy_falls,
     moved,
-    own_tensors,
+    own_states,
+    parts_agree,
     rates,
-    scatter,
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
@@ -47,15 +46,10 @@ def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
     return with_hidden_nodes(made, position)
 
 
-def given_way(made, position, size=0.3, seed=8):
-    """Return velocities of all nodes in which each branch has given way in its own manner."""
-    random = np.random.default_rng(seed)
-    tensors = own_tensors(random, size, (made.item_count, 8, 3, 3))
-    velocity = np.zeros_like(position)
+def given_way(made, position, **more):
+    """Return velocities of all nodes in which each point gave way in its own manner."""
     points = len(made.shape.weights)
-    made.branches.keep(velocity, tensors[:, :points], np.arange(made.item_count))
-    scatter(made, velocity, random)
-    return velocity
+    return own_states(made, position, (made.item_count, points, 3, 3), **more)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -72,11 +66,8 @@ def test_what_is_lost_is_what_the_energy_falls_by(name):
     position = moved(made, drawn)
     for seed in range(5):
         velocity = given_way(made, drawn, seed=seed)
-        lost = made.powers(0.0, position, velocity)[1]
+        lost = lost_as_the_energy_falls(made, position, velocity, relative=1e-7, step=1e-7)
         assert lost > 0.0
-        way = drift(made, position, velocity)
-        fall = fall_of_energy(made, position, velocity, way, 1e-7)
-        assert lost == pytest.approx(fall, rel=1e-7)
 
 
 def test_rates_are_those_of_the_equation_of_evolution():
@@ -126,11 +117,7 @@ def test_stress_at_nodes_includes_what_branches_bear():
 def test_elements_of_parts_keep_their_branches(name):
     made, drawn = solid(name, cells=2)
     position, velocity = moved(made, drawn), given_way(made, drawn)
-    halves = halves_agree(made, position, velocity)
-    chosen = made.recalling(velocity).only(np.array([1]))
-    assert chosen.energy(0.0, position) == pytest.approx(
-        halves[1].only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
-    )
+    parts_agree(made, position, velocity)
 
 
 def test_the_fastest_rate_is_that_of_the_branches():
@@ -148,10 +135,7 @@ def test_the_reference_agrees_by_formulas_of_its_own(name):
     made, drawn = solid(name, cells=2, viscosity=1.5)
     reference = ElementSolid(made, drawn)
     position = moved(made, drawn)
-    velocity = given_way(made, drawn, size=0.1)
-    velocity[: len(drawn) - len(made.hidden)] = np.random.default_rng(2).normal(
-        size=(len(drawn) - len(made.hidden), 3)
-    )
+    velocity = in_motion(made, given_way(made, drawn, size=0.1))
     agree(
         made, reference, position, velocity, force=1e-11, energy=1e-11, lost=1e-10,
         kept=reference.branches,

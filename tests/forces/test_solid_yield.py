@@ -7,18 +7,19 @@ from msgspec.structs import replace
 from tests.derivatives import forces
 from tests.forces.remembering import (
     agree,
-    drift,
-    fall_of_energy,
+    flow_is_kept_when_settled,
     follow_from_the_energy,
-    halves_agree,
+    in_motion,
+    lost_as_the_energy_falls,
+    matrices_agree,
     moved,
-    own_tensors,
+    parts_agree,
     rates,
-    scatter,
+    rates_are_bounded,
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
-from tests.forces.test_solid_branches import TIMES
+from tests.forces.test_solid_branches import TIMES, given_way
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_branches import SolidBranches
 from tissuec.forces.solid_prestretch import Prestretch
@@ -53,24 +54,12 @@ def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=Tr
     return with_hidden_nodes(made, position)
 
 
-def flowed(made, position, size=0.3, seed=8):
-    """Return velocities of all nodes in which each tensor is symmetric and its own."""
-    random = np.random.default_rng(seed)
-    points, velocity = len(made.shape.weights), np.zeros_like(position)
-    for kept in (made.branches, made.yielding):
-        if kept is not None:
-            tensors = own_tensors(random, size, (made.item_count, points, 3, 3))
-            kept.keep(velocity, tensors, np.arange(made.item_count))
-    scatter(made, velocity, random)
-    return velocity
-
-
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("size", [5e-4, 6e-3], ids=["strained", "inside out"])
 @pytest.mark.parametrize("law", LAWS[:3], ids=lambda law: type(law).__name__)
 def test_forces_and_matrices_follow_from_the_energy(name, size, law):
     made, drawn = solid(name, law, fibred=size < 1e-3)
-    position, velocity = moved(made, drawn, size), flowed(made, drawn)
+    position, velocity = moved(made, drawn, size), given_way(made, drawn)
     follow_from_the_energy(made, position, velocity, every=7, matrix=3e-6, rounding=1e-14)
 
 
@@ -80,14 +69,10 @@ def test_what_is_lost_is_what_the_energy_falls_by(name, size):
     made, drawn = solid(name, fibred=size < 1e-3)
     position = moved(made, drawn, size)
     for seed in range(5):
-        velocity = flowed(made, drawn, seed=seed)
-        lost = made.powers(0.0, position, velocity)[1]
+        velocity = given_way(made, drawn, seed=seed)
+        lost = lost_as_the_energy_falls(made, position, velocity, relative=1e-5)
         relaxing = replace(made, yielding=made.yielding.stopped)
         assert lost > 1.01 * relaxing.powers(0.0, position, velocity)[1] > 0.0
-        way = drift(made, position, velocity)
-        step = 1e-7 * np.abs(velocity).max() / np.abs(way).max()
-        fall = fall_of_energy(made, position, velocity, way, step)
-        assert lost == pytest.approx(fall, rel=1e-5)
 
 
 def test_stress_below_the_limit_makes_nothing_flow():
@@ -100,7 +85,7 @@ def test_stress_below_the_limit_makes_nothing_flow():
 
 def test_rates_are_those_of_the_flow_in_space():
     made, drawn = solid("hexahedron", cells=2, branched=False)
-    position, velocity = moved(made, drawn), flowed(made, drawn, size=0.1)
+    position, velocity = moved(made, drawn), given_way(made, drawn, size=0.1)
     strain = SolidStrain(made.deformations(position))
     f, tensors = strain.f, made.yielding.tensors(velocity, 8)[0]
     elastic = f @ np.linalg.inv(tensors) @ f.swapaxes(-1, -2)
@@ -130,7 +115,7 @@ def test_rates_are_those_of_the_flow_in_space():
 
 def test_rotations_change_neither_rates_nor_energies():
     made, drawn = solid("tetrahedron")
-    position, velocity = moved(made, drawn), flowed(made, drawn)
+    position, velocity = moved(made, drawn), given_way(made, drawn)
     turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
     turned = position @ turn.T
@@ -144,7 +129,7 @@ def test_rotations_change_neither_rates_nor_energies():
 
 def test_stress_at_nodes_is_that_beyond_the_flow():
     made, drawn = solid("hexahedron", cells=2, fibred=False)
-    position, velocity = moved(made, drawn), flowed(made, drawn)
+    position, velocity = moved(made, drawn), given_way(made, drawn)
     total, _ = made.recalling(velocity).node_stress(position)
     # Σ w σ J⁻¹-weighted by places as drawn is not the virtual work; of single elements it is.
     own = made.only(np.array([3]))
@@ -162,28 +147,16 @@ def test_stress_at_nodes_is_that_beyond_the_flow():
     assert np.isfinite(total).all()
 
 
-def test_elements_of_parts_keep_how_they_flowed():
+def test_elements_of_parts_keep_how_they_given_way():
     made, drawn = solid("wedge", cells=2)
-    position, velocity = moved(made, drawn), flowed(made, drawn)
-    halves_agree(made, position, velocity)
-    known = made.recalling(velocity)
-    assert known.only(np.array([0])).energy(0.0, position) == pytest.approx(
-        made.only(np.array([0])).recalling(velocity).energy(0.0, position), rel=1e-13
-    )
+    position, velocity = moved(made, drawn), given_way(made, drawn)
+    parts_agree(made, position, velocity)
 
 
 def test_what_settles_keeps_its_flow_and_loses_its_branches():
     made, drawn = solid("hexahedron")
-    position, velocity = moved(made, drawn), flowed(made, drawn)
-    before = made.yielding.tensors(velocity, 8)
-    made.let_relax(velocity, position, np.ones(len(position), dtype=bool))
-    assert (made.yielding.tensors(velocity, 8) == before).all()
-    rest = made.relaxed
-    assert rest.powers(0.0, position, velocity)[1] == 0.0
-    found, bare = forces(made, position, velocity), forces(rest, position, velocity)
-    np.testing.assert_allclose(found, bare, atol=1e-11 * np.abs(bare).max())
-    energies = [each.recalling(velocity).energy(0.0, position) for each in (made, rest)]
-    assert energies[0] == pytest.approx(energies[1], rel=1e-12)
+    position, velocity = moved(made, drawn), given_way(made, drawn)
+    flow_is_kept_when_settled(made, position, velocity, points=8, force=1e-11, energy=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -208,15 +181,7 @@ def test_the_bound_of_rates_holds_in_tension(law):
         change = fluid.yielding.tensors(after, 8)[0, 0, 0, 0, 0] - plastic**2
         return change / (2.0 * plastic**2), fluid.giving(position, velocity)
 
-    for stretch in (0.7, 1.0, 1.5):
-        step = 1e-6
-        fastest = (rate(stretch, 1.0 - step)[0] - rate(stretch, 1.0 + step)[0]) / (2.0 * step)
-        bound = rate(stretch, 1.0)[1]
-        assert bound >= 0.999999 * fastest
-        assert bound < 10.0 * fastest
-    at_rest = 3.0 * made.shear[0] / made.yielding.viscosity[0]
-    assert rate(1.0, 1.0)[1] == pytest.approx(at_rest, rel=1e-6)
-    assert fluid.relaxed.giving(drawn, np.zeros_like(drawn)) == 0.0
+    rates_are_bounded(fluid, drawn, rate, least=0.999999)
 
 
 @pytest.mark.parametrize("stretch", [0.6, 1.0, 1.7])
@@ -250,17 +215,13 @@ def test_the_equivalent_strain_of_a_bar_is_its_logarithm():
 @pytest.mark.parametrize("law", [NeoHookean(), *LAWS[1:3]], ids=lambda law: type(law).__name__)
 def test_the_reference_agrees_by_formulas_of_its_own(name, law):
     made, drawn = solid(name, law, cells=2, viscosity=1.5)
-    position, velocity = moved(made, drawn), flowed(made, drawn, size=0.1)
-    bodies = len(drawn) - len(made.hidden)
-    velocity[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
+    position = moved(made, drawn)
+    velocity = in_motion(made, given_way(made, drawn, size=0.1))
     reference = ElementSolid(made, drawn, velocity)
     agree(
         made, reference, position, velocity, force=1e-11, energy=1e-11, lost=1e-10,
         kept=RelaxingFields((reference,)), step=1e-8,
     )  # fmt: skip
-    number = np.arange(len(position))
     rest = replace(made, branches=None, remembered=None)
     bare = ElementSolid(rest, drawn, velocity)
-    matrix = rest.recalling(velocity).matrix(0.0, position, number, len(number)).toarray()
-    other = bare.matrix(0.0, position, number, len(number)).toarray()
-    np.testing.assert_allclose(matrix, other, atol=1e-10 * np.abs(other).max())
+    matrices_agree(rest, bare, position, velocity, relative=1e-10)
