@@ -244,17 +244,22 @@ def test_looking_changes_no_bit_of_the_motion(monkeypatch):
         assert np.array_equal(one, other)
 
 
-def test_a_run_that_is_interrupted_and_resumed_has_the_same_doubts(monkeypatch):
-    scene = compiled(SOLID)
-    whole = carried_out(scene)[0]
-    monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
+def when_resumed(scene, counts):
+    """Return the different doubts of runs that are stopped and resumed; see ``AfterAsking``."""
     found = set()
-    for count in (3, 8, 14):
+    for count in counts:
         first, recording = carried_out(scene, interrupt=AfterAsking(count))
         if first.kind == "interrupted":
             rest, _ = carried_out(scene, resume=recording.state)
             found.add(rest.doubts)
-    assert found == {whole.doubts}
+    return found
+
+
+def test_a_run_that_is_interrupted_and_resumed_has_the_same_doubts(monkeypatch):
+    scene = compiled(SOLID)
+    whole = carried_out(scene)[0]
+    monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
+    assert when_resumed(scene, (3, 8, 14)) == {whole.doubts}
 
 
 def test_every_output_says_it(tmp_path):
@@ -288,7 +293,7 @@ def test_every_output_says_it(tmp_path):
         tissuec.run(scene, companion="off", strict=True)
 
 
-HOOK = """language 1
+FLAP = """language 1
 tissue gum { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg }
 body flap {
   mesh is sheet {
@@ -297,7 +302,10 @@ body flap {
   }
   tissue is gum
 }
-set edge = nodes of flap where x < 1 mm or x > 39 mm
+"""
+HOOK = (
+    FLAP
+    + """set edge = nodes of flap where x < 1 mm or x > 39 mm
 tool hook {
   kind is hook; radius = 0.5 mm
   shaft from (16, -40, -6) mm to (16, -40, -4) mm; bend = (16, 80, -2) mm
@@ -313,6 +321,7 @@ script {
 simulate { duration = 0.5 s; tolerance = 1e-3 }
 output { force of hook every 5 ms }
 """
+)
 LIFTED = "from 0.05 s to 0.45 s: move hook by (0, 0, 16) mm using smooth profile"
 BACK = """from 0.05 s to 0.25 s: move hook by (0, 0, 3) mm using smooth profile
   from 0.25 s to 0.45 s: move hook by (0, 0, -3) mm using smooth profile"""
@@ -332,16 +341,9 @@ def test_a_tool_that_has_passed_is_told_with_time_and_place(way, is_lost):
 
 
 #: A needle that goes through a sheet and comes back, within a sixty-fourth of the run.
-QUICK = """language 1
-tissue gum { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg }
-body flap {
-  mesh is sheet {
-    corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 40, 0) mm
-    columns = 5; rows = 5; diagonals is both
-  }
-  tissue is gum
-}
-tool needle {
+QUICK = (
+    FLAP
+    + """tool needle {
   kind is probe; radius = 0.5 mm; axis from (3, 16, 2) mm to (8, 17, 2) mm
 }
 environment {
@@ -354,6 +356,7 @@ script {
 }
 simulate { duration = 2 s; tolerance = 1e-3 }
 """
+)
 
 
 @pytest.mark.parametrize("still", ["", "from 0 s to 5 ms: settle"])
@@ -376,13 +379,7 @@ def test_a_run_that_is_resumed_amid_a_passage_has_the_same_doubts(monkeypatch):
     whole = carried_out(scene)[0]
     assert len(whole.doubts) == 2
     monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
-    found = set()
-    for count in (2, 5, 9, 14, 20):
-        first, recording = carried_out(scene, interrupt=AfterAsking(count))
-        if first.kind == "interrupted":
-            rest, _ = carried_out(scene, resume=recording.state)
-            found.add(rest.doubts)
-    assert found == {whole.doubts}
+    assert when_resumed(scene, (2, 5, 9, 14, 20)) == {whole.doubts}
 
 
 TWO_BLOCKS = """language 1
