@@ -82,6 +82,11 @@ table nodes of ball with columns "id x in mm y in mm z in mm" {{ 1 0 0 {height.s
 {extra}"""
 
 
+#: Meshes of elements with edges and corners: a block, and a tube that lies along y.
+BLOCK = "lattice { cell = 8 mm; box from (0, 0, 0) mm to (32, 16, 16) mm }"
+TUBE = """thick tube { axis from (16, -8, 8) mm to (16, 24, 8) mm; inner radius = 4 mm
+  outer radius = 8 mm; rings = 5; sides = 12; layers = 1 }"""
+
 #: Tools of every shape, which reach into the cube of 20 mm around (10, 10, 10) mm.
 MEETING = {
     "ball": "kind is probe; radius = 5 mm; centre = (4, 5, 6) mm",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.contact.scenes import play
+from tests.contact.scenes import BLOCK, TUBE, play
 
 SCENE = """language 1
 tissue gel {{ Young's modulus = 20 kPa; density = 1000 kg/m^3; retardation time = 5 ms }}
@@ -19,9 +19,6 @@ script {{
 simulate {{ duration = 0.12 s; tolerance = 1e-2 }}
 output {{ force of tool every 10 ms; penetration of tool every 5 ms }}
 """
-BLOCK = "lattice { cell = 8 mm; box from (0, 0, 0) mm to (32, 16, 16) mm }"
-TUBE = """thick tube { axis from (16, -8, 8) mm to (16, 24, 8) mm; inner radius = 4 mm
-  outer radius = 8 mm; rings = 5; sides = 12; layers = 1 }"""
 ACROSS = "kind is probe; radius = 0.5 mm; axis from (-6, 4, 18) mm to (6, 5, 18) mm"
 #: Mesh, tool, radius in mm and way.
 HELD = {

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.contact.scenes import play
+from tests.contact.scenes import BLOCK, TUBE, play
 from tissuec.geometry.sweeps import side_of
 
-BLOCK = """language 1
+SCENE = """language 1
 tissue gel {{ Young's modulus = 20 kPa; density = 1000 kg/m^3; retardation time = 5 ms }}
 tissue silk {{ spring law is tension only; spring constant = {stiffness} N/m
   viscosity = 0.1 N*s/m; mass = 5 mg }}
@@ -26,13 +26,10 @@ script {{
 simulate {{ duration = 0.12 s; tolerance = 1e-2 }}
 output {{ trajectory every 10 ms; force of left end every 10 ms }}
 """
-LATTICE = "lattice { cell = 8 mm; box from (0, 0, 0) mm to (32, 16, 16) mm }"
-TUBE = """thick tube { axis from (16, -8, 8) mm to (16, 24, 8) mm; inner radius = 4 mm
-  outer radius = 8 mm; rings = 5; sides = 12; layers = 1 }"""
 
 
-def pulled(*, pieces, y=4.0, friction=0.0, aside=0.0, mesh=LATTICE):
-    text = BLOCK.format(
+def pulled(*, pieces, y=4.0, friction=0.0, aside=0.0, mesh=BLOCK):
+    text = SCENE.format(
         pieces=pieces, y=y, friction=friction, aside=aside, mesh=mesh, stiffness=20 * pieces / 7
     )
     played = play(text)
