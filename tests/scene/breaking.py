@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from tests.validate.scenes import silent
 from tests.whole_runs import carried_out, same_when_resumed
+from tissuec.validate.validation import validate
 
 
 def ruptures(outcome):
@@ -38,3 +40,12 @@ def breaks_alike_when_resumed(compiled):
     whole, *parts = same_when_resumed(compiled, "ruptured of strip", 2, 4)
     for _, second in parts:
         assert [t for t, _ in second.logged_events] == [t for t, _ in whole.logged_events]
+
+
+def the_reference_breaks_alike(compiled):
+    """Return the compared ruptures, after checking that the reference has all of the run."""
+    judged = validate(compiled, method="DOP853", rtol=None, progress=silent)
+    assert judged.verdict == "kept", judged.reasons
+    found = judged.comparison.ruptures
+    assert found.run == found.reference > 0 and found.misses == ()
+    return found

@@ -75,8 +75,15 @@ def test_every_hedge_of_every_word_changes_a_conclusion_in_its_direction(name):
 
 #: Words of hardness from the softest to the hardest.
 HEDGES = ["extremely", "very", "markedly", "", "rather", "slightly", "hardly"]
-LADDER = [f"{h} soft".strip() for h in HEDGES] + ["medium"]
-LADDER += [f"{h} hard".strip() for h in reversed(HEDGES)]
+
+
+def ladder(low, middle, high):
+    """Return the phrases of a property from one end of its scale to the other."""
+    below, above = ([f"{h} {word}".strip() for h in HEDGES] for word in (low, high))
+    return [*below, middle, *reversed(above)]
+
+
+LADDER = ladder("soft", "medium", "hard")
 NEUTRAL = {"hardness": "medium", "elasticity": "medium", "weight": "medium",
            "shiftability": "medium", "consistency": "smooth"}  # fmt: skip
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tissuec
-from tests.scene.test_shipped_vocabulary import HEDGES, concluded, place, presets
+from tests.scene.test_shipped_vocabulary import concluded, ladder, place, presets
 from tissuec.core.source import Source
 from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
@@ -79,11 +79,11 @@ AVERAGE = {"hardness": "soft", "elasticity": "medium", "weight": "medium",
 @pytest.mark.parametrize("name", LADDERS)
 @pytest.mark.parametrize("context", CONTEXTS)
 def test_hedges_are_even_steps(name, context):
-    quantity, (low, middle, high) = LADDERS[name]
-    phrases = [f"{h} {low}".strip() for h in HEDGES] + [middle]
-    phrases += [f"{h} {high}".strip() for h in reversed(HEDGES)]
+    quantity, words = LADDERS[name]
     others = {key: place(key, word) for key, word in (AVERAGE | context).items() if key != name}
-    found = [concluded(others | {name: place(name, phrase)})[quantity] for phrase in phrases]
+    found = [
+        concluded(others | {name: place(name, phrase)})[quantity] for phrase in ladder(*words)
+    ]
     steps = [after / before for before, after in pairwise(found)]
     mean = (found[-1] / found[0]) ** (1.0 / len(steps))
     # Within 20 % of their size on the scale of the quantity, which is a logarithm.
