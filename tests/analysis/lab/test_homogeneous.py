@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
+from tests.analysis.lab.benches import bench
 from tissuec.analysis.lab import homogeneous, indentation, laboratory, relaxation
-from tissuec.analysis.lab.bench import TestBench, Unmeasured
+from tissuec.analysis.lab.bench import Unmeasured
 from tissuec.analysis.lab.closed_form import LawCurve
 from tissuec.analysis.lab.rows import curve_rows
-from tissuec.core.source import Source
-from tissuec.pipeline import read_words
 from tissuec.scene.known_curves import (
     ACROSS,
     COMPRESSION,
@@ -19,16 +18,10 @@ from tissuec.scene.known_curves import (
     SHEAR,
     TENSION,
 )
-from tissuec.scene.request import Request
 
 YOUNG = 6000.0
 KEEPING = f"Young's modulus = {YOUNG} Pa; Poisson's ratio = 0.4999"
 STRAINS = [1e-4, 0.1, 0.3]
-
-
-def bench(entries):
-    request = Request(Source("gel.tis", f"language 1\ntissue gel {{ {entries} }}\n"))
-    return TestBench(request, read_words(request)[0].tissues["gel"], spacing=2.5e-3)
 
 
 def law(entries):

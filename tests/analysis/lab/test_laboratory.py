@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 import tissuec
+from tests.analysis.lab.benches import bench, text
 from tissuec.analysis.lab import homogeneous, indentation, laboratory, motion, statics
 from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.rows import LabCurve, StressStrainCurve, agrees
@@ -27,15 +28,6 @@ GEL = (
 )
 BARE = f"Young's modulus = {YOUNG} Pa"
 EMPTY = StressStrainCurve(np.zeros(0), np.zeros(0))
-
-
-def text(entries):
-    return f"language 1\ntissue gel {{ {entries} }}\n"
-
-
-def bench(entries, **more):
-    request = Request(Source("gel.tis", text(entries)))
-    return TestBench(request, read_words(request)[0].tissues["gel"], spacing=2.5e-3, **more)
 
 
 def lab(folder, content, *options):
