@@ -131,7 +131,7 @@ def test_stress_and_rates_are_those_of_a_solid_without_stress_across(way, ratio)
     assert made.powers(0.0, position, velocity)[1] == pytest.approx(power, rel=1e-9)
 
 
-def test_elements_of_parts_keep_how_they_given_way():
+def test_elements_of_parts_keep_how_they_flowed():
     made, drawn = yielding()
     position, velocity = moved(made, drawn), given_way(made, drawn)
     parts_agree(made, position, velocity)

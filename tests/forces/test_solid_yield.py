@@ -147,7 +147,7 @@ def test_stress_at_nodes_is_that_beyond_the_flow():
     assert np.isfinite(total).all()
 
 
-def test_elements_of_parts_keep_how_they_given_way():
+def test_elements_of_parts_keep_how_they_flowed():
     made, drawn = solid("wedge", cells=2)
     position, velocity = moved(made, drawn), given_way(made, drawn)
     parts_agree(made, position, velocity)
