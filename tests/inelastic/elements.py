@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.engine.running import Bench
-from tests.validate.scenes import quantity, validated
+from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import carried_out, open_balance
 
 SCENE = """language 1
 tissue gel {{
@@ -73,6 +74,39 @@ def the_reference_agrees(text, *, position, balance, force):
     assert quantity(found, "position").error < position
     assert quantity(found, "energy balance").error < balance
     assert quantity(found, "force of high").error < force
+
+
+def relaxed(time, rate, end, modulus):
+    """Return the stress of a strain that grows evenly until an end, and is held then [Pa].
+
+    Args:
+        modulus: That of the stress in the end [Pa]; shares are those of ``PRONY``.
+    """
+    drawn = np.minimum(time, end)
+    found = modulus * rate * drawn
+    for share, tau in zip(SHARES, TIMES, strict=True):
+        after = np.exp(-(time - drawn) / tau)
+        found = found + modulus * share / 0.2 * rate * tau * -np.expm1(-drawn / tau) * after
+    return found
+
+
+def relaxes_when_held(text, *, area, along, shear, close):
+    """Check force and stress of a body that is sheared by 0.1 % in 10 ms, and held.
+
+    Args:
+        area: Of its section [m²].
+        along, shear: Columns of the force and of the stress.
+        close: Relative difference that is allowed.
+    """
+    _, recording = carried_out(compiled_scene(text))
+    time, force = recording.log_arrays("force of high")
+    stress = recording.log_arrays("stress of high")[1]
+    expected = relaxed(time, 0.1, 0.01, 10e3 / 2.6)
+    np.testing.assert_allclose(force[:, along], area * expected, rtol=close, atol=1e-12)
+    np.testing.assert_allclose(stress[:, shear], expected, rtol=close, atol=1e-6)
+    assert np.abs(open_balance(recording)).max() < 1e-9
+    lost = recording.energy_arrays()[1][:, 4]
+    assert (np.diff(lost) > 0.0).all()
 
 
 def branches_gave_way(outcome, recording, kind, *, still):

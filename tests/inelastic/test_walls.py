@@ -12,6 +12,8 @@ from tests.inelastic.elements import (
     TIMES,
     branches_gave_way,
     observed_order,
+    relaxed,
+    relaxes_when_held,
     the_reference_agrees,
 )
 from tests.validate.scenes import compiled_scene, validated
@@ -68,34 +70,10 @@ def test_shares_are_parts_of_the_stress_at_once_of_which_the_modulus_stays():
     assert network.shown_nodes == 4
 
 
-def relaxed(time, rate, end, modulus):
-    """Return the stress of a strain that grows evenly until an end, and is held then [Pa].
-
-    Args:
-        modulus: That of the stress in the end [Pa]; shares are those of ``PRONY``.
-    """
-    drawn = np.minimum(time, end)
-    found = modulus * rate * drawn
-    for share, tau in zip(SHARES, TIMES, strict=True):
-        after = np.exp(-(time - drawn) / tau)
-        found = found + modulus * share / 0.2 * rate * tau * -np.expm1(-drawn / tau) * after
-    return found
-
-
 def test_a_wall_that_is_sheared_and_held_relaxes():
     script = """at 0 s: fix low
       from 0 s to 10 ms: move high by (0, 0.005, 0) mm using constant speed"""
-    _, recording = carried_out(compiled_scene(scene(script=script)))
-    time, force, stress = (
-        recording.log_arrays(name)[k]
-        for name, k in (("force of high", 0), ("force of high", 1), ("stress of high", 1))
-    )
-    expected = relaxed(time, 0.1, 0.01, 10e3 / 2.6)
-    np.testing.assert_allclose(force[:, 1], 5e-6 * expected, rtol=1e-5, atol=1e-12)
-    np.testing.assert_allclose(stress[:, 3], expected, rtol=1e-5, atol=1e-6)
-    assert np.abs(open_balance(recording)).max() < 1e-9
-    lost = recording.energy_arrays()[1][:, 4]
-    assert (np.diff(lost) > 0.0).all()
+    relaxes_when_held(scene(script=script), area=5e-6, along=1, shear=3, close=1e-5)
 
 
 def test_a_wall_that_is_stretched_in_all_directions_and_held_relaxes():

@@ -7,8 +7,9 @@ from scipy.optimize import root
 
 from tests.engine.running import Bench
 from tests.inelastic.elements import PULLED, observed_order, the_reference_agrees
+from tests.inelastic.test_walls import ORDERS as RELAXING
 from tests.inelastic.test_walls import scene
-from tests.inelastic.test_yielding_elements import (
+from tests.inelastic.yielding import (
     BULK,
     CLAY,
     FLOW,
@@ -16,14 +17,19 @@ from tests.inelastic.test_yielding_elements import (
     MISTAKES,
     SHEAR,
     balance,
-    drawn_by,
+    breaks_as_it_flows,
+    flows_above_its_yield_stress,
+    follows_a_large_shear_and_back,
+    follows_a_small_shear,
+    keeps_its_shape,
     measured,
-    sheared,
+    settles_as_it_flowed,
 )
-from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out, same_on_two_threads, same_when_resumed
 from tissuec.compiler.anatomy import anatomy_of
 from tissuec.core.errors import CompileError
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.network import ELEMENTS
 
 #: A quarter of a strip or a sheet, whose other half is its mirror image.
@@ -62,14 +68,7 @@ def test_a_small_shear_bears_the_yield_stress_over_the_root_of_three_and_what_fl
     soft = "yield stress = 0.2 Pa; flow viscosity = 0.02 Pa*s"
     _, recording = carried_out(compiled_scene(scene(soft, script=script)))
     time, force = recording.log_arrays("force of high")
-    rate, limit = 2e-4 / 0.1, 0.2 / np.sqrt(3.0)  # of strain; Y/√3
-    begins = limit / (SHEAR * rate)
-    # Beyond it, τ' = μ (γ' - (τ - Y/√3) 3/η).
-    pace, plateau = 3.0 * SHEAR / 0.02, 0.02 * rate / 3.0
-    flowing = limit + plateau * (1.0 - np.exp(-pace * np.maximum(time - begins, 0.0)))
-    expected = np.where(time < begins, SHEAR * rate * time, flowing)
-    np.testing.assert_allclose(force[:, 1] / AREA, expected, atol=2e-6 * limit)
-    assert expected[-1] == pytest.approx(limit, rel=2e-4)
+    follows_a_small_shear(time, force[:, 1] / AREA)
 
 
 def test_a_large_shear_and_back_is_that_of_the_equation_in_space():
@@ -81,14 +80,7 @@ def test_a_large_shear_and_back_is_that_of_the_equation_in_space():
     text = scene(memory, script=script, ratio=0.4999, density=1)
     _, recording = carried_out(compiled_scene(text))
     time, force = recording.log_arrays("force of high")
-
-    def gamma(t):
-        return (16.0 * t, 16.0) if t < 0.05 else (16.0 * (0.1 - t), -16.0)
-
-    expected = sheared(time, gamma, 20.0, (10e3 / 2.9998, 0.0))
-    found = force[:, 1] / AREA
-    np.testing.assert_allclose(found, expected, atol=3e-4 * np.abs(expected).max())
-    assert expected[-1] < -LIMIT / np.sqrt(3.0)  # it is pushed back to its drawn shape
+    follows_a_large_shear_and_back(time, force[:, 1] / AREA, (10e3 / 2.9998, 0.0), close=3e-4)
     assert np.abs(balance(recording)).max() < 1e-7
 
 
@@ -178,29 +170,15 @@ def test_a_strip_flows_above_its_yield_stress_and_stays_longer():
     )
     compiled = compiled_scene(text)
     _, recording = carried_out(compiled)
-    time, strain = recording.log_arrays("plastic strain of high")
     corner = int(np.argmax(compiled.network.position[:4, :2].sum(axis=1)))
-    frames, position = recording.frame_arrays()[:2]
-    lengths = np.log(position[:, corner, :2] / 5e-3)
-    pulled = (time > 0.0) & (time < 0.301)
-    logs, plastic = drawn_by(900.0, time[pulled], 400.0)
-    np.testing.assert_allclose(strain[pulled, 0], plastic, atol=0.02 * plastic[-1])
-    np.testing.assert_allclose(lengths[1:, 0][frames[1:] < 0.301][3:-1], logs[3:-1], atol=0.01)
-    assert plastic[-1] > 0.3
-    # Without the force, the strip keeps what it has flowed by, and narrows by half of it.
-    assert strain[-1, 0] == pytest.approx(strain[pulled][-1, 0], rel=0.02)
-    np.testing.assert_allclose(lengths[-1], strain[-1, 0] * np.array([1.0, -0.5]), atol=2e-3)
-    assert np.abs(balance(recording)).max() < 1e-6
+    position = recording.frame_arrays()[1]
+    flows_above_its_yield_stress(recording, np.log(position[:, corner, :2] / 5e-3))
 
 
 def test_a_wall_below_its_yield_stress_keeps_its_shape():
     script = "at 0 s: fix low; at 0 s: push high with (1, 0, 0) mN; at 50 ms: stop pushing high"
-    text = scene(CLAY, script=script).replace("stress of high", "plastic strain of high")
-    _, recording = carried_out(compiled_scene(text))
-    assert not recording.log_arrays("plastic strain of high")[1].any()
-    elastic = carried_out(compiled_scene(scene("retardation time = 1 ms", script=script)))[1]
-    one, two = (each.frame_arrays()[1][:, :4] for each in (recording, elastic))
-    np.testing.assert_allclose(one, two, atol=1e-8)
+    elastic = scene("retardation time = 1 ms", script=script)
+    keeps_its_shape(scene(CLAY, script=script), elastic)
 
 
 # --- other forces, statics, events ------------------------------------------------------------
@@ -225,15 +203,7 @@ def test_settling_keeps_what_has_flowed():
       from 0 s to 20 ms: move high by (3, 1, 0) mm using smooth profile
       at 21 ms: { release high; settle }"""
     text = scene(CLAY, ratio=0.4, script=script, duration="22 ms", method="tolerance = 1e-4")
-    text = text.replace("every 5 ms", "every 1 ms")
-    outcome, _ = carried_out(compiled_scene(text))
-    state, drawn = outcome.state, outcome.state.network.position
-    (made,) = state.of_kind("membranes")
-    assert made.yielding.plastic(state.velocity).equivalent.max() > 0.05
-    assert (state.position - drawn)[:4][drawn[:4, 0] > 4.9e-3, 0].mean() > 3e-4
-    found = validated(text)
-    assert found.verdict == "kept"
-    assert quantity(found, "position").error < 1e-5
+    settles_as_it_flowed(text.replace("every 5 ms", "every 1 ms"), 0, "membranes")
 
 
 CUT = """at 0 s: fix low
@@ -254,15 +224,9 @@ def test_walls_that_yield_break_at_a_strain_that_includes_the_plastic_one():
       from 0 s to 0.1 s: move high by (8, 0, 0) mm using constant speed"""
     memory = CLAY + "; breaking strain = 60 %"
     text = scene(memory, script=script, body="rupture is allowed", duration="0.11 s")
-    _, recording, time, strain = measured(text, "plastic strain of high")
-    broke = [e for e in recording.events if "exceeded the breaking strain" in str(e)]
-    assert broke
-    force = recording.log_arrays("force of high")[1]
-    # Both triangles are stretched alike, as ends cannot become narrower.
-    assert np.abs(force[time < 0.0374]).max() > 1e-4
-    assert np.abs(force[time > 0.0376, 0]).max() < 1e-9
-    assert strain[time < 0.037][-1, 0] > 0.2
-    assert np.abs(balance(recording)).max() < 1e-6
+    # Both triangles are stretched alike.
+    _, later = breaks_as_it_flows(text, borne=1e-4)
+    assert np.abs(later[:, 0]).max() < 1e-9
 
 
 @pytest.mark.parametrize("memory", MISTAKES)
@@ -285,8 +249,7 @@ def test_blocks_have_no_stress_of_walls_that_yield():
 
 # --- methods ----------------------------------------------------------------------------------
 
-ORDERS = {"dop853": (8, (40, 52, 68)), "velocity verlet": (2, (256, 512, 1024)),
-          "rkc2": (2, (1024, 2048, 4096)), "rkn4": (3, (192, 384, 768))}  # fmt: skip
+ORDERS = {name: one for name, one in RELAXING.items() if not INTEGRATORS[name].implicit}
 
 
 @pytest.fixture(scope="module")
