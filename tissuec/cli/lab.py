@@ -98,8 +98,9 @@ def command(
     if page is not None:
         check_page_name(page)
     paths = _files(file, libraries)
-    for path in paths if page is not None else ():
-        keep_input(page, path)
+    if page is not None:
+        for path in paths:
+            keep_input(page, path)
     found: list[Examination] = []
     for path in paths:
         request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)

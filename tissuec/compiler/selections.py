@@ -166,7 +166,7 @@ class PointScope(Scope):
                 "TIS301",
                 f'there is no group called "{name.text}"',
                 name.span,
-                hint=alternatives(name.text, self.groups, what="groups of the mesh file")
+                hint=alternatives(name.text, self.groups, what="groups of the mesh")
                 or "groups come from a mesh file; this mesh has none",
             )
         inside = self.groups[alike[0]]

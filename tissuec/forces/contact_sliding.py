@@ -38,7 +38,8 @@ def turning(
         ends = np.nonzero(on[some])[1].reshape(-1, free + 1)
         at = np.take_along_axis(corners[some], ends[:, :, None], axis=1)
         sides = at[:, 1:] - at[:, :1]
-        inverse = np.linalg.inv(np.einsum("pik,pjk->pij", sides, sides))
+        products = np.einsum("pik,pjk->pij", sides, sides)
+        inverse = np.asarray(np.linalg.inv(products), dtype=float)
         # n·β as rows of numbers by which displacements are multiplied.
         turns = np.zeros((len(some), free, 4))
         row = np.arange(len(some))

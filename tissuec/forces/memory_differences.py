@@ -59,7 +59,7 @@ def tangents_by_differences(
     by_position = np.einsum("epv,eqvxk,eqak->eqvax", to_own, by_strain, gradients)
     push = -np.einsum("eqv,eqvxk,eqak->eqaxv", weight[..., None] * from_own, pull, gradients)
     slots = np.moveaxis(np.where(has[..., None, None], places, -1), 0, 2)
-    count = differences.count
+    count = differences.size
     return MemoryTangents(
         slots=slots.reshape(-1, count),
         nodes=np.repeat(nodes, points, axis=0),
@@ -83,16 +83,16 @@ class _Differences(NamedTuple):
     columns: Indices
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """Return the number of variables of a point: the numbers of all of its tensors."""
         return len(self.rows) * len(self.tensors)
 
     def by_tensors(self) -> tuple[Floats, Floats]:
         """Return ∂P/∂T and -∂(dT/dt)/∂T, shape (element, point, variable, …)."""
         f, tensors, numbers = self.deformation, self.tensors, len(self.rows)
-        pull = np.empty((*f.shape[:2], self.count, *f.shape[2:]))
-        giving = np.empty((*f.shape[:2], self.count, self.count))
-        for variable in range(self.count):
+        pull = np.empty((*f.shape[:2], self.size, *f.shape[2:]))
+        giving = np.empty((*f.shape[:2], self.size, self.size))
+        for variable in range(self.size):
             tensor, number = divmod(variable, numbers)
             row, column = self.rows[number], self.columns[number]
             way = np.zeros((len(tensors), 1, 1, *tensors.shape[3:]))
@@ -105,7 +105,7 @@ class _Differences(NamedTuple):
     def by_strain(self) -> Floats:
         """Return ∂(dT/dt)/∂F [1/s], shape (element, point, variable, 3, k)."""
         f, shape = self.deformation, self.deformation.shape
-        found = np.empty((*shape[:2], self.count, *shape[2:]))
+        found = np.empty((*shape[:2], self.size, *shape[2:]))
         for x, k in np.ndindex(*shape[2:]):
             way = np.zeros(shape[2:])
             way[x, k] = STEP
@@ -116,4 +116,4 @@ class _Differences(NamedTuple):
     def _told(self, of: Floats) -> Floats:
         """Return the numbers of all tensors, shape (element, point, variable)."""
         found = np.moveaxis(of[..., self.rows, self.columns], 0, 2)
-        return found.reshape(*found.shape[:2], self.count)
+        return found.reshape(*found.shape[:2], self.size)

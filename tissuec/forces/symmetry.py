@@ -27,16 +27,16 @@ class SymmetryPlanes(Field, frozen=True):
 
     Attributes:
         nodes: Ascending, shape (n,).
-        within: Projection into the planes that each is on, shape (n, 3, 3).
+        projections: Projection into the planes that each is on, shape (n, 3, 3).
     """
 
     nodes: Indices
-    within: Floats
+    projections: Floats
 
     @property
     def share(self) -> Floats:
         """Return what part of each node belongs to what is drawn, dimensionless, shape (n,)."""
-        return 0.5 ** np.rint(3.0 - np.trace(self.within, axis1=1, axis2=2))
+        return 0.5 ** np.rint(3.0 - np.trace(self.projections, axis1=1, axis2=2))
 
     @property
     def kernel(self) -> Callable[..., None]:
@@ -47,7 +47,7 @@ class SymmetryPlanes(Field, frozen=True):
         self, place: Indices, acts: BoundaryConditions, position: Floats
     ) -> SymmetryTable:
         """Return the constraint, which is the same at any position."""
-        return SymmetryTable(place[self.nodes], self.within.reshape(-1, 9))
+        return SymmetryTable(place[self.nodes], self.projections.reshape(-1, 9))
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
@@ -59,7 +59,7 @@ class SymmetryPlanes(Field, frozen=True):
             to: Sums of all other inner forces, shape (…, node, 3); changed in place.
         """
         to[..., self.nodes, :] = np.einsum(
-            "nij,...nj->...ni", self.within, to[..., self.nodes, :]
+            "nij,...nj->...ni", self.projections, to[..., self.nodes, :]
         )
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
@@ -87,7 +87,7 @@ class SymmetryPlanes(Field, frozen=True):
         """
         from scipy.sparse import csr_matrix, identity
 
-        across = diagonal(np.eye(3) - self.within, number[self.nodes], size)
+        across = diagonal(np.eye(3) - self.projections, number[self.nodes], size)
         return csr_matrix(identity(3 * size, format="csr") - across)
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:

@@ -45,6 +45,8 @@ def _drawn(formula: Formula) -> Formula:
             return _STRETCH**2.0 + 2.0 / _STRETCH
         case Variable(name=I2.name):
             return 2.0 * _STRETCH + 1.0 / _STRETCH**2.0
+        case _:
+            pass
     names = formula.__struct_fields__
     parts = {
         name: _drawn(part)

@@ -126,7 +126,7 @@ class Balance:
         """
         off = np.zeros((len(self._position), 3, 3))
         if self._planes is not None:
-            off[self._planes.nodes] = np.eye(3) - self._planes.within
+            off[self._planes.nodes] = np.eye(3) - self._planes.projections
         return off[self.free]
 
     @property

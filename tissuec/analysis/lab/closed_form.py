@@ -156,7 +156,7 @@ class LawCurve(Struct, frozen=True):
             drawn = self._are_drawn(_stretches(mode, stretch, way))
 
             def rest(at: Floats, drawn: bool = drawn) -> Floats:
-                return self._principal(_stretches(mode, stretch, at), drawn)[free]
+                return np.asarray(self._principal(_stretches(mode, stretch, at), drawn)[free])
 
             here = rest(way)
             columns = [
@@ -164,10 +164,9 @@ class LawCurve(Struct, frozen=True):
                 for step in _SMALL * np.eye(len(way))
             ]
             if mode == EQUIBIAXIAL:  # one stretch is free, not two
-                columns = [columns[0], np.array([0.0])]
                 move = np.array([-here[0] / columns[0][0], 0.0])
             else:
-                move = -np.linalg.solve(np.stack(columns, axis=1), here)
+                move = -np.asarray(np.linalg.solve(np.stack(columns, axis=1), here), float)
             way = way + move * min(1.0, _STRIDE / max(np.abs(move).max(), 1e-300))
             if np.abs(move).max() < 1e-11:
                 return way

@@ -58,8 +58,8 @@ class Examiner:
             self.add(name, "", nan, nan, str(reason), share)
             return False
         for quantity in measured | check:
-            both = (values.get(quantity, nan) for values in (check, measured))
-            self.add(name, quantity, *both, "", share)
+            expected, found = check.get(quantity, nan), measured.get(quantity, nan)
+            self.add(name, quantity, expected, found, "", share)
         return True
 
     def add(

@@ -61,7 +61,7 @@ class Hexahedral(Struct, frozen=True, eq=False):
             [quads[:, 0, [0, 2]], np.stack([quads[:, 0, 1], quads[:, 1, 2]], 1)]
         )
         pairs = mesh.elements[0].nodes[:, across].reshape(-1, 2)
-        ends = springs(len(mesh.position), mesh.ends, pairs)
+        ends = springs(len(mesh.position), mesh.ends.astype(np.int64), pairs)
         return replace(mesh, ends=ends, elements=())
 
     def second_neighbours_of_surface(self) -> Pairs:

@@ -24,7 +24,7 @@ class MirroredForces:
     def __init__(self, planes: "SymmetryPlanes"):
         self._nodes = planes.nodes
         #: Directions in which each node can move, as columns.
-        self._ways = [null_space(np.eye(3) - one) for one in planes.within]
+        self._ways = [null_space(np.eye(3) - one) for one in planes.projections]
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Leave what forces do along the directions of each node [N], shape (node, 3)."""

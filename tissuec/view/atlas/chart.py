@@ -1,6 +1,6 @@
 """Drawings of curves of the laboratory, as SVG: curve, closed form, scatter of sources."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import ceil, floor, log10
 
 import numpy as np
@@ -226,7 +226,7 @@ def thinned(curve: LabCurve, most: int) -> LabCurve:
     count = len(curve.place)
     if count <= most:
         return curve
-    chosen: Sequence[int] = np.unique(np.geomspace(1, count, most).round().astype(int) - 1)
+    chosen = np.unique(np.geomspace(1, count, most).round().astype(int) - 1)
     return LabCurve(
         curve.mode, curve.place[chosen], curve.value[chosen], curve.check[chosen], curve.known
     )

@@ -38,7 +38,8 @@ class MirrorPlanes:
             * ~np.isin(np.arange(network.node_count), plane.nodes)
             for number, plane in enumerate(network.mirrored)
         ]
-        self._span = next(one.span for one in network.blocks if one.kind == SYMMETRY)
+        spans = (one.span for one in network.blocks if one.kind == SYMMETRY)
+        self._span = next(span for span in spans if span is not None)
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
