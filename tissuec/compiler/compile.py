@@ -217,7 +217,7 @@ def _refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Find
 
 
 def _relaxing(network: Network) -> str:
-    """Return what relaxes or yields, for messages."""
+    """Return the relaxing or yielding tissue, in words for messages."""
     what = "springs" if network.springs.inelastic is not None else "elements"
     return f"{what} that relax or yield"
 

@@ -81,8 +81,8 @@ class FacePoints(Struct, frozen=True, eq=False):
         Args:
             network: The network.
             nodes: Body of each node of the bodies, shape (node,).
-            surface: Of each face: the number of a shape of a tool, then of a thread, then of
-                the skin of a body, shape (face,).
+            surface: Surface of each face: the number of a shape of a tool, then of a thread,
+                then of the skin of a body, shape (face,).
         """
         bodies, shapes = len(network.bodies), len(self.thin)
         meets = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
@@ -307,7 +307,7 @@ def stiffness_of(
     Args:
         points: Of the network.
         network: With its elements.
-        environment: Which may set the pressure per depth.
+        environment: The environment, which may set the pressure per depth.
         findings: Takes diagnostics.
     """
     assert environment.contact is not None, "otherwise there are no points"

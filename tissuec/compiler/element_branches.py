@@ -27,7 +27,7 @@ def branches_of(
     """Return the branches of elements, without storage; None if nothing relaxes.
 
     Args:
-        kind: Those of solids or of walls.
+        kind: Class of the branches: of solids or of walls.
         parts: Of the body.
         part: Of each element, shape (element,).
         shear: Shear modulus of each element in the end [Pa], shape (element,).

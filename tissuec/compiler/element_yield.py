@@ -24,7 +24,7 @@ def yielding_of(kind: type[Kind], parts: TissueParts, part: Indices) -> Kind | N
     """Return the yielding of elements, without storage; None if nothing yields.
 
     Args:
-        kind: That of solids or of walls.
+        kind: Class of the yielding: of solids or of walls.
         parts: Of the body.
         part: Of each element, shape (element,).
     """

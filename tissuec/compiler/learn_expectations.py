@@ -178,7 +178,7 @@ def demands_of(
     blocks: Mapping[str, WrittenFitProblem | VocabularyFit],
     expects: Sequence[s.Expect],
 ) -> dict[str, list[Demand]]:
-    """Return what is expected of each learn block.
+    """Return the expectations of each learn block.
 
     Args:
         blocks: All learn blocks of a program.

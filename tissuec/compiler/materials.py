@@ -196,7 +196,7 @@ class MaterialReader:
         """Return a quantity of every spring from tables, materials and the interface.
 
         Args:
-            found: What each part says; None for the quantity or what it follows from.
+            found: Quantity of each part; None to look it up, or those from which it follows.
         """
         column = self.columns.springs.get(name)
         is_open, is_used = _is_open(column, self.length), self._laws.uses(name)

@@ -50,7 +50,7 @@ class Explained(Struct, frozen=True):
     Attributes:
         from_words: The number that the words of the tissue would give instead; None where it is
             concluded from them, and where rules conclude nothing.
-        ratio: Ratio of the number to that; None without one.
+        ratio: Ratio of the number to ``from_words``; None without it.
     """
 
     quantity: str

@@ -39,7 +39,7 @@ class WrittenPlane(Struct, frozen=True, eq=False):
 
     @property
     def mirror(self) -> MirrorPlane:
-        """Return the plane without its sentence."""
+        """Return the plane without the span of its sentence."""
         return MirrorPlane(self.plane.origin, self.plane.normal, self.nodes)
 
 

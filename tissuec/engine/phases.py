@@ -48,7 +48,7 @@ class Phases:
 
     @property
     def remarks(self) -> list[str]:
-        """Return remarks of the summary of the run on the equilibria that were found."""
+        """Return remarks on the equilibria that were found, for the summary of the run."""
         return [*self._remarks, *self._now.remarks]
 
     @property

@@ -108,7 +108,7 @@ class StageMatrix:
 
     def _is_made(self, q: float, time: float, position: Floats, velocity: Floats) -> bool:
         """Make S, and return whether it is positive definite; arguments as of ``assemble``."""
-        # What relaxes within the step may make S indefinite where K is not exact.
+        # Relaxation within the step may make S indefinite where K is not exact.
         for exact, relaxes in ((True, True), (False, True), (False, False)):
             if not exact and relaxes and not self._memories:
                 continue

@@ -140,7 +140,7 @@ class Contact(Field, frozen=True, dict=True):
         meets: Which nodes may touch which faces at all; None if every node may touch all.
         whole: Which faces are neither cut nor torn, shape (face,); None if all are.
         there: Which nodes are not on torn faces, shape (m,); None if none is.
-        pairs: Those that are considered; None for all that are near.
+        pairs: Pairs that are considered; None for all that are near.
         exhaustive: Whether every node is compared with every face, if there are not too many.
     """
 
@@ -350,7 +350,8 @@ class Contact(Field, frozen=True, dict=True):
         return found
 
     def are_at(self, nodes: Indices) -> NDArray[np.bool_]:
-        """Return which of its nodes are among some, and which points lie between those.
+        """Return which of its nodes are among the given ones, and which points lie between
+        these.
 
         Args:
             nodes: Indices, shape (n,).

@@ -149,7 +149,7 @@ def carry(
     """Add λ (P N + Nᵀ P) to the rates of a tensor P that plastic flow carries along.
 
     Args:
-        i: Where the first number of P - 1 is among velocities.
+        i: Index of the first number of P - 1 among velocities.
         pace: λ [1/(Pa s)].
         rate: Of P - 1 there [m/s].
         n0, n1, n2, n3: N in the plane, row by row [Pa].

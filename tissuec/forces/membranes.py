@@ -359,7 +359,8 @@ class Membranes(MaterialField, frozen=True):
 
     @property
     def unsolved(self) -> str:
-        """Return that walls yield, if they do; branches are in the matrix. See ``Field``."""
+        """Return the name of walls that yield, if any; branches are in the matrix. See
+        ``Field``."""
         is_stored = self.yielding is not None and len(self.hidden)
         return "walls of elements that yield" if is_stored else ""
 

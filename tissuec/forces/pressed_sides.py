@@ -174,7 +174,7 @@ def _met_by_more(network: Network, pairs: Indices, alike: Indices, most: int) ->
         network: The network.
         pairs: Nodes of the edges of triangles, shape (edge, 2).
         alike: Equal for those that are one edge, shape (edge, 2).
-        most: How many triangles it may have.
+        most: Largest number of triangles that it may have.
     """
     keys = alike[:, 0] * network.node_count + alike[:, 1]
     _, first, count = np.unique(keys, return_index=True, return_counts=True)

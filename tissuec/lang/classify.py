@@ -88,7 +88,7 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
 
 
 def _is_of_tool(m: Mistake) -> bool:
-    """Return whether a statement stands in the block of a tool."""
+    """Return whether a statement is in the block of a tool."""
     outer = m.statement.outer
     return outer is not None and bool(outer.parts) and outer.parts[0].text == "tool"
 

@@ -58,7 +58,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
 
 
 def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> Rupture:
-    """Return what ``rupture is …`` or ``rupture by toughness`` says."""
+    """Return the value of ``rupture is …`` or ``rupture by toughness``."""
     if isinstance(item, s.Sentence) and item.phrase is None and len(item.clauses) == 1:
         (clause,) = item.clauses
         if clause.word == "by" and s.key_of(clause.value.span.text) == TOUGHNESS:

@@ -72,7 +72,7 @@ def _concluded(
 
 
 def why(rules: RulesBlock, answer: NoRule) -> str:
-    """Return why rules conclude nothing."""
+    """Return the reason why rules conclude nothing."""
     if not answer.silent:
         return f"no rule of {rules.name} concludes it"
     if any(firing.degree > 0.0 for firing in answer.silent):

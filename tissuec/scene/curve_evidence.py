@@ -111,7 +111,7 @@ def _mode(item: s.Item, clauses: list[s.Clause], scope: Scope) -> str:
 
 
 def _items(node: s.Expression) -> Sequence[s.Expression]:
-    """Return the numbers of a list, or the single one that stands in place of it."""
+    """Return the numbers of a list, or the single number written in its place."""
     return node.items if isinstance(node, s.Listing) else (node,)
 
 

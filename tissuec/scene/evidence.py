@@ -166,7 +166,7 @@ def warn_of_words(
     Args:
         known: The evidence.
         given: Numbers of the tissue.
-        concluded: What rules conclude from its words, by quantity.
+        concluded: Conclusions of rules from its words, by quantity.
         head: Head of the tissue.
     """
     for one in known:

@@ -20,7 +20,7 @@ class LearnItems:
 
     Attributes:
         data: Its files, also the one that is written.
-        places: Where each entry stands that can be given once, and the first fit.
+        places: Spans of entries that can be given once, and of the first fit.
         values: Settings, by their fields.
     """
 
@@ -76,7 +76,7 @@ class LearnItems:
 
         Args:
             entry: The entry.
-            example: By default, the first of its forms.
+            example: An example; by default, the first of its forms.
         """
         self.findings.add(
             "TIS304", f'{self.what} needs "{entry}"', self.block.head,

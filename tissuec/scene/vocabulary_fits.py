@@ -67,7 +67,7 @@ class VocabularyFitReader(LearnItems):
         self.left_out: list[str] = []
 
     def read(self) -> VocabularyFit:
-        """Return the block, as far as it is right."""
+        """Return the block, as far as it is valid."""
         failures = self.findings.failures
         for item in self.block.items:
             with self.findings.item():
@@ -203,7 +203,7 @@ class VocabularyFitReader(LearnItems):
         return tissue
 
     def _problem(self, tissue: Tissue, key: str) -> tuple[str, str, Hint | str] | None:
-        """Return why words cannot be fitted to a number of a tissue: code, message and hint."""
+        """Return code, message and hint if words cannot be fitted to a number of a tissue."""
         what = f"{QUANTITIES[key].name} of {tissue.name}"
         if not tissue.vocabulary:
             hint = f"describe it: described in …, or remove {tissue.name} from the fit"

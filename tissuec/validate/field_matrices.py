@@ -54,7 +54,7 @@ class FieldMatrices:
         return self._sum(self._fields, time, position)
 
     def by_speed(self, time: float, position: Floats, velocity: Floats) -> sparse.csr_matrix:
-        """Return that by velocities [N s/m], shape (3 free, 3 free)."""
+        """Return minus the derivative by velocities [N s/m], shape (3 free, 3 free)."""
         size = 3 * len(self._free)
         if not self._viscous:
             return sparse.csr_matrix((size, size))

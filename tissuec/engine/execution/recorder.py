@@ -338,7 +338,7 @@ class Recorder:
         Args:
             time: [s]; not before that of the last call.
             position: Of all nodes [m], shape (node, 3).
-            state: What is alive and held then; by default, as entered last.
+            state: Intact springs and held nodes at this time; by default, those entered last.
             always: Whether to check in any case.
         """
         state = self._state if state is None else state

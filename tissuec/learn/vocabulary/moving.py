@@ -53,7 +53,7 @@ class MovingVocabulary:
 
     @property
     def size(self) -> int:
-        """Return how many numbers there are."""
+        """Return the number of these numbers."""
         return len(self.names)
 
     def vocabulary(self, theta: Floats, *, total: int | None = None) -> Vocabulary:

@@ -51,7 +51,7 @@ class MembraneWall:
         self.branches = RelaxingWall(wall) if has_branches else None
         yields = wall.yielding is not None and len(wall.hidden)
         self.plastic = PlasticWall(wall) if yields else None
-        #: What they remember, in the order of unknowns.
+        #: Their internal variables, in the order of unknowns.
         self.kept = [one for one in (self.branches, self.plastic) if one is not None]
         self._start = _NOTHING
         if self.plastic is not None and velocity is not None:
@@ -68,7 +68,7 @@ class MembraneWall:
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            kept: What the triangles remember.
+            kept: Internal variables of the triangles.
         """
         f = np.einsum("eax,eak->exk", position[self._nodes], self._slope)
         key = np.concatenate([f.ravel(), kept.key])
@@ -134,7 +134,7 @@ class MembraneWall:
         Args:
             c: C in the plane, dimensionless, shape (triangle, 2, 2).
             across: C33, dimensionless, shape (triangle,).
-            kept: What the triangles remember.
+            kept: Internal variables of the triangles.
             fibred: Whether to include fibres.
         """
         g, of_g, j, of_q, whole, _ = self._invariants(c, across)
@@ -190,7 +190,7 @@ class MembraneWall:
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            kept: What the triangles remember.
+            kept: Internal variables of the triangles.
         """
         _, c, across = self._strained(position, kept)
         g, _, j, _, whole, _ = self._invariants(c, across)
@@ -208,7 +208,7 @@ class MembraneWall:
         return np.asarray(self._weight * total)
 
     def remembered_energy(self, position: Floats, velocity: Floats) -> float:
-        """Return by how much the energy exceeds that of triangles without memory [J].
+        """Return the excess of the energy over that of triangles without memory [J].
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).

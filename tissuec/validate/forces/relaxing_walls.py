@@ -32,7 +32,7 @@ _UPPER = (np.array([0, 1, 0]), np.array([0, 1, 1]))
 
 
 class PlaneSum(NamedTuple):
-    """Sums of inverses A over what a triangle remembers, with a weight.
+    """Weighted sums of inverses A over the internal variables of a triangle.
 
     Attributes:
         inside: Σ w A, shape (triangle, 2, 2).
@@ -44,7 +44,7 @@ class PlaneSum(NamedTuple):
 
 
 class WallMemory(NamedTuple):
-    """What triangles remember.
+    """Internal variables of triangles.
 
     Attributes:
         branches: Sums over branches with their moduli [Pa]; None without any.
@@ -67,7 +67,7 @@ class KeptPlanes:
 
     Args:
         wall: The triangles.
-        of: Where they are stored.
+        of: Their storage.
 
     Attributes:
         count: Number of unknowns.

@@ -1,5 +1,5 @@
 "use strict";
-// The search shows the tissues in whose texts all of its words occur; the address keeps it.
+// The search shows the tissues whose texts contain all of its words; the address keeps it.
 
 const field = document.getElementById("search");
 

@@ -38,7 +38,7 @@ class StressCurve {
     section.hidden = !this.possible;
   }
 
-  /** The number of a quantity: as it is written, otherwise as the rules conclude it. */
+  /** The number of a quantity: the written one, otherwise the conclusion of the rules. */
   number(key) {
     const written = state.numbers.find(({ quantity }) => quantity === key);
     return written ? written.value : found.answers.get(key)?.value ?? null;

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
 WIDTH, ROW, LEGEND = 150.0, 65.0, 20.0  # [mm]
-#: Of curves by their modes; those of compression continue those of tension below 0.
+#: Styles of curves by their modes; compression continues tension below 0.
 LOOKS = {
     "tension": {"color": SERIES[0], "marker": "."},
     "compression": {"color": SERIES[0], "marker": "."},

@@ -99,7 +99,7 @@ class Overlapping:
     """Watches pairs of bodies with surfaces that are apart as drawn.
 
     Args:
-        network: Of the run.
+        network: The network of the run.
         couples: Their surfaces.
         is_held_apart: Whether bodies touch each other.
     """

@@ -51,7 +51,7 @@ class PassingMemory(Struct):
     Attributes:
         before: Positions at the last check [m], shape (node, 3); None before the first one.
         seen: Pairs of a line and a body that have crossed, by name.
-        begun: Those that cross now.
+        begun: Pairs that cross now.
     """
 
     before: Floats | None = None
@@ -68,8 +68,8 @@ class _WatchedLine:
         if isinstance(part, ToolPart):
             self.pieces, self._springs = _axes(part), None
             thinnest = min(shape.radius for shape in part.shapes if shape.radius)
-            # Tools are often drawn in the middle of cells, and what goes through the edge of
-            # two triangles goes through neither.
+            # Tools are often drawn in the middle of cells, where their axis meets the shared
+            # edge of two triangles and crosses neither.
             self.aside = 1e-3 * thinnest * _OBLIQUE
         else:
             assert part.thread is not None
@@ -116,7 +116,7 @@ class _WatchedPair:
         )
 
     def balls_inside(self, now: Floats, alive: NDArray[np.bool_]) -> int:
-        """Return how many balls have their centre inside of the body; arguments as above."""
+        """Return the number of balls with their centre inside the body; arguments as above."""
         if not len(self._balls) or not self._is_closed or not self.skin.whole(alive).all():
             return 0
         return int(np.count_nonzero(inside(now[self._balls], now, self.skin.triangles)))
