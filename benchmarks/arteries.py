@@ -54,7 +54,7 @@ CASES = {
     "exponential, stiffening 2": Case((4.0, 8.0, 16.0), stiffening=2.0),
     "fibres at ±20°": Case((5.0, 10.0, 20.0), angle=20.0),
     "fibres at ±40°": Case((5.0, 10.0, 20.0), angle=40.0),
-    "fibres at ±40°, drawn by 25 %": Case((5.0, 10.0, 20.0), angle=40.0, drawn=1.25),
+    "fibres at ±40°, stretched by 25 %": Case((5.0, 10.0, 20.0), angle=40.0, drawn=1.25),
     "the same, 16 mm between clamped ends": Case(
         (5.0, 10.0, 20.0), angle=40.0, drawn=1.25, length=8.0, poisson=0.49
     ),

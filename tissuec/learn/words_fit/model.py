@@ -34,7 +34,7 @@ FARTHEST = 10.0
 """Largest parameter of a word, at which a gap has nearly vanished."""
 WORD_SIGMA, WEIGHT_SIGMA = SIGMA, log(3.0)
 """Standard deviations of parameters about the original text, so that words do not wander for a
-few numbers, and what the numbers leave open stays where it is."""
+few numbers, and parameters that the numbers leave open keep their values."""
 
 WRITTEN_CLOSE = 5e-3  # allowed deviation of a written corner, as a part of the smallest gap
 _WEIGHT_DIGITS = 2

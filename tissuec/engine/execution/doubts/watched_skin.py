@@ -1,4 +1,4 @@
-"""The surface of a body that is watched, and what is left of it."""
+"""The watched surface of a body, and its intact part."""
 
 import numpy as np
 from numpy.typing import NDArray
