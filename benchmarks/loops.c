@@ -60,3 +60,53 @@ void in_runs(long times, long nodes, long row, long runs, const long *low, const
       for (long n = 0; n < nodes; n++) a[axis * row + n] *= inverse[n];
   }
 }
+
+// Hexahedra of one shape: neo-Hookean, with a bulk modulus that acts on the volume of an element
+// and another one at its points. Gradients are rows of nodes and components for each point.
+static double isochoric(double j, double *slope) {
+  double near = j > 0.2 ? j : 0.2, root = 1.0 / cbrt(near), below = j - near;
+  double first = -2.0 / 3.0 * root * root / near, bend = -5.0 / 3.0 * first / near;
+  *slope = first + bend * below;
+  return root * root + below * (first + 0.5 * bend * below);
+}
+void hexahedra(long times, long elements, long nodes, const long *corner, const double *slopes,
+               const double *weight, const double *moduli, const double *x, double *f) {
+  double mu = moduli[0], bulk = moduli[1], local = moduli[2];
+  for (long t = 0; t < times; t++) {
+    for (long i = 0; i < 3 * nodes; i++) f[i] = 0.0;
+    for (long e = 0; e < elements; e++) {
+      double at[24], push[24] = {0}, F[8][9], C[8][9], J[8], total = 0, volume = 0;
+      for (long a = 0; a < 8; a++)
+        for (long k = 0; k < 3; k++) at[3 * a + k] = x[3 * corner[8 * e + a] + k];
+      for (long q = 0; q < 8; q++) {
+        const double *n = slopes + 24 * q;
+        double *g = F[q], *c = C[q];
+        for (long k = 0; k < 9; k++) g[k] = 0.0;
+        for (long a = 0; a < 8; a++)
+          for (long i = 0; i < 3; i++)
+            for (long k = 0; k < 3; k++) g[3 * i + k] += at[3 * a + i] * n[3 * a + k];
+        c[0] = g[4] * g[8] - g[5] * g[7], c[1] = g[5] * g[6] - g[3] * g[8];
+        c[2] = g[3] * g[7] - g[4] * g[6], c[3] = g[2] * g[7] - g[1] * g[8];
+        c[4] = g[0] * g[8] - g[2] * g[6], c[5] = g[1] * g[6] - g[0] * g[7];
+        c[6] = g[1] * g[5] - g[2] * g[4], c[7] = g[2] * g[3] - g[0] * g[5];
+        c[8] = g[0] * g[4] - g[1] * g[3];
+        J[q] = g[0] * c[0] + g[1] * c[1] + g[2] * c[2];
+        total += weight[q] * J[q], volume += weight[q];
+      }
+      double swell = bulk * (total / volume - 1.0);
+      for (long q = 0; q < 8; q++) {
+        const double *n = slopes + 24 * q;
+        double P[9], slope, i1 = 0, g = isochoric(J[q], &slope);
+        for (long k = 0; k < 9; k++) i1 += F[q][k] * F[q][k];
+        double s = mu * g * weight[q];
+        double p = (0.5 * mu * slope * i1 + swell + local * (J[q] - 1.0)) * weight[q];
+        for (long k = 0; k < 9; k++) P[k] = s * F[q][k] + p * C[q][k];
+        for (long a = 0; a < 8; a++)
+          for (long i = 0; i < 3; i++)
+            for (long k = 0; k < 3; k++) push[3 * a + i] -= P[3 * i + k] * n[3 * a + k];
+      }
+      for (long a = 0; a < 8; a++)
+        for (long k = 0; k < 3; k++) f[3 * corner[8 * e + a] + k] += push[3 * a + k];
+    }
+  }
+}
