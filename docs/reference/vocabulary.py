@@ -8,13 +8,16 @@ from tissuec.core.resources import library
 from tissuec.core.units import PRESSURE, show
 from tissuec.fuzzy.hedges import hedged
 from tissuec.fuzzy.inference_results import Inference
+from tissuec.model.inelastic import TIMES
 from tissuec.pipeline import read_words
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import (
     BREAKING_STRAIN,
     QUANTITIES,
+    SHARES,
     STIFFENING,
     STRENGTH,
+    TOUGHNESS,
     YOUNGS_MODULUS,
 )
 from tissuec.scene.request import Request
@@ -34,6 +37,11 @@ _TEARING = {
     "cohesion": (STRENGTH, ("friable", "sound", "tough")),
     "tightening": (STIFFENING, ("even", "gradual", "sudden")),
 }
+_HOLDING = {
+    "tearing": (TOUGHNESS, ("ready", "laboured", "reluctant")),
+    "slackening": (SHARES[0], ("little", "moderate", "great")),
+    "pace": (TIMES[0], ("quick", "steady", "slow")),
+}
 _SIZES = {
     "size": "largest extent of a body of matter, or from a file", "thickness": "of a wall",
     "distance": "of a tool from all bodies", "gravity": "",
@@ -44,7 +52,8 @@ def parts() -> dict[str, str]:
     """Return every generated part by its name."""
     return {
         "ladder of hardness": ladder(),
-        "ladders of tearing": ladders_of_tearing(),
+        "ladders of tearing": ladders(_TEARING),
+        "ladders of holding": ladders(_HOLDING),
         "presets of matter": preset_table(),
         "usual ranges": usual_table(),
     }
@@ -63,24 +72,31 @@ def ladder() -> str:
     )
 
 
-def ladders_of_tearing() -> str:
-    """Return the table of words for tearing and stiffening, with their numbers."""
+def ladders(properties: Mapping[str, tuple[str, tuple[str, ...]]]) -> str:
+    """Return a table of the words of some properties, with their numbers.
+
+    Args:
+        properties: Their quantities, and their low, middle and high words.
+    """
     rows: list[tuple[str, ...]] = []
     for k, hedge in enumerate((*_HEDGES, "", *_HEDGES[::-1])):
         cells: list[str] = []
-        for name, (quantity, words) in _TEARING.items():
+        for name, (quantity, words) in properties.items():
             word = words[(k >= len(_HEDGES)) + (k > len(_HEDGES))]
             phrase = f"{hedge} {word}".strip()
             found = _concluded(quantity, {"hardness": "soft", name: phrase})
             cells += [phrase, _shown(quantity, float(f"{found:.2g}"))]
         rows.append(tuple(cells))
-    heads = [(name, QUANTITIES[quantity].name) for name, (quantity, _) in _TEARING.items()]
+    heads = [(name, QUANTITIES[quantity].name) for name, (quantity, _) in properties.items()]
     return table(tuple(one for pair in heads for one in pair), rows)
 
 
 def preset_table() -> str:
     """Return the written numbers of presets of matter, each with its ratio to the words."""
-    keys = (YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density")
+    keys = (
+        YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density", TOUGHNESS, SHARES[0],
+        TIMES[0],
+    )  # fmt: skip
     rows = [(t.name, *(_beside_words(t, key) for key in keys)) for t in _presets()]
     rows = [row for row in rows if any(row[1:])]
     return table(("tissue", *(QUANTITIES[key].name for key in keys)), rows)
@@ -96,8 +112,9 @@ def _beside_words(tissue: Tissue, key: str) -> str:
 
 
 def _shown(key: str, value: float) -> str:
-    is_strain = key == BREAKING_STRAIN
-    return f"{100.0 * value:.3g} %" if is_strain else show(value, QUANTITIES[key].dimension)
+    if key in (BREAKING_STRAIN, SHARES[0]):
+        return f"{100.0 * value:.3g} %"
+    return QUANTITIES[key].show(value)
 
 
 def usual_table() -> str:

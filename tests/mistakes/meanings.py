@@ -47,6 +47,10 @@ MISTAKES = {
     # numbers beyond their limits
     "incompressible": _own("Poisson's ratio = 0.5", "TIS308", "0.5", 'write "0.4999"'),
     "negative thickness": M("thickness = 2 mm", "thickness = -2 mm", "TIS308", "-2 mm", 'write "2 mm"'),
+    "negative share": _own(
+        "relaxing share = -0.3; relaxation time = 1 s",
+        "TIS308", "-0.3", 'write "0.3", or "0" for none',
+    ),
     "no radius": M("radius = 4 mm", "radius = 0 mm", "TIS308", "0 mm", "write a number above 0 m"),
     "one row": M("rows = 5", "rows = 1", "TIS308", "1", 'write "2"'),
     "param beyond its limits": M(

@@ -1,5 +1,6 @@
 """Planes of symmetry: a half and a quarter of a problem are that of the whole."""
 
+import re
 from unittest.mock import Mock
 
 import numpy as np
@@ -236,6 +237,31 @@ def test_what_does_not_go_with_a_plane_is_refused(old, new, said):
     with pytest.raises(CompileError) as caught:
         compiled_scene(changed)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("facing", "angle", "proposed"),
+    [("(1, 1, 0)", "45", "(0, 1, 0)"), ("(-1, 0, 2)", "63.4", "(0, 0, 1)")],
+)
+def test_an_oblique_plane_is_refused_with_a_perpendicular_one(facing, angle, proposed):
+    oblique = PLANES["x"].replace("(1, 0, 0)", facing)
+    text = cube("x").replace(PLANES["x"], f"{PLANES['x']}; {oblique}")
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(text)
+    (found,) = caught.value.diagnostics
+    assert f"an angle of {angle} degrees" in found.message
+    assert f"write facing {proposed}," in found.hint
+    with pytest.raises(CompileError) as caught:  # the cube has no weight along x
+        compiled_scene(text.replace(facing, proposed))
+    assert "at an angle of" not in str(caught.value)
+
+
+def test_planes_beside_a_body_that_cannot_be_drawn_are_not_reported():
+    wrong = "box from (0, 0, 0) mm to (7, 20, 20) mm"
+    text = re.sub(r"box from [^;}]*", wrong, cube("x"), count=1)
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(text)
+    assert all("plane" not in one.message for one in caught.value.diagnostics)
 
 
 SHEET = """language 1

@@ -14,7 +14,8 @@ from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
 
 #: The factor of one hedge of the word that leads a quantity.
-STEPS = {"young's modulus": 2.6, "breaking strain": 1.4, "strength": 2.1, "stiffening": 1.42}
+STEPS = {"young's modulus": 2.6, "breaking strain": 1.4, "strength": 2.1, "stiffening": 1.42,
+         "toughness": 2.1}  # fmt: skip
 #: What words say of a number, up to this factor: half a hedge of hardness, nearly.
 WITHIN = 1.5
 #: Not there when the scale of Young's modulus was fitted; their words were chosen later.
@@ -44,7 +45,8 @@ def of(quantity):
 
 
 def test_there_are_numbers_of_every_kind():
-    for quantity, least in {**dict.fromkeys(STEPS, 12), "young's modulus": 25}.items():
+    more = {"young's modulus": 25, "toughness": 11, "relaxing share": 3, "relaxation time": 3}
+    for quantity, least in {**dict.fromkeys(STEPS, 12), **more}.items():
         assert len(of(quantity)) >= least, quantity
 
 
@@ -66,6 +68,8 @@ LADDERS = {
     "cohesion": ("strength", ("friable", "sound", "tough")),
     "tightening": ("stiffening", ("even", "gradual", "sudden")),
     "hardness": ("young's modulus", ("soft", "medium", "hard")),
+    "tearing": ("toughness", ("ready", "laboured", "reluctant")),
+    "pace": ("relaxation time", ("quick", "steady", "slow")),
 }
 CONTEXTS = [
     {},
@@ -74,6 +78,9 @@ CONTEXTS = [
 ]
 AVERAGE = {"hardness": "soft", "elasticity": "medium", "weight": "medium",
            "shiftability": "medium", "consistency": "smooth"}  # fmt: skip
+
+
+AVERAGE_PLACES = {name: place(name, word) for name, word in AVERAGE.items()}
 
 
 @pytest.mark.parametrize("name", LADDERS)
@@ -88,6 +95,33 @@ def test_hedges_are_even_steps(name, context):
     mean = (found[-1] / found[0]) ** (1.0 / len(steps))
     # Within 20 % of their size on the scale of the quantity, which is a logarithm.
     assert min(steps) > mean**0.8 and max(steps) < mean**1.2
+
+
+def test_hedges_of_slackening_are_even_shares():
+    found = [
+        concluded({"slackening": place("slackening", phrase)})["relaxing share"]
+        for phrase in ladder("little", "moderate", "great")
+    ]
+    steps = np.diff(found)
+    assert steps == pytest.approx(steps.mean(), rel=0.02)
+    assert 0.0 < found[0] < 0.1 and 0.8 < found[-1] < 0.9
+
+
+def test_light_and_heavy_words_span_tissue_from_lung_to_bone():
+    found = [
+        concluded(AVERAGE_PLACES | {"weight": place("weight", phrase)})["density"]
+        for phrase in ladder("low", "medium", "high")
+    ]
+    assert (np.diff(found) > 0.0).all()
+    assert found[0] < 400.0 and found[-1] > 1700.0  # [kg/m^3]
+
+
+@pytest.mark.parametrize(("said", "share", "time"), [("slackening", 0.675, 10.0), ("pace", 0.45, 200.0)])
+def test_either_word_makes_a_tissue_relax(said, share, time):
+    word = {"slackening": "great", "pace": "slow"}[said]
+    found = concluded({said: place(said, word)})
+    assert found["relaxing share"] == pytest.approx(share, rel=0.01)
+    assert found["relaxation time"] == pytest.approx(time, rel=0.05)
 
 
 def test_words_of_textbooks_give_numbers_that_were_published():

@@ -180,13 +180,33 @@ def test_springs_of_a_table_have_no_section_for_a_stress():
     assert "in the tissue" in found.hint
 
 
-def test_two_laws_have_no_mean():
-    found = refused(
-        "tissue special like plain { spring law is tension only }",
-        body="region right where x > 15 mm { tissue is plain }; interface is mean",
-    )
+JOINED = "region right where x > 15 mm { tissue is plain }; interface is mean"
+
+
+@pytest.mark.parametrize("law", ["spring law is tension only", "viscosity law is power"])
+def test_two_laws_have_no_mean(law):
+    more = " { exponent = 0.5; speed = 1 m/s }" if "viscosity" in law else ""
+    stiff = "stiffening = 3; " if "viscosity" in law else ""
+    found = refused(f"tissue special like plain {{ {stiff}{law}{more} }}", body=JOINED)
     assert found.code == "TIS309"
-    assert "softer" in found.hint
+    assert "between special" not in found.message and "rod and right" in found.message
+    assert "interface is softer from rod to right, or stiffer" in found.hint
+
+
+@pytest.mark.parametrize(("other", "mean"), [("stiffening = 2", 5.0), ("mass = 2 g", 4.0)])
+def test_springs_between_two_stiffenings_have_their_mean(other, mean):
+    network = compiled(
+        f"tissue special like plain {{ stiffening = 8; spring constant = 60 N/m }}\n"
+        f"tissue other like plain {{ {other} }}",
+        body=JOINED.replace("is plain", "is other"),
+    )
+    springs = network.springs
+    # 0.1 of the rest length: c L0 (exp(k ε) - 1)/k, with the means of both c and k.
+    pull = springs.behaviour.pull(0.1 * springs.rest)
+    assert pull[1] == pytest.approx(40.0 * 0.01 * np.expm1(0.1 * mean) / mean, rel=1e-12)
+    assert pull[0] == pytest.approx(60.0 * 0.01 * np.expm1(0.8) / 8.0, rel=1e-12)
+    small = springs.behaviour.pull(1e-9 * springs.rest) / 1e-9 / springs.rest
+    assert small[1] == pytest.approx(40.0, rel=1e-6)
 
 
 def test_a_strain_needs_a_rest_length():

@@ -163,7 +163,7 @@ def _print_tissue(tissue: "Tissue") -> None:
     echo(f"\n{tissue.name:<40}{tissue.span.place}")
     for line in fitted(cells, COLUMNS, 3, line_width(sys.stdout) - 2):
         echo(f"  {line}")
-    for name, reason in tissue.missing.items():
+    for name, reason in tissue.gaps.items():
         echo(f"  {name:<17}none: {reason}")
 
 

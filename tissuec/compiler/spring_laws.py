@@ -1,7 +1,7 @@
 """Laws of the springs of a body, from tissues and from tables."""
 
 from collections.abc import Callable
-from typing import cast
+from typing import NoReturn, cast
 
 import numpy as np
 from msgspec.structs import replace
@@ -24,6 +24,7 @@ from tissuec.laws import (
 )
 from tissuec.laws.formula import variables
 from tissuec.laws.solid import SolidLaw
+from tissuec.laws.stiffening import Stiffening
 from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
@@ -81,10 +82,10 @@ class SpringLaws:
             numbers.append(laws.index(law))
         ends = np.array(numbers, dtype=np.int32)[self._springs.ends]
         first, second = (np.where(self._bends | self.is_typed, 0, each) for each in ends.T)
-        self._refuse_means(first, second)
         found = first
         if (first != second).any():
-            found = np.where(first == second, first, joined(first, second))
+            found = np.where(first == second, first, joined(first, second)).astype(np.int32)
+            self._average(found, first, second, laws)
         found = found.astype(np.int32)
         for number, law in enumerate(self._typed_laws):
             if law not in laws:
@@ -115,21 +116,40 @@ class SpringLaws:
             laws = {**laws, "spring law": written}
         return _as_law(laws, modulus=1.0 if modulus is None else modulus.value)
 
-    def _refuse_means(self, first: NDArray[np.int32], second: NDArray[np.int32]) -> None:
-        """Reject springs that are to be the mean of two laws.
+    def _average(
+        self,
+        found: NDArray[np.int32],
+        first: NDArray[np.int32],
+        second: NDArray[np.int32],
+        laws: list[Law],
+    ) -> None:
+        """Give springs that are the mean of two laws the mean of both stiffenings.
 
         Args:
+            found: Numbers of laws, which are changed at these springs, shape (spring,).
             first, second: Numbers of laws at both ends, shape (spring,).
+            laws: All laws, to which means are added.
         """
         is_mixed = (first != second) & self._springs.is_mean
-        if not is_mixed.any():
-            return
-        names = sorted(set(self._springs.names(int(np.argmax(is_mixed)))))
+        for one, other in np.unique(np.stack([first, second], axis=1)[is_mixed], axis=0):
+            chosen = is_mixed & (first == one) & (second == other)
+            mean = _mean(laws[one], laws[other])
+            if mean is None:
+                self._refuse_mean(int(np.argmax(chosen)), laws[one], laws[other])
+            if mean not in laws:
+                laws.append(mean)
+            found[chosen] = laws.index(mean)
+
+    def _refuse_mean(self, spring: int, one: Law, other: Law) -> NoReturn:
+        """Reject a spring that is to be the mean of two laws that have none."""
+        first, second = self._springs.names(spring)
         self._findings.reject(
             "TIS309",
-            f"springs between {' and '.join(names)} cannot be the mean of two laws",
+            f"springs between {first} and {second} cannot be the mean of two laws: "
+            f"{one.name} and {other.name}",
             self._body.span,
-            hint="write interface is softer, or stiffer",
+            hint=f"write interface is softer from {first} to {second}, or stiffer, which uses "
+            "the law of one side; only stiffenings have a mean",
         )
 
     def uses(self, name: str) -> NDArray[np.bool_]:
@@ -149,6 +169,27 @@ class SpringLaws:
         found = np.zeros(len(self._typed), dtype=bool)
         found[self.is_typed] = used[self._typed[self.is_typed].astype(int)]
         return found
+
+
+def _mean(one: Law, other: Law) -> Law | None:
+    """Return the law with the mean of two stiffenings; None if both are not of that kind.
+
+    A linear spring has the stiffening 0: at small strains, the stiffening is the relative
+    increase of the stiffness per strain, of which springs side by side have the mean.
+    """
+    numbers = [_stiffening(law) for law in (one, other)]
+    if one.viscous != other.viscous or None in numbers:
+        return None
+    mean = Stiffening(0.5 * sum(number for number in numbers if number is not None))
+    elastic = with_modulus(mean.force(), 1.0)
+    return Law(f"stiffening {mean.stiffening:.4g}", elastic, one.viscous, mean, one.dashpot)
+
+
+def _stiffening(law: Law) -> float | None:
+    """Return the stiffening of a law, 0 if it is linear; None if it is of another kind."""
+    if isinstance(law.spring, Stiffening):
+        return law.spring.stiffening
+    return 0.0 if law.elastic == LINEAR.elastic else None
 
 
 def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:

@@ -50,6 +50,8 @@ def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[Wri
         network: All bodies and joints.
     """
     planes: list[WrittenPlane] = []
+    if not network.body_nodes:  # a body that could not be drawn is reported elsewhere
+        return ()
     for sentence in scene.environment.planes:
         with findings.item():
             reader = ClauseReader(sentence, SYMMETRIC, (PLANE_FORM,), None, scene.constants)
@@ -103,12 +105,22 @@ def _refuse_angles(
     for other in others:
         cosine = abs(float(plane.normal @ other.plane.normal))
         if ASLANT < cosine < 1.0 - ASLANT:
+            across = plane.normal - (plane.normal @ other.plane.normal) * other.plane.normal
             findings.reject(
                 "TIS306",
-                "planes of symmetry must be perpendicular, or parallel",
+                f"planes of symmetry must be perpendicular, or parallel, not at an angle of "
+                f"{np.degrees(np.arccos(cosine)):.3g} degrees",
                 span,
+                hint=f"write facing {_direction(across)}, or draw a half or a quarter of the "
+                "body instead of a sector",
                 notes=(Note("another plane", other.span),),
             )
+
+
+def _direction(vector: Floats) -> str:
+    """Return a direction as text, with a largest component of 1."""
+    parts = (f"{part:.3g}" for part in np.round(vector / np.abs(vector).max(), 6) + 0.0)
+    return f"({', '.join(parts)})"
 
 
 def _placed(plane: Blade, network: Network, findings: Findings, span: Span) -> WrittenPlane:

@@ -101,6 +101,18 @@ class LocatedFile(Struct, frozen=True):
     span: Span | None = None
 
 
+class UnfitEntries(ValueError):
+    """Entries of a member that are right one by one do not fit together.
+
+    Attributes:
+        hint: A way out.
+    """
+
+    def __init__(self, message: str, hint: str):
+        self.hint = hint
+        super().__init__(message)
+
+
 Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 Length = Annotated[float, Real(units.LENGTH, above=0.0)]

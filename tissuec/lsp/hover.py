@@ -244,7 +244,7 @@ def _tissue(view: View, symbol: Symbol) -> Iterator[str]:
         f"- known {one.name}: {code(one.shown)}, {cited(one)}, {_place(view, one.span)}"
         for one in tissue.curves
     ]
-    missing = [f"- {name}: none, {reason}" for name, reason in tissue.missing.items()]
+    missing = [f"- {name}: none, {reason}" for name, reason in tissue.gaps.items()]
     yield "\n".join([*laws, *known, *missing])
 
 

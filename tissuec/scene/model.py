@@ -20,7 +20,7 @@ from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.metadata import Metadata
 from tissuec.scene.parameters import Constants
-from tissuec.scene.quantities import STIFFENING, Spread, TissueQuantity
+from tissuec.scene.quantities import LEFT_OUT, STIFFENING, Spread, TissueQuantity
 from tissuec.scene.study_model import Study
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
@@ -163,6 +163,11 @@ class Tissue(Struct, frozen=True):
     curves: tuple[KnownCurve, ...]
     appearance: Appearance
     span: Span
+
+    @property
+    def gaps(self) -> Mapping[str, str]:
+        """Return the missing quantities that few bodies do without, with the reason."""
+        return {key: why for key, why in self.missing.items() if key not in LEFT_OUT}
 
     @property
     def laws(self) -> WrittenLaws:

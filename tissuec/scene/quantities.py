@@ -178,6 +178,8 @@ OF_MATTER: dict[str, tuple[str, ...]] = {
 }
 
 
+#: What many tissues do without: nothing is missing where no word speaks of it.
+LEFT_OUT = frozenset((TOUGHNESS, *SHARES, *TIMES))
 #: Limits that act together: tissue breaks at whichever is reached first.
 TOGETHER = (BREAKING_STRAIN, STRENGTH)
 #: Limits that a tissue can have side by side.

@@ -15,7 +15,17 @@ import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
-from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
+from tissuec.core.fields import (
+    FileIn,
+    FromTo,
+    Named,
+    OneOf,
+    Point,
+    Real,
+    Several,
+    UnfitEntries,
+    Whole,
+)
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
@@ -159,8 +169,10 @@ def build(
         message = f"{what} cannot be built from numbers that large or that small"
         scope.findings.reject("TIS309", message, where, hint="check the units")
     except ValueError as error:  # entries that are right one by one and impossible together
-        reason = str(error)
-        scope.findings.reject("TIS309", f"{what}: {reason}", blamed(reason, places, where))
+        reason, hint = str(error), error.hint if isinstance(error, UnfitEntries) else ""
+        scope.findings.reject(
+            "TIS309", f"{what}: {reason}", blamed(reason, places, where), hint=hint
+        )
 
 
 def missing(example: str, where: Span) -> Hint:
@@ -378,7 +390,11 @@ def _allowed(kind: Real, node: s.Expression, value: Value, allowed: str) -> Hint
         return amount_range
     match node:
         case s.Signed(operand=s.Number() | s.Quantity() as plain) if _within(kind, -amount):
-            return proposal(plain.span.text)
+            if not _within(kind, 0.0):
+                return proposal(plain.span.text)
+            none = show(0.0, kind.dimension)
+            text = f'write "{plain.span.text}", or "{none}" for none'
+            return Hint(text, Edit(plain.span.text), Edit(none))
         case s.Number() | s.Quantity() | s.Signed():
             pass
         case _:

@@ -5,7 +5,8 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.fields import Count, Length, OneOf, Points, Whole
+from tissuec.core.fields import Count, Length, OneOf, Points, UnfitEntries, Whole
+from tissuec.core.units import LENGTH, show
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
 from tissuec.meshes.generators.hexahedral import Hexahedral
@@ -51,7 +52,13 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         if np.array_equal(*self.axis):
             raise ValueError('"axis" must join two different points')
         if not self.inner_radius < self.outer_radius:
-            raise ValueError('"outer radius" must be larger than "inner radius"')
+            inner, outer = (show(r, LENGTH) for r in (self.inner_radius, self.outer_radius))
+            raise UnfitEntries(
+                f'"outer radius" is {outer}; it must be larger than "inner radius", {inner}',
+                f"if they are interchanged, write inner radius = {outer}; outer radius = {inner}"
+                if self.inner_radius > self.outer_radius
+                else "the difference of both is the thickness of the wall",
+            )
         if self.sides % PARTS[self.part]:
             raise ValueError(
                 f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'

@@ -46,7 +46,7 @@ def _tissue(content: ReportContent, tissue: Tissue) -> Html:
     rows = [line for one in tissue_rows(tissue) for line in _rows(content, one)]
     missing = [
         element("p", element("b", name), f": none: {reason}")
-        for name, reason in tissue.missing.items()
+        for name, reason in tissue.gaps.items()
     ]
     return html(
         (
