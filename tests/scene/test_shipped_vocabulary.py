@@ -41,7 +41,9 @@ def vocabulary():
 
 def concluded(facts):
     answers = vocabulary().rules["soft matter"].base.infer(facts)
-    return {key: answer.value for key, answer in answers.items() if isinstance(answer, Inference)}
+    return {
+        key: answer.value for key, answer in answers.items() if isinstance(answer, Inference)
+    }
 
 
 @pytest.mark.parametrize("name", LEADS)

@@ -116,7 +116,9 @@ def test_light_and_heavy_words_span_tissue_from_lung_to_bone():
     assert found[0] < 400.0 and found[-1] > 1700.0  # [kg/m^3]
 
 
-@pytest.mark.parametrize(("said", "share", "time"), [("slackening", 0.675, 10.0), ("pace", 0.45, 200.0)])
+@pytest.mark.parametrize(
+    ("said", "share", "time"), [("slackening", 0.675, 10.0), ("pace", 0.45, 200.0)]
+)
 def test_either_word_makes_a_tissue_relax(said, share, time):
     word = {"slackening": "great", "pace": "slow"}[said]
     found = concluded({said: place(said, word)})
