@@ -32,8 +32,8 @@ def curve_table() -> str:
         for tissue in read_words(request)[0].tissues.values():
             if tissue.span.source.name != request.source.name:
                 continue
-            for curve in curves_by_law(TestBench(request, tissue, spacing=1.0)):
-                rows.append((tissue.name, *_cells(curve)))
+            curves = curves_by_law(TestBench(request, tissue, spacing=1.0))
+            rows += [(tissue.name, *_cells(curve)) for curve in curves]
     return table(("tissue", "curve", "law", "published", "verdict", "source"), rows)
 
 

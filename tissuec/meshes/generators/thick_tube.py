@@ -55,7 +55,7 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
             inner, outer = (show(r, LENGTH) for r in (self.inner_radius, self.outer_radius))
             raise UnfitEntries(
                 f'"outer radius" is {outer}; it must be larger than "inner radius", {inner}',
-                f"if they are interchanged, write inner radius = {outer}; outer radius = {inner}"
+                f"if both are interchanged: inner radius = {outer}; outer radius = {inner}"
                 if self.inner_radius > self.outer_radius
                 else "the difference of both is the thickness of the wall",
             )
