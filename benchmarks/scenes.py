@@ -17,6 +17,7 @@ import click
 from msgspec import Struct
 
 from benchmarks.publishing import json_option, publish, tell
+from benchmarks.rivals.offers import RIVALS
 from tissuec.bench import report
 from tissuec.bench.bench import BenchResult, bench
 from tissuec.bench.points import MeasuredPoint
@@ -107,6 +108,7 @@ def measured(scene: Scene, repeat: int, budget: float) -> BenchResult:
         repeat=repeat,
         budget=budget,
         tell=tell,
+        rivals=RIVALS,
     )
 
 

@@ -22,9 +22,10 @@ from matplotlib.ticker import MaxNLocator
 from tests.learn.making import motion
 from tissuec.compiler.compile import Compiled
 from tissuec.core.markdown import fenced, replace_places
+from tissuec.core.report import as_text
 from tissuec.learn.fit.learning import LearnProgress, learn
 from tissuec.learn.fit.outcome import Learnt
-from tissuec.learn.report.text import as_text
+from tissuec.learn.report.text import learnt_parts
 from tissuec.learn.report.words import differences, drifts
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
@@ -48,7 +49,7 @@ class Taught(Struct, frozen=True):
         block = "learn " + self.text.partition("\nlearn ")[2]
         scene = self.compiled.scene
         moved = drifts(scene, self.learnt.words)
-        said = CLOCK.sub("", "\n".join(as_text(self.learnt, moved)))
+        said = CLOCK.sub("", "\n".join(as_text(learnt_parts(self.learnt, moved))))
         changed = "".join(differences(scene, self.learnt.words)).rstrip()
         parts = [fenced(block.rstrip()), fenced(said)]
         return "\n\n".join([*parts, *([fenced(changed, "diff")] if changed else [])])

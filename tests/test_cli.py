@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tests import test_docs
-from tissuec.cli import common, explain
+from tissuec.cli import common
 from tissuec.cli.guard import run_guarded
 
 # Found also in a checkout that was never installed.
@@ -208,7 +208,7 @@ def test_explain_names_rule_line_and_degree_of_each_quantity_of_the_tube(reposit
 @pytest.mark.parametrize("width", [80, 120])
 def test_explain_fits_the_terminal_and_loses_no_word(repository, monkeypatch, width):
     wide = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout
-    monkeypatch.setattr(explain, "line_width", lambda stream: width)
+    monkeypatch.setattr(common, "line_width", lambda stream: width)
     narrow = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout
     assert narrow.split() == wide.split()
     assert max(map(len, narrow.splitlines())) <= width < max(map(len, wide.splitlines()))

@@ -4,6 +4,7 @@ In a copy of the repository, each file of the page is put where the page says. B
 ``sample FILE NAME`` hold what is added to the collection NAME of a test file.
 """
 
+import json
 import os
 import re
 import shutil
@@ -16,6 +17,7 @@ import pytest
 
 from tests.test_docs import DOCS, blocks
 
+JSON = ["--json"]
 PAGE = DOCS / "extending.md"
 PARTS = ("docs", "grammars", "library", "tests", "tissuec")
 #: Of an integrator, which is not compiled.
@@ -145,8 +147,20 @@ def test_expected_messages_list_the_examples_once_they_are_rewritten(extended):
     run_tests(extended, "a_bad_scene", scenes)
 
 
+def test_a_command_is_one_file(extended):
+    """The help lists it, and text, JSON and errors follow from its report."""
+    scene = "library/scenes/two_masses.tis"
+    (code, text), (_, data) = (call(extended, "tissuec", "mass", scene, *m) for m in ([], JSON))
+    assert code == 0 and re.fullmatch(r"chain: [\d.]+ \w+\ndumb bell: [\d.]+ \w+\n", text), text
+    document = json.loads(data)
+    assert document.pop("ok") is True and min(document.values()) > 0.0
+    code, said = call(extended, "tissuec", "mass", "nowhere.tis", *JSON)
+    assert code == 2 and not json.loads(said)["ok"]
+    assert "Print the mass of every body" in call(extended, "tissuec", "--help")[1]
+
+
 def test_every_family_on_the_page_is_tested():
     files = [block.name for block in blocks(PAGE) if block.kind == "python" and block.name]
     families = {path.split("/")[-2] for path in files}
     # What verbs do has no laws in common.
-    assert families == {*FAMILIES, "integrators", "verbs"}
+    assert families == {*FAMILIES, "integrators", "verbs", "cli"}

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from benchmarks.stability.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
 from benchmarks.stability.known import find_known
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.trial import Deadline, OutOfTime
+from tissuec.bench.solver import Deadline, OutOfTime
 from tissuec.core.source import Source
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording

@@ -7,8 +7,9 @@
        │
     Compiled ── simulate ───────> Result              run, estimate the error, write a file
 
-``validate.validation`` compares a run with SciPy, and ``learn.fit.learning`` fits parameters to
-data; both start from ``Compiled``.
+``validate.validation`` compares a run with SciPy, ``learn.fit.learning`` fits parameters to
+data, and ``studies.study`` runs a scene many times; all start from ``Compiled``. What is found
+becomes a ``core.report.Report``, of a run in ``view.summaries.run``; ``cli.common`` prints it.
 """
 
 from collections.abc import Callable, Mapping
@@ -72,11 +73,11 @@ def check_request(
     levels: bool = True,
     resolved: Callable[[Findings], None] = ignored,
 ) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
-    """Return like ``compile_request``, looking closer; a file without bodies is no scene.
+    """Check a request, with further checks; a file without bodies yields no ``Compiled``.
 
     Args:
         request: What to check.
-        thorough: Whether to make also those checks of the net that take time.
+        thorough: Whether to run the slow checks of the net as well.
         levels: Whether to try the values of studies.
         resolved: Called with the findings so far once all names are resolved.
     """
@@ -172,7 +173,7 @@ def compile_program(
         program: The texts of the scene.
         request: What was asked for.
         findings: Takes diagnostics.
-        thorough: Whether to make also those checks of the net that take time.
+        thorough: Whether to run the slow checks of the net as well.
         levels: Whether to try the values of studies.
         resolved: Called with the findings so far once all names are resolved.
 

@@ -5,11 +5,11 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
+from benchmarks.rivals.offers import judges_of
 from benchmarks.stability.cells import TOLERANCE
 from benchmarks.stability.looking import shaken
-from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
+from tissuec.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
 from tissuec.bench.truth import BestSolution, Unknown, find_truth
 
 FINEST = 1e-6  # the reference is made for this tolerance
@@ -42,7 +42,7 @@ def find_known(problem: BenchProblem, budget: float) -> Known:
         budget: Time of the processor for a run [s].
     """
     try:
-        truth = find_truth(problem, FINEST, budget, patience=3.0)
+        truth = find_truth(problem, FINEST, budget, patience=3.0, judges=judges_of)
     except Unknown:
         return Known(None, False)
     return Known(truth, _twin_apart(problem, truth, budget) > AMPLIFIED * SHAKEN)

@@ -6,9 +6,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.start import state_at_start
-from tissuec.bench.trial import Deadline
+from tissuec.bench.problem import BenchProblem, state_at_start
+from tissuec.bench.solver import Deadline
 from tissuec.model.network import Floats
 from tissuec.script.plan import Plan
 from tissuec.validate.engine_run import Observed, observe

@@ -15,10 +15,8 @@ from msgspec.structs import replace
 from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.looking import Look, look
-from tissuec.bench.ours import EngineSolver
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.start import state_at_start
-from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
+from tissuec.bench.problem import BenchProblem, state_at_start
+from tissuec.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.engine.execution.companion import FINER

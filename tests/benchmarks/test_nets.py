@@ -2,9 +2,12 @@
 
 import pytest
 
+from benchmarks.rivals.offers import RIVALS
+from benchmarks.rivals.ratios import LEVELS, ratios
 from benchmarks.scenes import NETS, SCENES, Scene
 from tissuec.bench.bench import bench
 from tissuec.pipeline import compile_request
+from tissuec.script.plan import AUTOMATIC
 
 
 def compiled(scene):
@@ -51,9 +54,10 @@ def test_errors_stay_near_tolerances_on_the_tube(overrides):
     found = bench(
         compiled(Scene("tube", overrides)),
         methods=(), tolerances=(1e-2, 1e-3, 1e-4), repeat=1, budget=5.0, tell=print,
+        rivals=RIVALS,
     )  # fmt: skip
     assert found.floor < 1e-6
     for point in found.points:
         if point.ours:
             assert point.error < 2.0 * point.tolerance, point.name
-    assert found.ratios()
+    assert ratios(found.points, AUTOMATIC, LEVELS, found.floor)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tests.learn.learnings import BLIND, compiled_of, estimates, learnt, learnt_of
+from tissuec.core.report import as_text
 from tissuec.learn.fit.expectations import errors_of, joined, judged
 from tissuec.learn.fit.outcome import Fitted
 from tissuec.learn.report.data import as_dict, is_identified
-from tissuec.learn.report.numbers import as_lines, uncertainty
-from tissuec.learn.report.text import as_text
+from tissuec.learn.report.numbers import numbers_of, uncertainty
+from tissuec.learn.report.text import learnt_parts
 from tissuec.learn.report.words import differences, drifts
 from tissuec.learn.vocabulary.model import WordsModel
 
@@ -29,7 +30,7 @@ def compiled(tmp_path):
 
 def test_the_whole_text(compiled):
     found = learnt_of(compiled, zeros={"force(pressed)": 1e-4}, notes=("mind the gap",))
-    assert as_text(found) == [
+    assert as_text(learnt_parts(found)) == [
         "learn gum: the error no longer decreases",
         "parameter               before     learned       95 % interval                 change",
         "spring constant of gum  40 N/m     49.38 N/m     48.89 N/m to 49.88 N/m        "
@@ -53,7 +54,7 @@ def test_what_cannot_be_told_is_said_with_what_would_tell_it(compiled):
     one = learnt_of(compiled).estimates[0]
     unknown = estimates(one.adjust, one.start, told=[False])
     found = learnt(compiled.fit_problems[0], [unknown], blind=(BLIND,))
-    lines = as_text(found)
+    lines = as_text(learnt_parts(found))
     assert lines[2].split("  ")[-2:] == ["not identified", "+23.5 %"]
     place = lines.index("not identified: only their ratios can be determined")
     assert lines[place + 1] == "  to identify it: give one mass"
@@ -71,7 +72,7 @@ def test_what_was_zero_changes_by_a_difference(tmp_path):
         adjust, one.names, one.start, np.array([0.02]), np.array([0.019]), np.array([np.inf]),
         one.identified, (),
     )  # fmt: skip
-    assert as_lines([changed]) == [
+    assert as_text(numbers_of([changed])) == [
         "parameter         before  learned  95 % interval  change",
         "prestress of gum  0 %     2 %      unknown        +2 %",
     ]
@@ -87,7 +88,7 @@ def test_of_many_numbers_a_summary_is_told(tmp_path):
     told[3] = False
     names = tuple(f"spring {k}" for k in range(count))
     one = estimates(entry, start, factor=0.5 + part * 10, part=part, names=names, told=told)
-    assert as_lines([one]) == [
+    assert as_text(numbers_of([one])) == [
         "spring constant per spring of block: 78 parameters",
         "          median  quartiles         range",
         "  before  40 N/m  40 N/m to 40 N/m  40 N/m to 40 N/m",
@@ -148,7 +149,7 @@ def test_words_that_moved_are_told_and_shown(tmp_path):
     found = learnt(
         compiled.fit_problems[0], [], words=texts, notes=(moved[0].sentence, "other")
     )
-    lines = as_text(found, moved)
+    lines = as_text(learnt_parts(found, moved))
     assert sum(moved[0].sentence in line for line in lines) == 1 and "note: other" in lines
     (diff,) = differences(compiled.scene, texts)
     assert diff.startswith("--- fuzzy/soft_tissue.tis\n+++ fuzzy/soft_tissue.tis (learned)\n")

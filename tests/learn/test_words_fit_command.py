@@ -85,7 +85,7 @@ def test_a_failed_expectation_writes_nothing_unless_anyway(gels, ran):
     code, _, err = ran(gels)
     target = gels.parent / "learnt" / "gels.tis"
     assert code == 1 and not target.exists()
-    assert "FAILED: 1 expectation failed; nothing is written (to write it: --anyway)" in err
+    assert "FAILED: 1 expectation failed; no preset is written (to write it: --anyway)" in err
     assert ran(gels, "--anyway")[0] == 1
     assert "# expected   FAILS: error(data) = " in target.read_text()
 

@@ -8,6 +8,7 @@ from tests.every import every
 from tests.growth import calls
 from tests.lsp.editor_documents import BAD, GOOD, LIBRARY, asked
 from tissuec.cli.check import _check
+from tissuec.cli.common import SceneOptions
 from tissuec.core.errors import as_dict
 from tissuec.lsp import completion, navigation
 from tissuec.lsp.documents import OpenDocuments
@@ -34,7 +35,7 @@ def codes(documents, path):
 
 @every("path", [*LIBRARY, *GOOD[::5], *BAD[::9]], parts=2)
 def test_a_file_is_answered_as_by_the_command(path):
-    said, _ = _check(path, (), ())
+    said, _ = _check(path, SceneOptions())
     found = check(OpenDocuments(), path).diagnostics
     assert [as_dict(one) for one in found] == [as_dict(one) for one in said]
 

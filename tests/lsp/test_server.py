@@ -15,6 +15,7 @@ import pytest
 
 from tests.lsp.editor_documents import BAD, LIBRARY, SCENES
 from tissuec.cli.check import _check
+from tissuec.cli.common import SceneOptions
 from tissuec.core.errors import as_dict
 from tissuec.lsp.layout import formatted
 
@@ -155,7 +156,7 @@ def is_plain(path: Path) -> bool:
 
 
 def said_of(path: Path):
-    return [as_dict(one) for one in _check(path, (), ())[0]]
+    return [as_dict(one) for one in _check(path, SceneOptions())[0]]
 
 
 def carry_out(conversation: Coroutine[Any, Any, None]) -> None:

@@ -1,25 +1,36 @@
-"""The bench of a scene: points of every solver, and comparisons of them."""
+"""The bench of a scene: time and error of every method."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.ours import EngineSolver
 from tissuec.bench.points import MeasuredPoint, MissingPoint, Tell, measure
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.ratios import Ratio, ratios
-from tissuec.bench.rivals import rivals
-from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import BenchSolver
-from tissuec.bench.truth import BestSolution, find_truth
+from tissuec.bench.solver import BenchSolver, EngineSolver
+from tissuec.bench.truth import BestSolution, Judges, find_truth
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC
 
-LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
+
+class Rivals(NamedTuple):
+    """Solvers of other libraries.
+
+    Attributes:
+        solvers: Return those that can solve a problem, and sentences about those that cannot.
+        judges: Return those that can give a second opinion on the reference.
+    """
+
+    solvers: Callable[[BenchProblem, Floats], tuple[Sequence[BenchSolver], Sequence[str]]]
+    judges: Judges
+
+
+NONE = Rivals(lambda problem, position: ((), ()), lambda problem, position: ())
 
 
 class BenchResult(Struct, frozen=True, eq=False):
@@ -39,11 +50,6 @@ class BenchResult(Struct, frozen=True, eq=False):
     gaps: tuple[MissingPoint, ...]
     left_out: tuple[str, ...]
 
-    def ratios(self, name: str = AUTOMATIC) -> list[Ratio]:
-        """Return how a method of the engine compares with the best of the others."""
-        known = ratios(self.points, name, LEVELS, self.floor)
-        return [ratio for ratio in known if ratio.best_ours or ratio.best_other]
-
 
 def bench(
     compiled: Compiled,
@@ -53,6 +59,7 @@ def bench(
     repeat: int,
     budget: float,
     tell: Tell,
+    rivals: Rivals = NONE,
 ) -> BenchResult:
     """Return the points of a scene.
 
@@ -63,6 +70,7 @@ def bench(
         repeat: Timed runs of each point.
         budget: Processor time that a run may take [s].
         tell: Called with what is being done.
+        rivals: Solvers of other libraries.
 
     Raises:
         TissueError: A name is unknown, or there is no reference.
@@ -73,10 +81,10 @@ def bench(
         EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)
     ]
     drawn = np.repeat(problem.network.position[None], len(problem.times), axis=0)
-    # A name that is unknown is told before the long work of a reference.
-    chosen([*ours, *rivals(problem, MotionScales.of(problem, drawn))[0]], methods)
-    truth = find_truth(problem, ordered[-1], budget, tell=tell)
-    others, left_out = rivals(problem, MotionScales.of(problem, truth.position))
+    # An unknown name is reported before the long work of a reference.
+    chosen([*ours, *rivals.solvers(problem, drawn)[0]], methods)
+    truth = find_truth(problem, ordered[-1], budget, tell=tell, judges=rivals.judges)
+    others, left_out = rivals.solvers(problem, truth.position)
     solvers = chosen([*ours, *others], methods)
     points, gaps = measure(
         problem, solvers, ordered, truth.position, repeat=repeat, budget=budget, tell=tell

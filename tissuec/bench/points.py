@@ -7,7 +7,7 @@ from statistics import median
 from msgspec import Struct
 
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.trial import BenchSolver, Deadline, OutOfTime, SolverFailed, SolverRun
+from tissuec.bench.solver import BenchSolver, Deadline, OutOfTime, SolverFailed, SolverRun
 from tissuec.core.errors import counted
 from tissuec.model.network import Floats
 

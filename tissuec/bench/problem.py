@@ -1,10 +1,19 @@
 """The problem of a bench: the positions of a plan at its output times."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
+from tissuec.engine.execution.event_handler import EventHandler
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run_state import RunState
+from tissuec.engine.method import Samples
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan, without_outputs
 from tissuec.validate.engine_run import output_times, thinned
@@ -64,3 +73,34 @@ class BenchProblem(Struct, frozen=True, eq=False):
             return float("inf")
         errors = relative_positions(apart, self.displacement(truth), self.network)
         return float(errors.max(initial=0.0))
+
+
+class PositionRecorder(Recorder):
+    """Keeps the positions at the times of a problem."""
+
+    takes_notes = False
+
+    def __init__(self, problem: BenchProblem):
+        super().__init__(problem.network, problem.plan, MemoryRecording())
+        self.times = problem.times
+        self._rows: list[Floats] = []
+
+    def record(self, samples: Samples) -> None:
+        self._rows.append(samples.position)
+
+    def checkpoint(self, saved: Mapping[str, Any]) -> None:
+        """Keep nothing: a bench is never resumed."""
+
+    @property
+    def position(self) -> Floats:
+        """Return what was recorded [m], shape (row, node, 3)."""
+        none = np.zeros((0, self.network.node_count, 3))
+        return np.concatenate([none, *self._rows])
+
+
+def state_at_start(problem: BenchProblem) -> State:
+    """Return the state after the events of 0 s."""
+    frames = PositionRecorder(problem)
+    run_state = RunState.begin(problem.network, problem.plan, frames.memory)
+    EventHandler(problem.network, problem.plan, frames, run_state).begin()
+    return run_state.state

@@ -1,29 +1,35 @@
 """The solution that errors are measured against, and its uncertainty."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import inf
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.by_scipy import SciPySolver
-from tissuec.bench.ours import EngineSolver
 from tissuec.bench.points import MeasuredPoint, Tell
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import BenchSolver, Deadline, OutOfTime, SolverFailed, SolverRun
+from tissuec.bench.solver import (
+    BenchSolver,
+    Deadline,
+    EngineSolver,
+    OutOfTime,
+    SolverFailed,
+    SolverRun,
+)
 from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC
 
 METHODS = ("dop853", "esdirk43")
-OTHERS = ("DOP853", "Radau")  # of SciPy, for a second opinion
 FINER = 100.0  # times as fine as the finest tolerance that is asked for
 PATIENCE = 30.0  # budgets of a point that the reference may take
 SECOND = 3.0  # the same for each solver that may give a second opinion
 FIRST = 0.03  # of the time that a solver may take, it gets for its first attempt
 MORE = 6.0  # times as much for the next one
 FINEST = 1e-12
+
+#: Return other solvers that can give a second opinion on a problem with these positions.
+Judges = Callable[[BenchProblem, Floats], Sequence[BenchSolver]]
 
 
 class Unknown(TissueError):
@@ -58,8 +64,11 @@ def find_truth(
     budget: float,
     patience: float = PATIENCE,
     tell: Tell = lambda text: None,
+    judges: Judges = lambda problem, position: (),
 ) -> BestSolution:
     """Return the solution of the first method that reaches the end, and a second solution.
+
+    The second is by another solver, or by the other method where there is no such solver.
 
     Args:
         problem: The scene of the bench.
@@ -67,6 +76,7 @@ def find_truth(
         budget: Processor time for one point [s].
         patience: How many of these times a solution may take.
         tell: Called with what is being done.
+        judges: Other solvers.
 
     Raises:
         Unknown: No method reached the end.
@@ -80,13 +90,10 @@ def find_truth(
             f"no reference with a tolerance of {tolerance:g} could be computed in time"
         )
     truth = BestSolution(solver.name, tolerance, trial.position)
-    if problem.has_surprises or problem.remembers:
-        others = [other for other in ours if other is not solver]
-        judge, second = _first(others, tolerance, second_budget, tell)
-    else:
-        scales = MotionScales.of(problem, trial.position)
-        scipy = [SciPySolver(problem, method, scales) for method in OTHERS]
-        judge, second = _first(scipy, tolerance / FINER, second_budget, tell)
+    if others := judges(problem, trial.position):
+        tolerance /= FINER
+    others = others or [other for other in ours if other is not solver]
+    judge, second = _first(others, tolerance, second_budget, tell)
     if judge is None or second is None:
         return truth
     apart = problem.error(second.position, trial.position)

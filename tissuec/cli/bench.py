@@ -1,123 +1,95 @@
-"""``tissuec bench``: Measure computing time against error, including other solvers."""
+"""``tissuec bench``: Measure computing time against error, for every method."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from tissuec.cli.common import (
-    DONE,
-    FAILED,
-    WRONG_TEXT,
-    Command,
-    Settings,
-    as_json,
-    echo,
-    print_json,
-    report,
-    scene_options,
-    tell_mistakes,
-)
-from tissuec.core.errors import CompileError
+from tissuec.cli.arguments import OptionReader
+from tissuec.cli.common import Command, SceneOptions, Settings, scene_options
+from tissuec.core.report import FAILED, Report, failed
 
+if TYPE_CHECKING:
+    from tissuec.bench.bench import BenchResult, Rivals
+
+F = TypeVar("F", bound=Callable[..., Any])
 TOLERANCES = "1e-2,1e-3,1e-4,1e-5,1e-6,1e-8"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class Tolerances(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
-    """Numbers between commas."""
+def _tolerances(text: str) -> tuple[float, ...]:
+    """Return the numbers between commas; ValueError if they are none or no tolerances."""
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f'"{text}" is not a list of numbers such as 1e-2,1e-4') from None
+    if not all(1e-13 <= tolerance <= 0.1 for tolerance in found):
+        raise ValueError("a tolerance must be between 1e-13 and 0.1")
+    return found
 
-    name = "X,X,…"
 
-    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
-        """Return the tolerances.
-
-        Args:
-            value: The text, or the tolerances.
-            param: The parameter.
-            ctx: Context of click.
-        """
-        if isinstance(value, tuple):
-            given = cast("tuple[float, ...]", value)
-            return given
-        try:
-            found = tuple(float(part) for part in value.split(","))
-        except ValueError:
-            self.fail(f'"{value}" is not a list of numbers such as 1e-2,1e-4')
-        if not all(1e-13 <= tolerance <= 0.1 for tolerance in found):
-            self.fail("a tolerance must be between 1e-13 and 0.1")
-        return found
+def bench_options(function: F) -> F:
+    """Add the arguments and options of a bench."""
+    options = (
+        click.argument("scene", type=click.Path(path_type=Path)),
+        click.option(
+            "--method",
+            "methods",
+            multiple=True,
+            metavar="NAME",
+            help="Run only this method, such as automatic or dop853; may be repeated.",
+        ),
+        click.option(
+            "--tolerances",
+            type=OptionReader(_tolerances),
+            metavar="X,X,…",
+            default=TOLERANCES,
+            show_default=True,
+            help="Tolerances to run.",
+        ),
+        click.option(
+            "--repeat",
+            type=click.IntRange(1),
+            default=3,
+            show_default=True,
+            help="Number of timed runs per point; the median is reported.",
+        ),
+        click.option(
+            "--budget",
+            type=click.FloatRange(min=0.0, min_open=True),
+            default=10.0,
+            show_default=True,
+            metavar="SECONDS",
+            help="Maximum processor time of a run; slower points are omitted.",
+        ),
+        click.option(
+            "--plot",
+            type=click.Path(path_type=Path, dir_okay=False),
+            help="Plot the result to this file; needs matplotlib (extra plot).",
+        ),
+        scene_options,
+    )
+    for option in reversed(options):  # the last one applied is the first in the help
+        function = option(function)
+    return function
 
 
 @click.command(cls=Command)
-@click.argument("scene", type=click.Path(path_type=Path))
-@click.option(
-    "--method",
-    "methods",
-    multiple=True,
-    metavar="NAME",
-    help='Run only this solver, such as automatic or "SciPy RK45"; may be repeated.',
-)
-@click.option(
-    "--tolerances",
-    type=Tolerances(),
-    default=TOLERANCES,
-    show_default=True,
-    help="Tolerances to run.",
-)
-@click.option(
-    "--repeat",
-    type=click.IntRange(1),
-    default=3,
-    show_default=True,
-    help="Number of timed runs per point; the median is reported.",
-)
-@click.option(
-    "--budget",
-    type=click.FloatRange(min=0.0, min_open=True),
-    default=10.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="Maximum processor time of a run; slower points are omitted.",
-)
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Plot the result to this file; needs matplotlib (extra plot).",
-)
-@scene_options
-def command(
-    settings: Settings,
-    scene: Path,
-    methods: tuple[str, ...],
-    tolerances: tuple[float, ...],
-    repeat: int,
-    budget: float,
-    plot: Path | None,
-    overrides: tuple[str, ...],
-    libraries: tuple[Path, ...],
-    strict: bool,
-) -> int:
-    """Measure computing time against error on SCENE, for every method and for other solvers.
+@bench_options
+def command(settings: Settings, **options: Any) -> Report:
+    """Measure computing time against error on SCENE, for every method.
 
-    The other solvers are those of SciPy and, if installed (extra bench), CVODE and MuJoCo;
-    SciPy and CVODE use the compiled forces of tissuec. Times are processor times on one thread.
-    Only the plot is written to a file. Exit code: 0 done; 1 no reference could be computed; 2
-    the text or the command line is wrong.
+    Errors are those of positions, relative to the largest displacement, and are measured
+    against a run with a much smaller tolerance. Times are processor times on one thread. Only
+    the plot is written to a file. Exit code: 0 done; 1 no reference could be computed; 2 the
+    text or the command line is wrong.
     """
-    use_one_thread()
-    if plot is not None:
-        from tissuec.view.plots.formats import check_suffix
-        from tissuec.view.plots.page import need_matplotlib
+    from tissuec.bench.bench import NONE
+    from tissuec.bench.report import bench_report
 
-        need_matplotlib()  # before all the work
-        check_suffix(plot)
-    return _bench(
-        settings, scene, plot,
-        {"methods": methods, "tolerances": tolerances, "repeat": repeat, "budget": budget},
-        {"overrides": overrides, "libraries": libraries, "strict": strict},
-    )  # fmt: skip
+    return measured(settings, NONE, bench_report, **options)
 
 
 def use_one_thread() -> None:
@@ -126,44 +98,48 @@ def use_one_thread() -> None:
         os.environ.setdefault(name, "1")
 
 
-def _bench(
+def measured(
     settings: Settings,
+    rivals: "Rivals",
+    reported: "Callable[[BenchResult, dict[str, Any]], Report]",
+    *,
     scene: Path,
     plot: Path | None,
-    asked: dict[str, Any],
-    options: dict[str, Any],
-) -> int:
-    from tissuec.pipeline import compile_request
-    from tissuec.scene.request import Request
+    given: SceneOptions,
+    **asked: Any,
+) -> Report:
+    """Return the report on a bench, and write the plot.
 
-    try:
-        compiled, warnings = compile_request(Request.file(scene, **options))
-    except CompileError as error:
-        tell_mistakes(error, settings, scene=str(scene))
-        return WRONG_TEXT
-    if not settings.json:
-        report(warnings, settings)
+    Args:
+        settings: Global flags.
+        rivals: Solvers of other libraries.
+        reported: Makes the report.
+        scene: The file.
+        plot: File of the plot, if there is one.
+        given: Options of scenes.
+        asked: Options of ``bench``.
+    """
+    use_one_thread()
+    if plot is not None:
+        from tissuec.view.plots.formats import check_suffix
+        from tissuec.view.plots.page import need_matplotlib
+
+        need_matplotlib()  # before all the work
+        check_suffix(plot)
     from tissuec.bench.bench import bench
-    from tissuec.bench.report import as_dict, as_text
     from tissuec.bench.truth import Unknown
+    from tissuec.pipeline import compile_request
 
-    facts = {"scene": str(scene), "diagnostics": as_json(warnings)}
+    compiled, warnings = compile_request(given.request(scene))
+    facts = {"scene": str(scene), "diagnostics": settings.warn(warnings)}
     try:
-        found = bench(compiled, **asked, tell=settings.say)
+        found = bench(compiled, **asked, tell=settings.say, rivals=rivals)
     except Unknown as failure:
-        if settings.json:
-            print_json(facts | {"ok": False, "error": str(failure)})
-        else:
-            echo(f"error: {failure}", err=True)
-        return FAILED
-    document = facts | {"ok": True} | as_dict(found)
-    if settings.json:
-        print_json(document)
-    else:
-        echo("\n".join(as_text(found)))
+        return failed(failure, FAILED, **facts)
+    report = reported(found, facts)
     if plot is not None:
         from tissuec.view.plots import draw
         from tissuec.view.plots.formats import save
 
-        save(draw(None, document), plot)
-    return DONE
+        save(draw(None, report.as_json()), plot)
+    return report

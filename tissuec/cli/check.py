@@ -3,20 +3,12 @@
 from pathlib import Path
 
 import click
+from msgspec.structs import replace
 
-from tissuec.cli.common import (
-    DONE,
-    WRONG_TEXT,
-    Command,
-    Settings,
-    as_json,
-    print_json,
-    report,
-    scene_options,
-    summary,
-)  # fmt: skip
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.cli.common import Command, SceneOptions, Settings, scene_options
+from tissuec.core.errors import CompileError, Diagnostic, as_dict, counted
 from tissuec.core.progress import compiling
+from tissuec.core.report import DONE, WRONG_TEXT, Report
 
 
 @click.command(cls=Command)
@@ -25,10 +17,8 @@ from tissuec.core.progress import compiling
 def command(
     settings: Settings,
     scenes: tuple[Path, ...],
-    overrides: tuple[str, ...],
-    libraries: tuple[Path, ...],
-    strict: bool,
-) -> int:
+    given: SceneOptions,
+) -> Report:
     """Check SCENES for mistakes without simulating.
 
     This builds the meshes, evaluates the sets and reads the script, so a scene that passes can
@@ -37,30 +27,32 @@ def command(
     found: list[Diagnostic] = []
     for path in scenes:
         with compiling(path.name, shown=settings.shows_progress):
-            diagnostics, counts = _check(path, overrides, libraries)
+            diagnostics, counts = _check(path, given)
         found += diagnostics
-        if not settings.json:
-            report(diagnostics, settings)
-            errors = sum(d.severity == "error" for d in diagnostics)
-            result = summary(errors, len(diagnostics) - errors) or "good"
-            settings.say(f"{path}: {result}{counts}")
-    failed = any(d.severity == "error" or strict for d in found)
-    if settings.json:
-        print_json({"ok": not failed, "diagnostics": as_json(found)})
-    return WRONG_TEXT if failed else DONE
+        settings.warn(diagnostics)
+        settings.show(f"{path}: {_counted(diagnostics)}{counts}", level="remark")
+    failed = any(one.severity == "error" or given.strict for one in found)
+    document = {"diagnostics": [*map(as_dict, found)]}
+    return Report((), document, WRONG_TEXT if failed else DONE)
 
 
-def _check(
-    path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]
-) -> tuple[list[Diagnostic], str]:
+def _counted(diagnostics: list[Diagnostic]) -> str:
+    """Return "2 errors, 1 warning", or "good"."""
+    counts = [
+        counted(number, severity)
+        for severity in ("error", "warning")
+        if (number := sum(one.severity == severity for one in diagnostics))
+    ]
+    return ", ".join(counts) or "good"
+
+
+def _check(path: Path, given: SceneOptions) -> tuple[list[Diagnostic], str]:
     """Return what is to be said about a file, and how large its scene is."""
     from tissuec.compiler.net_checks import uncounted
     from tissuec.pipeline import check_request
-    from tissuec.scene.request import Request
 
     try:
-        request = Request.file(path, overrides=overrides, libraries=libraries)
-        compiled, warnings = check_request(request)
+        compiled, warnings = check_request(replace(given, strict=False).request(path))
     except CompileError as error:
         return list(error.diagnostics), ""
     if compiled is None:

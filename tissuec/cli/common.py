@@ -4,24 +4,31 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from functools import wraps
 from itertools import islice, takewhile
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import Any, TextIO, TypeVar
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 import click
 from msgspec import Struct
 
 from tissuec.cli.completing import params
 from tissuec.core.data import as_data
-from tissuec.core.errors import CompileError, Diagnostic, TissueError, as_dict, counted, render
+from tissuec.core.errors import CompileError, Diagnostic, TissueError, as_dict, render
 from tissuec.core.printable import printable
+from tissuec.core.report import DONE, WRONG_TEXT, Level, Part, Report, Verbatim, lines
+from tissuec.engine.execution.signals import SIGNALLED
 
-DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
+if TYPE_CHECKING:
+    from tissuec.scene.request import Request
+
 PAGES = (".html", ".htm")  # endings of pages
 FILES = (".tis", ".vtkhdf", ".csv", ".h5")  # endings of what commands are given
+#: Words that announce a failure, and how terminals show them.
+_RAISED, _RED = re.compile(r"^( *)(FAILED|error|warning|doubtful)\b"), r"\1\033[1;31m\2\033[0m"
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: The global flags: name -> (spellings, help).
@@ -69,6 +76,66 @@ class Settings(Struct, frozen=True):
         if not self.quiet:
             echo(_wrapped(text, line_width(sys.stderr)), err=True)
 
+    def warn(self, diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
+        """Show diagnostics, unless they become JSON; return them as plain data."""
+        if not self.json:
+            self._diagnose(diagnostics)
+        return [*map(as_dict, diagnostics)]
+
+    def show(self, *parts: Part, level: Level = "result") -> None:
+        """Print parts of a report before it is complete, unless it becomes JSON."""
+        if not self.json:
+            self._print(parts, level)
+
+    def publish(self, found: "Report | Reports") -> int:
+        """Print reports as text or as one JSON document; return the exit code."""
+        reports = Reports([found]) if isinstance(found, Report) else found
+        codes: list[int] = [DONE]
+        documents: list[Any] = []
+        for report in reports.each:
+            codes.append(report.code)
+            if self.json:
+                documents.append(report.as_json())
+            else:
+                self._diagnose(report.findings)
+                self._print(report.parts, report.level)
+            if report.code > SIGNALLED:
+                break
+        if self.json:
+            print_json(documents if reports.is_list else documents[0])
+        return max(codes)
+
+    def _diagnose(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Show diagnostics on stderr; quietly, those that are errors."""
+        for diagnostic in diagnostics:
+            if diagnostic.severity == "error" or self.strict or not self.quiet:
+                click.echo(render(diagnostic, color=self.color), err=True)
+
+    def _print(self, parts: Iterable[Part], level: Level) -> None:
+        for part in parts:
+            if isinstance(part, Verbatim):  # also characters that no terminal should get
+                click.echo(part.text, nl=False)
+                continue
+            for line_level, line in lines([part], level, line_width(sys.stdout)):
+                if line_level == "result":
+                    echo(line)
+                elif line_level == "failure":
+                    shown = _wrapped(line, line_width(sys.stderr))
+                    echo(_RAISED.sub(_RED, shown) if self.color else shown, err=True)
+                elif line_level == "remark" or self.verbose:
+                    self.say(line)
+
+
+class Reports(Struct, frozen=True):
+    """Reports on several subjects, each printed as soon as it is there.
+
+    Attributes:
+        is_list: Whether the JSON document is a list; otherwise it is that of the only report.
+    """
+
+    each: Iterable[Report]
+    is_list: bool = False
+
 
 def _wrapped(text: str, width: int) -> str:
     """Return text whose lines break between words at a width."""
@@ -108,7 +175,8 @@ class Command(click.Command):
     """A command that takes the global flags too and hands them on as ``settings``, also to
     commands below it.
 
-    Where it leaves a CompileError to its caller, the findings are shown as the flags demand.
+    It returns a report, several, or an exit code, and may raise a CompileError: what is found
+    is shown as the flags demand.
     """
 
     def __init__(self, *args: Any, **keywords: Any):
@@ -165,16 +233,18 @@ class Command(click.Command):
             raise click.UsageError(f"{max(twice.opts, key=len)} is given twice: give it once")
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command with its settings; show findings of a text as the flags demand."""
+        """Run the command with its settings; print its report as the flags demand."""
         flags = {name: ctx.params.pop(name) for name in FLAGS}
         strict = ctx.params.get("strict", False)
         settings = (ctx.find_object(Settings) or Settings()).merged(flags, strict=strict)
         ctx.obj = ctx.params["settings"] = settings
         try:
-            return super().invoke(ctx)
+            found = super().invoke(ctx)
         except CompileError as error:
-            tell_mistakes(error, settings)
-            return WRONG_TEXT
+            scene = ctx.params.get("scene")
+            facts = {} if scene is None else {"scene": str(scene)}
+            found = Report((), facts, WRONG_TEXT, error.diagnostics)
+        return settings.publish(found) if isinstance(found, Report | Reports) else found
 
 
 def _unknown(written: Sequence[str], option: str) -> tuple[str, str]:
@@ -221,8 +291,37 @@ def show_page(page: Path) -> None:
     webbrowser.open(page.resolve().as_uri())
 
 
+class SceneOptions(Struct, frozen=True):
+    """Options of every command that compiles a scene; see ``scene_options``."""
+
+    overrides: tuple[str, ...] = ()
+    libraries: tuple[Path, ...] = ()
+    strict: bool = False
+
+    def request(self, path: Path) -> "Request":
+        """Return the request for a scene.
+
+        Raises:
+            CompileError: The file cannot be read.
+        """
+        from tissuec.scene.request import Request
+
+        return Request.file(
+            path, overrides=self.overrides, libraries=self.libraries, strict=self.strict
+        )
+
+
 def scene_options(function: F) -> F:
-    """Add what every command that compiles a scene takes."""
+    """Add the options of every command that compiles a scene, as ``given``."""
+
+    @wraps(function)
+    def with_options(
+        *args: Any, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
+        **others: Any,
+    ) -> Any:  # fmt: skip
+        given = SceneOptions(overrides, libraries, strict)
+        return function(*args, given=given, **others)
+
     options = (
         click.option(
             "--set",
@@ -236,9 +335,10 @@ def scene_options(function: F) -> F:
         library_option(),
         click.option("--strict", is_flag=True, help="Treat warnings as errors."),
     )
-    for option in reversed(options):  # the last one applied stands first in the help
-        function = option(function)
-    return function
+    found: Any = with_options
+    for option in reversed(options):  # the last one applied is the first in the help
+        found = option(found)
+    return found
 
 
 def worker_options(function: F) -> F:
@@ -260,39 +360,6 @@ def print_json(document: Any) -> None:
     import json  # late: most commands print none
 
     echo(json.dumps(as_data(document), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def report(diagnostics: Sequence[Diagnostic], settings: Settings) -> None:
-    """Show diagnostics on stderr, as text; quietly, those that are errors."""
-    shows_warnings = settings.strict or not settings.quiet
-    for diagnostic in diagnostics:
-        if diagnostic.severity == "error" or shows_warnings:
-            click.echo(render(diagnostic, color=settings.color), err=True)
-
-
-def tell_mistakes(error: CompileError, settings: Settings, **facts: Any) -> None:
-    """Show why a text is wrong: on stderr, or with further facts as the JSON document.
-
-    Args:
-        error: The findings.
-        settings: Global flags.
-        facts: Further facts.
-    """
-    if settings.json:
-        print_json({**facts, "ok": False, "diagnostics": as_json(error.diagnostics)})
-    else:
-        report(error.diagnostics, settings)
-
-
-def as_json(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
-    """Return diagnostics as plain data."""
-    return [as_dict(diagnostic) for diagnostic in diagnostics]
-
-
-def summary(errors: int, warnings: int) -> str:
-    """Return "2 errors, 1 warning", or an empty string."""
-    counts = ((errors, "error"), (warnings, "warning"))
-    return ", ".join(counted(number, what) for number, what in counts if number)
 
 
 def check_page_name(page: Path, instead: str = "") -> None:

@@ -4,18 +4,17 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings
+from tissuec.cli.common import Command, Settings
 
 
 @click.command(cls=Command, hidden=True)
 @click.argument("folder", type=click.Path(path_type=Path))
-def command(settings: Settings, folder: Path) -> int:
+def command(settings: Settings, folder: Path) -> None:
     """Step the companion run that FOLDER describes."""
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which ends this
     step_companion(folder)
-    return DONE
 
 
 def step_companion(folder: Path) -> None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tissuec.cli.common import DONE, FAILED, Command, Settings, echo, library_option, print_json
+from tissuec.cli.common import Command, Settings, library_option
+from tissuec.core.report import DONE, FAILED, Fact, Report
 
 if TYPE_CHECKING:
     from tissuec.view.compare.comparison import Comparison
@@ -29,7 +30,7 @@ def command(
     second: Path,
     within: float | None,
     libraries: tuple[Path, ...],
-) -> int:
+) -> Report:
     """Show the differences between A and B: results, scenes, or a scene and a result.
 
     This compares the texts, the compiled nets and, for two results, the events, all logs and
@@ -40,7 +41,7 @@ def command(
     from tissuec.view.compare.comparison import compare
     from tissuec.view.compare.data import as_dict
     from tissuec.view.compare.sides import Side, open_side
-    from tissuec.view.compare.text import as_text
+    from tissuec.view.compare.text import parts_of
 
     with ExitStack() as open_files:
         sides: list[Side] = []
@@ -53,15 +54,12 @@ def command(
             raise click.UsageError("--within compares motions; give two results")
         found = compare(*sides)
         reason = "" if within is None else _objection(found, within)
-        if settings.json:
-            verdict = {} if within is None else {"within": within, "ok": not reason}
-            print_json(as_dict(found) | verdict)
-        else:
-            for line in as_text(found):
-                echo(line)
+        document, parts = as_dict(found), parts_of(found)
+    if within is not None:
+        document["within"] = within
     if reason:
-        settings.say(f"not within {within:g}: {reason}")
-    return FAILED if reason else DONE
+        parts.append(Fact(f"not within {within:g}", reason, "remark"))
+    return Report(parts, document, FAILED if reason else DONE)
 
 
 def _objection(found: "Comparison", within: float) -> str:

@@ -3,14 +3,15 @@
 import click
 from click.shell_completion import get_completion_class
 
-from tissuec.cli.common import Command, Settings, print_json
+from tissuec.cli.common import Command, Settings
+from tissuec.core.report import Report, Verbatim
 
 SHELLS = ("bash", "zsh", "fish")
 
 
 @click.command(cls=Command)
 @click.argument("shell", type=click.Choice(SHELLS))
-def command(settings: Settings, shell: str) -> None:
+def command(settings: Settings, shell: str) -> Report:
     """Print the completion script for your SHELL.
 
     \b
@@ -23,7 +24,4 @@ def command(settings: Settings, shell: str) -> None:
     kind = get_completion_class(shell)
     assert kind is not None
     script = kind(group, {}, "tissuec", "_TISSUEC_COMPLETE").source()
-    if settings.json:
-        print_json({"shell": shell, "script": script})
-    else:
-        click.echo(script)
+    return Report([Verbatim(f"{script}\n")], {"shell": shell, "script": script})

@@ -1,39 +1,23 @@
 """``tissuec explain``: Show the origin of every number of a scene, or explain a code."""
 
 import re
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from tissuec.cli.common import (
-    DONE,
-    Command,
-    Settings,
-    echo,
-    line_width,
-    print_json,
-    report,
-    scene_options,
-)
-from tissuec.core.columns import aligned, fitted
+from tissuec.cli.common import Command, SceneOptions, Settings, scene_options
 from tissuec.core.data import as_data
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import did_you_mean
+from tissuec.core.report import Part, Report
 
 if TYPE_CHECKING:
-    from tissuec.analysis.bodies import BodyProperties
-    from tissuec.compiler.compile import Compiled
-    from tissuec.compiler.prediction import Prediction
-    from tissuec.compiler.provenance import ProvenanceRow
     from tissuec.scene.model import Tissue
     from tissuec.scene.resolved import ResolvedProgram
 
 CODE = re.compile(r"(TIS|W)\d+", re.IGNORECASE)
-COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues look alike
 
 
 @click.command(cls=Command)
@@ -55,8 +39,8 @@ COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues l
 @scene_options
 def command(
     settings: Settings, subject: str, tissue: str | None, with_plan: bool, with_bodies: bool,
-    overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
-) -> int:  # fmt: skip
+    given: SceneOptions,
+) -> Report:  # fmt: skip
     """Show the origin of every number of the scene SUBJECT.
 
     SUBJECT can also be a code such as TIS104, which is then explained.
@@ -72,65 +56,36 @@ def command(
     tissuec explain TIS104
     """
     if CODE.fullmatch(subject):
-        return _explain_code(subject.upper(), settings)
+        return _code_report(subject.upper())
+    from tissuec.compiler.provenance import as_dict
     from tissuec.pipeline import compile_request, read_words
-    from tissuec.scene.request import Request
+    from tissuec.view.summaries.origins import origins_of
 
-    request = Request.file(
-        Path(subject), overrides=overrides, libraries=libraries, strict=strict
-    )
+    request = given.request(Path(subject))
     words, warnings = read_words(request)
     tissues = _chosen(words, tissue)
-    plan, bodies = None, None
+    parts: list[Part] = [*origins_of(words, tissues, forces=tissue is None)]
+    document: dict[str, Any] = as_dict(words, tissues)
+    compiled = None
     if with_plan or with_bodies:
         compiled, warnings = compile_request(request)
-        plan = _plan_of(compiled) if with_plan else None
-        bodies = _bodies_of(compiled) if with_bodies else None
-    if settings.json:
-        print_json(_document(words, tissues, plan, bodies))
-        return DONE
-    report(warnings if settings.verbose else (), settings)
-    _print_params(words)
-    for one in tissues:
-        _print_tissue(one)
-    if tissue is None:
-        _print_forces(words)
-    for body in bodies or ():
-        _print_body(body)
-    if plan is not None:
-        _print_plan(plan)
-    return DONE
+    if compiled is not None and with_bodies:
+        from tissuec.analysis.bodies import properties_of  # late: it needs SciPy
+        from tissuec.view.summaries import bodies
 
+        properties = properties_of(compiled)
+        parts += map(bodies.body_section, properties)
+        document["bodies"] = [*map(bodies.as_dict, properties)]
+    if compiled is not None and with_plan:
+        from tissuec.compiler.prediction import predict  # late: it looks at the engine
+        from tissuec.view.summaries.plan import plan_sections
 
-def _plan_of(compiled: "Compiled") -> "Prediction":
-    from tissuec.compiler.prediction import predict  # late: it looks at the engine
-
-    return predict(compiled)
-
-
-def _bodies_of(compiled: "Compiled") -> "tuple[BodyProperties, ...]":
-    from tissuec.analysis.bodies import properties_of  # late: it needs SciPy
-
-    return properties_of(compiled)
-
-
-def _document(
-    words: "ResolvedProgram",
-    tissues: "list[Tissue]",
-    plan: "Prediction | None",
-    bodies: "tuple[BodyProperties, ...] | None",
-) -> dict[str, Any]:
-    """Return all that is asked for as plain data."""
-    from tissuec.compiler.provenance import as_dict
-
-    document = as_dict(words, tissues)
-    if plan is not None:
+        plan = predict(compiled)
+        parts += plan_sections(plan)
         document["plan"] = as_data(plan)
-    if bodies is not None:
-        from tissuec.view.summaries import bodies as wording
-
-        document["bodies"] = [wording.as_dict(body) for body in bodies]
-    return document
+    if settings.verbose:
+        settings.warn(warnings)
+    return Report(parts, document)
 
 
 def _chosen(words: "ResolvedProgram", name: str | None) -> "list[Tissue]":
@@ -147,90 +102,16 @@ def _chosen(words: "ResolvedProgram", name: str | None) -> "list[Tissue]":
     return [known[key]]
 
 
-def _print_params(words: "ResolvedProgram") -> None:
-    from tissuec.compiler.provenance import SET
-
-    for parameter in words.constants.parameters():
-        mark = f" ({SET})" if parameter.overridden else ""
-        place = parameter.item.span.place
-        echo(f"param {parameter.name} = {parameter.value}{mark}   {place}")
-
-
-def _print_tissue(tissue: "Tissue") -> None:
-    from tissuec.compiler.provenance import tissue_rows
-
-    cells = [line for row in tissue_rows(tissue) for line in _cells(row)]
-    echo(f"\n{tissue.name:<40}{tissue.span.place}")
-    for line in fitted(cells, COLUMNS, 3, line_width(sys.stdout) - 2):
-        echo(f"  {line}")
-    for name, reason in tissue.gaps.items():
-        echo(f"  {name:<17}none: {reason}")
-
-
-def _print_forces(words: "ResolvedProgram") -> None:
-    from tissuec.scene.force_numbers import numbers_of
-
-    for name, force in numbers_of(words.forces).items():
-        head = f"force {name}: {force.kind} on {force.acts_on}"
-        echo(f"\n{head:<40}{force.place}")
-        cells = [
-            (entry, given.shown, given.how, given.text, given.place)
-            for entry, given in force.entries.items()
-        ]
-        for line in fitted(cells, COLUMNS, 3, line_width(sys.stdout) - 2):
-            echo(f"  {line}")
-
-
-def _cells(row: "ProvenanceRow") -> Iterator[tuple[str, ...]]:
-    """Yield the lines of an entry; the second reason and further ones without its head."""
-    if row.kind == "property":  # no rule speaks for it, which leaves a column free
-        yield row.name, row.value, row.how, row.reasons[0].place
-        return
-    head = (row.name, row.value, row.how)
-    for reason in row.reasons:
-        facts = f"  ({reason.facts})" if reason.facts else ""
-        yield *head, reason.said, f"{reason.place}{facts}"
-        head = ("", "", "")
-
-
-def _print_body(body: "BodyProperties") -> None:
-    from tissuec.view.summaries import bodies as wording
-
-    echo(f"\n{wording.head(body)}")
-    for line in aligned(list(wording.rows(body)), COLUMNS[:2]):
-        echo(f"  {line}")
-    for note in body.notes:
-        echo(f"  note: {note}")
-
-
-def _print_plan(plan: "Prediction") -> None:
-    from tissuec.view.summaries import plan as wording
-
-    echo("\narrays")
-    for line in aligned(wording.arrays(plan), (12, 16)):
-        echo(f"  {line}")
-    sections = (
-        (f"method: {plan.method}", wording.method(plan)),
-        ("skipped", plan.skipped),
-        (wording.cost_title(plan), wording.cost(plan)),
-    )
-    for title, lines in sections:
-        echo(f"\n{title}")
-        for line in lines:
-            echo(f"  {line}")
-
-
-def _explain_code(code: str, settings: Settings) -> int:
+def _code_report(code: str) -> Report:
     from tissuec.core.catalogue import CODES
 
     if code not in CODES:
         hint = did_you_mean(code, CODES)
         raise TissueError(f'unknown code "{code}"' + (f"; {hint}" if hint else ""))
     entry = CODES[code]
-    if settings.json:
-        print_json({"code": code, **as_data(entry)})
-        return DONE
     before, after = (indent(piece, "    ") for piece in (entry.before, entry.after))
-    echo(f"{code}: {entry.title}\n\n{entry.text}")
-    echo(f"\ninstead of\n\n{before}\n\nwrite\n\n{after}")
-    return DONE
+    parts = (
+        f"{code}: {entry.title}\n\n{entry.text}",
+        f"\ninstead of\n\n{before}\n\nwrite\n\n{after}",
+    )
+    return Report(parts, {"code": code, **as_data(entry)})

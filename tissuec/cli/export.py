@@ -9,11 +9,12 @@ import click
 from msgspec import Struct
 
 from tissuec.cli.arguments import TimeArgument
-from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
+from tissuec.cli.common import Command, Settings, keep_input
 from tissuec.cli.exporting_tables import HDF5, export_table
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.files import replacing
 from tissuec.core.hints import alternatives
+from tissuec.core.report import Fact, Part, Report
 
 if TYPE_CHECKING:
     from tissuec.model.network import Floats
@@ -67,7 +68,7 @@ def command(
     frame: int | None,
     time: float | None,
     every: bool,
-) -> int:
+) -> Report:
     """Write LOGS of RESULT as CSV, or frames as VTU, OBJ or PLY; or the table of a study.
 
     A file whose name ends with .blocks.vtkhdf contains all frames with the parts of bodies,
@@ -112,11 +113,8 @@ def command(
         else:
             series = _series(trajectory, kind, surface)
             document = _write_frames(series, kind, output, frame, time, every=every)
-    if settings.json:
-        print_json(document)
-    elif output is not None and kind != "csv":
-        settings.say(_told(document, output))
-    return DONE
+    parts = [] if output is None or kind == "csv" else _parts(document, output)
+    return Report(parts, document, level="remark", is_table=output is None)
 
 
 def _check_usage(
@@ -309,10 +307,10 @@ def _write_frames(
     return {"files": list(map(str, files)), **left_out}
 
 
-def _told(document: dict[str, Any], output: Path) -> str:
-    """Describe the written blocks and the omitted parts."""
-    notes = (f"note: {sentence}" for sentence in document.get("left_out", ()))
-    return "\n".join([_written(document, output), *notes])
+def _parts(document: dict[str, Any], output: Path) -> list[Part]:
+    """Describe the written frames and the omitted parts."""
+    notes = [Fact("note", sentence) for sentence in document.get("left_out", ())]
+    return [_written(document, output), *notes]
 
 
 def _written(document: dict[str, Any], output: Path) -> str:

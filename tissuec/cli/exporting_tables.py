@@ -6,9 +6,10 @@ from typing import Any
 
 import click
 
-from tissuec.cli.common import DONE, Settings, keep_input, print_json
+from tissuec.cli.common import Settings, keep_input
 from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
+from tissuec.core.report import Part, Report
 
 HDF5 = "h5"
 TABLES = ("csv", HDF5)
@@ -16,8 +17,8 @@ TABLES = ("csv", HDF5)
 
 def export_table(
     settings: Settings, path: Path, names: tuple[str, ...], kind: str, output: Path | None
-) -> int:
-    """Write a table, or some of its columns; return the exit code.
+) -> Report:
+    """Write a table, or some of its columns.
 
     Args:
         settings: Of the program.
@@ -44,14 +45,10 @@ def export_table(
         keep_input(output, path)
     table = read_table(path)
     if output is None and settings.json:
-        print_json(_plain(table, names))
-        return DONE
+        return Report((), _plain(table, names), is_table=True)
     _write(table, names, kind, output)
-    if settings.json:
-        print_json({"ok": True, "file": str(output), "runs": len(table)})
-    elif output is not None:
-        settings.say(f"wrote {output}")
-    return DONE
+    parts: list[Part] = [] if output is None else [f"wrote {output}"]
+    return Report(parts, {"file": str(output), "runs": len(table)}, level="remark")
 
 
 def _plain(table: Any, names: tuple[str, ...]) -> dict[str, Any]:

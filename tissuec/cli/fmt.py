@@ -6,18 +6,10 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import (
-    DONE,
-    FAILED,
-    WRONG_TEXT,
-    Command,
-    Settings,
-    as_json,
-    print_json,
-    report,
-)  # fmt: skip
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.cli.common import Command, Settings
+from tissuec.core.errors import CompileError, Diagnostic, as_dict
 from tissuec.core.files import write_file
+from tissuec.core.report import DONE, FAILED, WRONG_TEXT, Report, Verbatim
 
 STDIN = "-"
 
@@ -37,7 +29,7 @@ STDIN = "-"
 )
 def command(
     settings: Settings, files: tuple[Path, ...], only_check: bool, show_diff: bool
-) -> int:
+) -> Report:
     """Format FILES in place; comments are kept.
 
     "-" formats stdin to stdout.
@@ -61,15 +53,13 @@ def command(
                 write_file(path, new)
             if not show_diff:
                 settings.say(f"{'would format' if only_check else 'formatted'} {path}")
-    if settings.json:
-        document = {"changed": changed, "diagnostics": as_json(found), "printed": printed}
-        print_json({"ok": not (found or (only_check and changed)), **document})
-    else:
-        click.echo(printed, nl=False)
-        report(found, settings)
-    if found:
-        return WRONG_TEXT
-    return FAILED if only_check and changed else DONE
+    document = {
+        "changed": changed,
+        "diagnostics": [*map(as_dict, found)],
+        "printed": printed,
+    }
+    code = WRONG_TEXT if found else FAILED if only_check and changed else DONE
+    return Report([Verbatim(printed)], document, code, found)
 
 
 def _difference(path: Path, old: str, new: str) -> str:

@@ -5,9 +5,10 @@ import sys
 
 import click
 
-from tissuec.cli.common import DONE, INTERRUPTED, STOPPED, WRONG_TEXT, echo, print_json
+from tissuec.cli.common import echo, print_json
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.printable import printable
+from tissuec.core.report import DONE, INTERRUPTED, STOPPED, WRONG_TEXT
 from tissuec.engine.execution.signals import SIGNALLED, Terminated, ending, exit_code
 
 DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from tissuec.cli.common import DONE, Command, Settings, echo, print_json
+from tissuec.cli.common import Command, Settings, echo
 from tissuec.core import resources, units
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.fields import LocatedFile
 from tissuec.core.hints import nearby_file
+from tissuec.core.report import Report, Verbatim
 
 if TYPE_CHECKING:
     from tissuec.meshes.generators.imported import Imported
@@ -55,7 +56,7 @@ output {{ trajectory every 5 ms }}
     default="mm",
     help="Unit of the coordinates, which the file does not contain [mm].",
 )
-def command(settings: Settings, file: Path, unit: str) -> int:
+def command(settings: Settings, file: Path, unit: str) -> Report:
     """Show the contents of the mesh file FILE, as a scene to start from.
 
     Counts, extents, groups and defects are comments at the top of the scene. To create a scene
@@ -79,11 +80,8 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     filling = _filling(mesh, facts)
     scene = _scene(facts, filling, file.name, unit)
     _warn_of_size(facts, unit)
-    if settings.json:
-        print_json({**facts, "file": str(file), "unit": unit, "scene": scene})
-    else:
-        click.echo(scene, nl=False)
-    return DONE
+    document = {**facts, "file": str(file), "unit": unit, "scene": scene}
+    return Report([Verbatim(scene)], document)
 
 
 def _elsewhere(file: Path) -> str:

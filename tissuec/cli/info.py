@@ -1,29 +1,25 @@
 """``tissuec info``: Summarise result files."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, cast
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, echo, print_json
+from tissuec.cli.common import Command, Reports, Settings
+from tissuec.core.report import Fact, FactSection, Part, Report
 
 
 @click.command(cls=Command)
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
-def command(settings: Settings, results: tuple[Path, ...]) -> int:
+def command(settings: Settings, results: tuple[Path, ...]) -> Reports:
     """Summarise RESULTS: their contents, how they were made and how they ended.
 
     RESULTS are result files, or tables of studies.
     """
-    documents = [_summary(path) for path in results]
-    if settings.json:
-        print_json(documents[0] if len(documents) == 1 else documents)
-        return DONE
-    for document in documents:
-        for line in _lines(document, ""):
-            echo(line)
-    return DONE
+    documents = map(_summary, results)
+    each = (Report([*_facts(document)], document) for document in documents)
+    return Reports(each, len(results) > 1)
 
 
 def _summary(path: Path) -> dict[str, Any]:
@@ -42,17 +38,13 @@ def _summary(path: Path) -> dict[str, Any]:
         return summary(trajectory)
 
 
-def _lines(document: dict[str, Any], indent: str) -> list[str]:
-    lines: list[str] = []
+def _facts(document: dict[str, Any]) -> Iterator[Part]:
     for key, value in document.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value:
             inner = cast("dict[str, Any]", value)
-            lines.append(f"{indent}{key}:" if inner else f"{indent}{key}: none")
-            lines += _lines(inner, indent + "  ")
+            yield FactSection(f"{key}:", [*_facts(inner)], apart=False)
+        elif isinstance(value, list | tuple | dict):
+            items = cast("Iterable[object]", value)
+            yield Fact(key, ", ".join(map(str, items)) or "none")
         else:
-            text = value
-            if isinstance(value, list | tuple):
-                items = cast("Iterable[object]", value)
-                text = ", ".join(map(str, items)) or "none"
-            lines.append(f"{indent}{key}: {text}")
-    return lines
+            yield Fact(key, str(value))

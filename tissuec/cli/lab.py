@@ -2,38 +2,31 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from tissuec.cli.arguments import OptionReader
 from tissuec.cli.common import (
-    DONE,
-    FAILED,
     Command,
+    SceneOptions,
     Settings,
     check_page_name,
-    echo,
     keep_input,
-    print_json,
-    report,
     scene_options,
 )
 from tissuec.cli.completing import shipped_names
-from tissuec.core.columns import aligned
 from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
+from tissuec.core.report import DONE, FAILED, Fact, Report
 from tissuec.core.units import LENGTH
 from tissuec.view.plots.options import reader
 
 if TYPE_CHECKING:
-    from tissuec.analysis.lab.rows import Examination, LabCurve, TestRow
+    from tissuec.analysis.lab.rows import Examination
     from tissuec.scene.model import Tissue
     from tissuec.scene.request import Request
     from tissuec.scene.resolve import ResolvedProgram
-
-HEADS = ("test", "quantity", "measured", "check", "given", "known", "verdict")
-WIDTHS = (21, 20, 13, 13, 13, 26)  # of columns, before their cells are known
 
 
 def _length(text: str) -> float:
@@ -75,9 +68,8 @@ def _length(text: str) -> float:
 @scene_options
 def command(
     settings: Settings, file: str, tissue: str | None, thickness: float | None, spacing: float,
-    out: Path | None, page: Path | None, overrides: tuple[str, ...],
-    libraries: tuple[Path, ...], strict: bool,
-) -> int:  # fmt: skip
+    out: Path | None, page: Path | None, given: SceneOptions,
+) -> Report:  # fmt: skip
     """Test the tissues of FILE in a virtual laboratory.
 
     FILE is a file with tissues, a scene, a shipped tissue such as liver, or a folder of such
@@ -92,21 +84,20 @@ def command(
     tissuec lab my_tissues.tis --tissue scar --out measured
     tissuec lab matter --page atlas.html
     """
+    from tissuec.analysis.lab.report import as_dict
     from tissuec.pipeline import read_words
-    from tissuec.scene.request import Request
 
     if page is not None:
         check_page_name(page)
-    paths = _files(file, libraries)
+    paths = _files(file, given.libraries)
     if page is not None:
         for path in paths:
             keep_input(page, path)
     found: list[Examination] = []
     for path in paths:
-        request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
+        request = given.request(path)
         words, warnings = read_words(request)
-        if not settings.json:
-            report(warnings, settings)
+        settings.warn(warnings)
         chosen = _chosen(words, tissue, request, is_single=len(paths) == 1)
         found += [_examined(request, one, spacing, thickness, settings) for one in chosen]
     if not found:
@@ -115,11 +106,9 @@ def command(
     written = [*_write(found, out)] if out is not None else []
     if page is not None:
         written.append(_write_page(found, page, f"Atlas of {file}" if len(paths) > 1 else ""))
-    for name in written:
-        settings.say(f"wrote {name}")
-    if settings.json:
-        print_json({"ok": all(one.is_good for one in found), "tissues": [*map(as_dict, found)]})
-    return DONE if all(one.is_good for one in found) else FAILED
+    parts = [Fact("", f"wrote {name}", "remark") for name in written]
+    document = {"tissues": [*map(as_dict, found)], "written": [*map(str, written)]}
+    return Report(parts, document, DONE if all(one.is_good for one in found) else FAILED)
 
 
 def _examined(
@@ -129,16 +118,15 @@ def _examined(
     thickness: float | None,
     settings: Settings,
 ) -> "Examination":
-    """Return the results of a tissue; print each row as soon as it is available."""
-    from tissuec.analysis.lab import laboratory
+    """Return the results of a tissue; show each row as soon as it is available."""
+    from tissuec.analysis.lab import laboratory, report
 
-    if settings.json:
-        return laboratory.examine(request, tissue, spacing=spacing, thickness=thickness)
-    _print_head(tissue)
+    settings.show(report.head(tissue))
     found = laboratory.examine(
-        request, tissue, spacing=spacing, thickness=thickness, listener=_print_row
-    )
-    _print_end(found)
+        request, tissue, spacing=spacing, thickness=thickness,
+        listener=lambda row: settings.show(report.shown_row(row)),
+    )  # fmt: skip
+    settings.show(report.end(found))
     return found
 
 
@@ -181,6 +169,7 @@ def _chosen(
 
 def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
     """Write tables, and with matplotlib a picture of the curves; yield the files."""
+    from tissuec.analysis.lab.report import as_dict
     from tissuec.analysis.lab.tables import write_tables
     from tissuec.view.plots import draw
     from tissuec.view.plots.formats import save
@@ -196,67 +185,3 @@ def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
         path = folder / "stress_strain.png"
         save(draw("stress-strain", document), path)
         yield path
-
-
-def _print_head(tissue: "Tissue") -> None:
-    echo(f"\n{tissue.name}   ({tissue.span.place})")
-    echo(f"  {aligned([HEADS], WIDTHS)[0]}")
-
-
-def _print_row(row: "TestRow") -> None:
-    echo(f"  {aligned([_cells(row)], WIDTHS)[0]}")
-
-
-def _print_end(found: "Examination") -> None:
-    for note in found.notes:
-        echo(f"  {note}")
-    wrong = sum(not row.is_good for row in found.rows)
-    echo(f"  {f'not good: {wrong} of {len(found.rows)} rows' if wrong else 'no contradiction'}")
-
-
-def _cells(row: "TestRow") -> tuple[str, ...]:
-    given = "" if row.given is None else row.shown(row.given)
-    known = ", ".join(one.shown for one in row.known)
-    values = (row.shown(row.measured), row.shown(row.check))
-    return row.test, row.quantity, *values, given, known, row.verdict
-
-
-def as_dict(found: "Examination") -> dict[str, Any]:
-    """Return an examination as plain data, in SI units."""
-    return {
-        "tissue": found.tissue.name,
-        "place": found.tissue.span.place,
-        "ok": found.is_good,
-        "coupons": found.coupons,
-        "rows": [
-            {
-                "test": row.test,
-                "quantity": row.quantity,
-                "measured": row.measured,
-                "check": row.check,
-                "given": row.given,
-                "known": [
-                    {"low": one.low, "high": one.high, "source": one.source,
-                     "verified": one.is_verified, "place": one.span.place}
-                    for one in row.known
-                ],
-                "verdict": row.verdict,
-                "ok": row.is_good,
-            }
-            for row in found.rows
-        ],
-        "curves": [_curve(curve) for curve in found.curves],
-        "notes": found.notes,
-    }  # fmt: skip
-
-
-def _curve(curve: "LabCurve") -> dict[str, Any]:
-    from tissuec.compiler.provenance import curve_as_dict
-
-    return {
-        "mode": curve.mode or "relaxation",
-        "place": curve.place,
-        "value": curve.value,
-        "check": curve.check,
-        "known": [curve_as_dict(one) for one in curve.known],
-    }

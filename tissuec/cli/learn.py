@@ -1,37 +1,43 @@
 """``tissuec learn``: Fit parameters or words of a scene to measured data."""
 
 import shlex
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.cli.common import (
+    Command,
+    Reports,
+    SceneOptions,
+    Settings,
+    keep_input,
+    scene_options,
+    worker_options,
+)
+from tissuec.core.errors import CompileError, counted
+from tissuec.core.hints import did_you_mean
+from tissuec.core.report import (
     DONE,
     FAILED,
     STOPPED,
     WRONG_TEXT,
-    Command,
-    Settings,
-    as_json,
-    echo,
-    keep_input,
-    print_json,
-    report,
-    scene_options,
-    tell_mistakes,
-    worker_options,
-)  # fmt: skip
-from tissuec.cli.learn_options import LearnOptions
-from tissuec.core.errors import CompileError, counted
-from tissuec.core.hints import did_you_mean
-from tissuec.engine.execution.signals import SIGNALLED, exit_code
+    Fact,
+    Part,
+    Report,
+    Verbatim,
+    failed,
+)
+from tissuec.engine.execution.signals import exit_code
 from tissuec.results import wording
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
+    from tissuec.core.source import Source
+    from tissuec.learn.fit.expectations import DemandVerdict
     from tissuec.learn.fit.outcome import Learnt
     from tissuec.scene.learn_model import VocabularyFit
     from tissuec.scene.request import Request
@@ -71,13 +77,11 @@ def command(
     settings: Settings,
     scene: Path,
     name: str | None,
-    overrides: tuple[str, ...],
-    libraries: tuple[Path, ...],
-    strict: bool,
+    given: SceneOptions,
     workers: int | None,
     scheduler: str | None,
     **options: Any,
-) -> int:
+) -> Reports:
     """Fit parameters or words of SCENE to measured data, as its learn blocks specify.
 
     A block can also fit the words and rules of a vocabulary to the numbers of tissues; then
@@ -89,44 +93,28 @@ def command(
     also if a note doubts the result); 2 the text or the data is wrong; 3 the motion could not
     be computed; 130 interrupted.
     """
-    from tissuec.cli.learn_words import fit_vocabulary
     from tissuec.pipeline import read_fittable
-    from tissuec.scene.learn_model import VocabularyFit
-    from tissuec.scene.request import Request
-    from tissuec.workers.selection import workers_of
 
-    request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
-    try:
-        program, warnings = read_fittable(request)
-    except CompileError as error:
-        tell_mistakes(error, settings, scene=str(scene))
-        return WRONG_TEXT
-    if not settings.json:
-        report(warnings, settings)
-    fit_problems = _chosen(program.blocks, name, scene)
-    if options["output"] is not None and len(fit_problems) > 1:
+    request = given.request(scene)
+    program, warnings = read_fittable(request)
+    diagnostics = settings.warn(warnings)
+    blocks = _chosen(program.blocks, name, scene)
+    if options["output"] is not None and len(blocks) > 1:
         raise click.UsageError("-o is for one learn block; give its name, too")
-    again = _again(scene, name, wording.set_options(overrides, libraries), strict, options)
-    wishes = LearnOptions(again=again, **options)
-    codes: list[int] = []
-    documents: list[dict[str, Any]] = []
-    with workers_of(workers, scheduler) as crew:
-        for fit_problem in fit_problems:
-            if isinstance(fit_problem, VocabularyFit):
-                fitted = partial(fit_vocabulary, fit_problem, request, wishes, settings)
-            else:
-                assert program.compiled is not None
-                task = _Task(program.compiled, fit_problem, request, crew)
-                fitted = partial(_fit_data, task, wishes, settings)
-            code, document = _carry_out(fitted, wishes, settings)
-            codes.append(code)
-            facts = {"scene": str(scene), "learn": fit_problem.name, "ok": code == DONE}
-            documents.append(facts | {"diagnostics": as_json(warnings)} | document)
-            if code > SIGNALLED:
-                break
-    if settings.json:
-        print_json(documents[0] if len(fit_problems) == 1 else documents)
-    return max(codes)
+    again = _again(scene, name, given, options)
+    order = _FitOrder(again=again, **options)
+
+    def each() -> Iterator[Report]:
+        from tissuec.workers.selection import workers_of
+
+        with workers_of(workers, scheduler) as crew:
+            for block in blocks:
+                task = _Task(program.compiled, block, request, crew, order, settings)
+                report = task.report()
+                facts = {"scene": str(scene), "learn": block.name, "diagnostics": diagnostics}
+                yield replace(report, document=facts | report.document)
+
+    return Reports(each(), len(blocks) > 1)
 
 
 def _chosen(
@@ -150,131 +138,170 @@ def _chosen(
 
 
 def _again(
-    scene: Path,
-    name: str | None,
-    given: Sequence[tuple[str, Any]],
-    strict: bool,
-    options: dict[str, Any],
+    scene: Path, name: str | None, given: SceneOptions, options: dict[str, Any]
 ) -> list[str]:
-    """Return the words of the command line that goes on with a learning."""
+    """Return the words of the command line that resumes a learning."""
     words = ["tissuec", "learn", str(scene), *([] if name is None else [name])]
     if options["output"] is not None:
         words += ["-o", str(options["output"])]
     words += [f"--{flag}" for flag in ("anyway", "force", "diff") if options[flag]]
-    words += [str(word) for pair in given for word in pair]
-    return [*words, *(["--strict"] if strict else [])]
+    pairs = wording.set_options(given.overrides, given.libraries)
+    words += [str(word) for pair in pairs for word in pair]
+    return [*words, *(["--strict"] if given.strict else [])]
 
 
-class _Task(NamedTuple):
-    """What is learnt, and who helps."""
+class _FitOrder(Struct, frozen=True):
+    """Options of the command.
 
-    compiled: "Compiled"
-    fit_problem: "FitProblem"
+    Attributes:
+        again: The command line that resumes an interrupted fit.
+    """
+
+    output: Path | None
+    fresh: bool
+    anyway: bool
+    force: bool
+    gradient: bool
+    diff: bool
+    again: Sequence[str]
+
+
+class _Task(Struct, frozen=True):
+    """A learn block and the means to fit it."""
+
+    compiled: "Compiled | None"
+    block: "FitProblem | VocabularyFit"
     request: "Request"
     workers: "Workers"
+    order: _FitOrder
+    settings: Settings
+
+    @property
+    def target(self) -> Path | None:
+        """Return the file of the preset, if there is one."""
+        return self.order.output or self.block.write
+
+    def report(self) -> Report:
+        """Fit the block, or check its derivatives."""
+        from tissuec.learn.fit.learning import Unlearnable
+        from tissuec.scene.learn_model import VocabularyFit
+
+        try:
+            if isinstance(self.block, VocabularyFit):
+                return _fit_words(self, self.block)
+            assert self.compiled is not None
+            if self.order.gradient:
+                return _check_gradient(self.compiled, self.block, self.request)
+            return _fit_data(self, self.compiled, self.block)
+        except CompileError as error:
+            return Report((), {}, WRONG_TEXT, error.diagnostics)
+        except Unlearnable as error:
+            return failed(error, STOPPED)
+        except KeyboardInterrupt as error:
+            again = shlex.join(self.order.again)
+            parts = (
+                Fact("", "interrupted", "failure"),
+                Fact("", f"  resume with: {again}", "remark"),
+            )
+            code = exit_code(getattr(error, "signal", None))
+            return Report(parts, {"error": "interrupted", "again": again}, code)
+
+    def keep(self, sources: "Sequence[Source]", planned: Sequence[Path]) -> None:
+        """Refuse to lose a text of the scene, or another file, before time is spent.
+
+        Args:
+            sources: The texts of the scene.
+            planned: The files that will be written.
+        """
+        from tissuec.learn.presets.placing import refuse_others
+
+        for source in sources if self.target is not None else ():
+            if source.path is not None:
+                assert self.target is not None
+                keep_input(self.target, source.path)
+        if not self.order.force:
+            refuse_others(planned)
+
+    def finished(
+        self, document: dict[str, Any], files: Sequence[Path], doubt: str, *, is_fine: bool
+    ) -> Report:
+        """Return the rest of the report, when files are written.
+
+        Args:
+            document: What was learnt.
+            files: The written files.
+            doubt: Why it should not be used.
+            is_fine: Whether the doubt does not matter.
+        """
+        parts: list[Part] = [Fact("", f"wrote {file}", "remark") for file in files]
+        if doubt and not is_fine:
+            is_lost = self.target is not None and not files
+            lost = "; no preset is written (to write it: --anyway)" if is_lost else ""
+            parts.append(Fact("FAILED", f"{doubt}{lost}", "failure"))
+        document["written"] = [str(file) for file in files]
+        return Report(parts, document, DONE if is_fine else FAILED)
 
 
-def _fit_data(
-    task: _Task, wishes: LearnOptions, settings: Settings
-) -> tuple[int, dict[str, Any]]:
-    """Fit one block to its data, or check its derivatives."""
-    if wishes.gradient:
-        return _check_gradient(task, settings)
-    return _learn(task, wishes, settings)
+# --- parameters of a scene --------------------------------------------------------------------
 
 
-def _carry_out(
-    fitted: Callable[[], tuple[int, dict[str, Any]]], wishes: LearnOptions, settings: Settings
-) -> tuple[int, dict[str, Any]]:
-    """Carry out one block; returns the exit code and the document."""
-    from tissuec.learn.fit.learning import Unlearnable
-
-    try:
-        return fitted()
-    except CompileError as error:
-        if not settings.json:
-            report(error.diagnostics, settings)
-        return WRONG_TEXT, {"diagnostics": as_json(error.diagnostics)}
-    except Unlearnable as error:
-        if not settings.json:
-            echo(f"error: {error}", err=True)
-        return STOPPED, {"error": str(error)}
-    except KeyboardInterrupt as error:
-        again = shlex.join(wishes.again)
-        if not settings.json:
-            echo("interrupted", err=True)
-            settings.say(f"  resume with: {again}")
-        return exit_code(getattr(error, "signal", None)), {
-            "error": "interrupted",
-            "again": again,
-        }
-
-
-# --- learning ---------------------------------------------------------------------------------
-
-
-def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, dict[str, Any]]:
+def _fit_data(task: _Task, compiled: "Compiled", problem: "FitProblem") -> Report:
+    """Fit parameters or words to measured data."""
+    from tissuec.learn.fit.expectations import judged
     from tissuec.learn.fit.learning import learn, rehearsal
     from tissuec.learn.fit.session import prepare
-    from tissuec.learn.presets.placing import refuse_others
+    from tissuec.learn.presets.placing import place
     from tissuec.learn.presets.preset import compose
     from tissuec.learn.report.data import as_dict
     from tissuec.learn.report.passes import Passes
+    from tissuec.learn.report.text import judged_parts, learnt_parts
     from tissuec.learn.report.words import differences, drifts
 
-    compiled, fit_problem, request, workers = task
-    target = wishes.output or fit_problem.write
+    order, request, target, scene = task.order, task.request, task.target, compiled.scene
     if target is not None:
-        _keep_others(target, compiled, force=wishes.force)
-    session = prepare(compiled, fit_problem, request)
+        task.keep((*scene.imports, scene.source), [target])
+    session = prepare(compiled, problem, request)
     if target is not None:
-        planned = compose(rehearsal(session), compiled, request, target)
-        if not wishes.force:
-            refuse_others(planned.files)
-    state = _state(target, fit_problem, request)
+        task.keep((), compose(rehearsal(session), compiled, request, target).files)
+    state = _state(target, problem, request)
     state.parent.mkdir(parents=True, exist_ok=True)
-    if state.exists() and not wishes.fresh and not settings.json:
-        settings.say(
-            f"resumes from {state} if texts and data are unchanged (--fresh starts again)"
-        )
-    shown = settings.shows_progress
-    with Passes(f"learn {fit_problem.name}", shown=shown) as line:
+    if state.exists() and not order.fresh:
+        resumes = f"resumes from {state} if texts and data are unchanged (--fresh starts again)"
+        task.settings.show(resumes, level="remark")
+    with Passes(f"learn {problem.name}", shown=task.settings.shows_progress) as line:
         learnt = learn(
-            compiled, fit_problem, request, session=session, state=state, fresh=wishes.fresh,
-            progress=line.at, workers=workers,
+            compiled, problem, request, session=session, state=state, fresh=order.fresh,
+            progress=line.at, workers=task.workers,
         )  # fmt: skip
-    scene = compiled.scene
     moved = drifts(scene, learnt.words)
-    document = as_dict(learnt, moved)
-    if not settings.json:
-        _tell(learnt, moved, settings)
-        if wishes.diff:
-            click.echo("".join(differences(scene, learnt.words)), nl=False)
-    doubt = _doubt(learnt, strict=request.strict)
-    may_write = wishes.anyway or not doubt
-    document["written"] = _write(
-        learnt, compiled, request, target if may_write else None, wishes, settings
-    )
+    verdicts = judged(learnt)
+    task.settings.show(*learnt_parts(learnt, moved), *judged_parts(verdicts))
+    if order.diff:
+        task.settings.show(Verbatim("".join(differences(scene, learnt.words))))
+    doubt = _doubt(learnt, verdicts, strict=request.strict)
+    may_write = order.anyway or not doubt
+    files: Sequence[Path] = ()
+    if may_write and target is not None:
+        files = place(compose(learnt, compiled, request, target), force=order.force)
     if may_write:
         state.unlink(missing_ok=True)
     # What the data leaves open is no failure for those who want it anyway.
-    fine = may_write and not _doubt(learnt, identified=True)
-    if doubt and not fine and not settings.json:
-        is_lost = target is not None and not may_write
-        lost = "; no preset is written (to write it: --anyway)" if is_lost else ""
-        echo(f"FAILED: {doubt}{lost}", err=True)
-    return DONE if fine else FAILED, document
+    is_fine = may_write and not _doubt(learnt, verdicts, identified=True)
+    return task.finished(as_dict(learnt, moved), files, doubt, is_fine=is_fine)
 
 
-def _doubt(learnt: "Learnt", *, strict: bool = False, identified: bool = False) -> str:
+def _doubt(
+    learnt: "Learnt", verdicts: "Sequence[DemandVerdict]", *, strict: bool = False,
+    identified: bool = False,
+) -> str:  # fmt: skip
     """Return why what was learnt should not be used, empty if it can be.
 
     Args:
         learnt: What was learnt.
+        verdicts: On its expectations.
         strict: Whether what a note doubts is a failure.
         identified: Whether to take parameters as identified.
     """
-    from tissuec.learn.fit.expectations import judged
     from tissuec.learn.report.data import is_identified
 
     if learnt.failure:
@@ -285,19 +312,13 @@ def _doubt(learnt: "Learnt", *, strict: bool = False, identified: bool = False) 
         return learnt.doubts[0]
     if not learnt.converged:
         return f"{learnt.reason}; increase passes, or start closer to the solution"
-    failed = sum(not verdict.holds for verdict in judged(learnt))
-    return f"{counted(failed, 'expectation')} failed" if failed else ""
+    return _failures(verdicts)
 
 
-def _keep_others(target: Path, compiled: "Compiled", *, force: bool) -> None:
-    """Refuse to lose a text of the scene, or another file, before time is spent."""
-    from tissuec.learn.presets.placing import refuse_others
-
-    for source in (*compiled.scene.imports, compiled.scene.source):
-        if source.path is not None:
-            keep_input(target, source.path)
-    if not force:
-        refuse_others([target])
+def _failures(verdicts: "Sequence[DemandVerdict]") -> str:
+    """Return how many expectations failed, empty if all hold."""
+    count = sum(not verdict.holds for verdict in verdicts)
+    return f"{counted(count, 'expectation')} failed" if count else ""
 
 
 def _state(target: Path | None, fit_problem: "FitProblem", request: "Request") -> Path:
@@ -308,54 +329,56 @@ def _state(target: Path | None, fit_problem: "FitProblem", request: "Request") -
     return Path(f"{stem}.{'_'.join(fit_problem.name.split())}{KEPT}")
 
 
-def _write(
-    learnt: "Learnt",
-    compiled: "Compiled",
-    request: "Request",
-    target: Path | None,
-    wishes: LearnOptions,
-    settings: Settings,
-) -> list[str]:
-    """Write the preset, if it goes anywhere; returns the names of the files."""
-    if target is None:
-        return []
-    from tissuec.learn.presets.placing import place
-    from tissuec.learn.presets.preset import compose
-
-    files = place(compose(learnt, compiled, request, target), force=wishes.force)
-    for file in files if not settings.json else ():
-        settings.say(f"wrote {file}")
-    return [str(file) for file in files]
-
-
-def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
-    """Say what came out, and which expectations fail."""
-    from tissuec.learn.fit.expectations import judged
-    from tissuec.learn.report.text import as_text
-
-    echo("\n".join(as_text(learnt, moved)))
-    verdicts = judged(learnt)
-    for demand, holds, measured in verdicts:
-        if not holds:
-            echo(f"FAILED {demand.span.place}: {demand.span.one_line}", err=True)
-            echo(f"       {measured}", err=True)
-    if verdicts:
-        states = ["holds" if verdict.holds else "fails" for verdict in verdicts]
-        settings.say(f"expectations: {wording.expectations(states)}")
-
-
-# --- derivatives ------------------------------------------------------------------------------
-
-
-def _check_gradient(task: _Task, settings: Settings) -> tuple[int, dict[str, Any]]:
-    """Tell how far exact derivatives are from differences; FAILED if too far."""
+def _check_gradient(compiled: "Compiled", problem: "FitProblem", request: "Request") -> Report:
+    """Compare exact derivatives with differences."""
     from tissuec.learn.fit.gradient_check import check_gradient
-    from tissuec.learn.report.gradient import as_lines, is_good
+    from tissuec.learn.report.gradient import gradient_report
 
-    compiled, fit_problem, request, _ = task
-    found = check_gradient(compiled, fit_problem, request)
-    worst = max((row.apart for row in found), default=0.0)
-    code = DONE if is_good(found, GRADIENT) else FAILED
-    if not settings.json:
-        echo("\n".join(as_lines(fit_problem.name, found, GRADIENT)))
-    return code, {"gradient": [row._asdict() for row in found], "worst": worst}
+    return gradient_report(problem.name, check_gradient(compiled, problem, request), GRADIENT)
+
+
+# --- words of a vocabulary --------------------------------------------------------------------
+
+
+def _fit_words(task: _Task, fit: "VocabularyFit") -> Report:
+    """Fit words to the numbers of tissues.
+
+    Raises:
+        UsageError: A check of the derivatives of a motion was requested.
+        TissueError: The vocabulary cannot be written to its file.
+    """
+    from tissuec.learn.presets.fitted_vocabulary import (
+        compose_vocabulary,
+        rehearse_vocabulary,
+        sources_of,
+    )
+    from tissuec.learn.presets.placing import place
+    from tissuec.learn.report.fitted_words import as_dict, fitted_parts
+    from tissuec.learn.report.passes import Passes
+    from tissuec.learn.report.text import judged_parts
+    from tissuec.learn.report.words import unified
+    from tissuec.learn.words_fit.fitting import fit_words
+    from tissuec.pipeline import read_words
+
+    order, request, target = task.order, task.request, task.target
+    if order.gradient:
+        raise click.UsageError(
+            f"learn {fit.name} has no data, so there are no derivatives of a motion to check"
+        )
+    words = read_words(request)[0]
+    sources = sources_of(fit, words)
+    if target is not None:
+        task.keep([*sources.values()], [target])
+        task.keep((), rehearse_vocabulary(fit, words, request, target).files)
+    with Passes(f"learn {fit.name}", shown=task.settings.shows_progress) as line:
+        learnt = fit_words(request, fit, words, progress=line.at)
+    verdicts = learnt.verdicts
+    task.settings.show(*fitted_parts(learnt), *judged_parts(verdicts))
+    if order.diff:
+        before = {name: one.text for name, one in sources.items()}
+        task.settings.show(Verbatim("".join(unified(before, learnt.texts))))
+    doubt = _failures(verdicts) if learnt.converged else f"{learnt.reason}; increase passes"
+    files: Sequence[Path] = ()
+    if target is not None and (order.anyway or not doubt):
+        files = place(compose_vocabulary(learnt, words, request, target), force=order.force)
+    return task.finished(as_dict(learnt), files, doubt, is_fine=not doubt)

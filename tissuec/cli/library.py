@@ -4,13 +4,13 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, CommandGroup, Settings, echo, print_json
+from tissuec.cli.common import Command, CommandGroup, Settings
 from tissuec.cli.completing import shipped_names
 from tissuec.core import resources
-from tissuec.core.columns import aligned
 from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
 from tissuec.core.hints import did_you_mean
+from tissuec.core.report import FactSection, FactTable, Part, Report
 
 KINDS = {
     "scenes": "scenes to run",
@@ -23,44 +23,38 @@ KINDS = {
 
 @click.group(cls=CommandGroup, invoke_without_command=True)
 @click.pass_context
-def command(ctx: click.Context, settings: Settings) -> int:
+def command(ctx: click.Context, settings: Settings) -> Report | None:
     """List the shipped library, or copy a part of it to edit.
 
     \b
     tissuec library
     tissuec library copy sterilisation
     """
-    if ctx.invoked_subcommand is None:
-        return show_all(settings)
-    return DONE
+    return shipped() if ctx.invoked_subcommand is None else None
 
 
 @command.command("list", cls=Command)
-def listing(settings: Settings) -> int:
+def listing(settings: Settings) -> Report:
     """List vocabularies, tissues and scenes with one line each."""
-    return show_all(settings)
+    return shipped()
 
 
-def show_all(settings: Settings) -> int:
-    """Print everything shipped, one line each."""
-    entries = _entries()
-    if settings.json:
-        print_json(entries)
-        return DONE
+def shipped() -> Report:
+    """Return a line on everything that is shipped."""
+    entries, parts = _entries(), list[Part]()
     for kind, title in KINDS.items():
-        echo(f"{title}:")
         rows = [(entry["name"], entry["about"]) for entry in entries if entry["kind"] == kind]
-        for line in aligned(rows, (28,)):
-            echo(f"  {line}")
-    echo("\nto copy one and edit it: tissuec library copy NAME")
-    return DONE
+        table = FactTable((), rows, least=(28,))
+        parts.append(FactSection(f"{title}:", [table], apart=False))
+    parts.append("\nto copy one and edit it: tissuec library copy NAME")
+    return Report(parts, entries)
 
 
 @command.command("copy", cls=Command)
 @click.argument("name", shell_complete=shipped_names(*KINDS, short=True, files=False))
 @click.argument("destination", default=".", type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Replace an existing file.")
-def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
+def copy(settings: Settings, name: str, destination: Path, force: bool) -> Report:
     """Copy the shipped file NAME to DESTINATION, a folder or a new file name."""
     entry = _find(name)
     target = destination / Path(entry["file"]).name if destination.is_dir() else destination
@@ -68,11 +62,8 @@ def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
         raise TissueError(f'"{target}" exists; use --force to replace it, or name another file')
     write_file(target, Path(entry["file"]).read_bytes())
     what = f"{entry['kind']}/{entry['name']}"
-    if settings.json:
-        print_json({"copied": what, "to": str(target)})
-    else:
-        settings.say(f"copied {what} to {target}")
-    return DONE
+    document = {"copied": what, "to": str(target)}
+    return Report([f"copied {what} to {target}"], document, level="remark")
 
 
 def _entries() -> list[dict[str, str]]:

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, library_option, print_json
+from tissuec.cli.common import Command, Settings, library_option
 from tissuec.core.errors import TissueError
+from tissuec.core.report import Report
 
 
 @click.command(cls=Command)
@@ -19,14 +20,14 @@ from tissuec.core.errors import TissueError
 )
 def command(
     settings: Settings, libraries: tuple[Path, ...], stdio: bool, vsix: Path | None
-) -> int:
+) -> Report | None:
     """Start the language server for editors.
 
     Editors start it automatically; see the page "Writing scenes" of the manual. It reads
     requests from stdin and answers on stdout.
     """
     if vsix is not None:
-        return _write(vsix, settings)
+        return _write(vsix)
     try:
         import_module("pygls.lsp.server")  # told here, before anything else is loaded
     except ImportError:
@@ -36,10 +37,10 @@ def command(
     from tissuec.lsp.server import make_server
 
     make_server(libraries).start_io()
-    return DONE
+    return None
 
 
-def _write(target: Path, settings: Settings) -> int:
+def _write(target: Path) -> Report:
     """Write the extension, and say how it is installed."""
     from tissuec.lsp.vsix import write_vsix
 
@@ -49,8 +50,5 @@ def _write(target: Path, settings: Settings) -> int:
         place = Path(error.filename or target)
         what = "write" if place == target else "read"
         raise TissueError(f'cannot {what} "{place}": {error.strerror}') from None
-    if settings.json:
-        print_json({"file": str(target)})
-        return DONE
-    settings.say(f"{target}: install it with code --install-extension {target}")
-    return DONE
+    how = f"{target}: install it with code --install-extension {target}"
+    return Report([how], {"file": str(target)}, level="remark")

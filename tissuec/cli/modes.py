@@ -5,22 +5,12 @@ from pathlib import Path
 import click
 
 from tissuec.cli.arguments import OptionReader
-from tissuec.cli.common import (
-    DONE,
-    Command,
-    Settings,
-    echo,
-    keep_input,
-    print_json,
-    report,
-    scene_options,
-)
-from tissuec.core.columns import aligned
+from tissuec.cli.common import Command, SceneOptions, Settings, keep_input, scene_options
+from tissuec.core.report import Report
 from tissuec.core.units import FREQUENCY
 from tissuec.view.plots.options import reader
 
 LARGEST = 1000
-COLUMNS = (6, 12, 10, 15)  # least widths
 
 
 @click.command(cls=Command)
@@ -48,8 +38,8 @@ COLUMNS = (6, 12, 10, 15)  # least widths
 @scene_options
 def command(
     settings: Settings, scene: Path, body: str | None, count: int, above: float | None,
-    out: Path | None, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
-) -> int:  # fmt: skip
+    out: Path | None, given: SceneOptions,
+) -> Report:  # fmt: skip
     """Print natural frequencies and damping of SCENE at 0 s.
 
     Modes are small motions about that state, with prestress, laws and enclosed volumes, but
@@ -67,30 +57,19 @@ def command(
     from tissuec.analysis.vibration.scene import scene_modes
     from tissuec.compiler.manifest import manifest_of
     from tissuec.pipeline import compile_request
-    from tissuec.scene.request import Request
-    from tissuec.view.summaries import modes as wording
+    from tissuec.view.summaries.modes import modes_report
 
     if above is not None and above < 0.0:
         raise click.BadParameter("a frequency must be 0 or more", param_hint="'--above'")
     if out is not None:
         keep_input(out, scene)
-    request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
+    request = given.request(scene)
     compiled, warnings = compile_request(request)
-    if not settings.json:
-        report(warnings, settings)
+    settings.warn(warnings)
     found = scene_modes(compiled, body=body, count=count, above=above)
     file = None
     if out is not None and len(found):
         from tissuec.analysis.vibration.frames import write_modes
 
         file = write_modes(found, compiled, out, manifest_of(compiled, request))
-    if settings.json:
-        print_json({"ok": True, **wording.as_dict(found), "file": file})
-        return DONE
-    for line in aligned(wording.rows(found), COLUMNS):
-        echo(line)
-    for note in found.notes:
-        settings.say(f"note: {note}")
-    if file is not None:
-        settings.say(f"wrote {file}")
-    return DONE
+    return modes_report(found, file)

@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import Any, cast
 
 import click
-from msgspec.structs import fields
+from msgspec.structs import asdict, fields
 
 from tissuec.cli.arguments import OptionReader
-from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
+from tissuec.cli.common import Command, SceneOptions, Settings, keep_input, scene_options
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
+from tissuec.core.report import Fact, Report
 from tissuec.view.plots import PLOTS, USUAL
 from tissuec.view.plots.options import Option, options_of
 from tissuec.view.plots.styles import STYLES, style_named
@@ -135,11 +136,9 @@ def command(
     dpi: int,
     title: str,
     style: str,
-    overrides: tuple[str, ...],
-    libraries: tuple[Path, ...],
-    strict: bool,
+    given: SceneOptions,
     **options: Any,
-) -> int:
+) -> Report:
     """Plot FILES: results, tables of studies, vocabularies, scenes, or the JSON of benchmarks.
 
     By default, the plot of a result is an overview, that of a table depends on the design of
@@ -158,43 +157,30 @@ def command(
     from tissuec.view.plots.page import need_matplotlib
 
     need_matplotlib()  # before all the work
-    given = {name: value for name, value in options.items() if value not in (None, ())}
+    chosen = {name: value for name, value in options.items() if value not in (None, ())}
     if output is not None:
         check_suffix(output)
         for file in files:
             keep_input(output, Path(file))
     try:
         figure: Any = draw(
-            kind, *files, size=size, title=title, style=style, overrides=overrides,
-            libraries=libraries, strict=strict, **given,
+            kind, *files, size=size, title=title, style=style, **asdict(given), **chosen,
         )  # fmt: skip
     except WrongOption as error:
         raise click.UsageError(str(error)) from error
     target = output or _name(files[0], figure.kind)
     save(figure, target, dpi=dpi)
-    _report(figure, target, files, settings)
-    return DONE
-
-
-def _report(figure: Any, target: Path, files: tuple[str, ...], settings: Settings) -> None:
-    """Say what was drawn."""
-    if settings.json:
-        width, height = (round(25.4 * side, 2) for side in figure.get_size_inches())
-        print_json(
-            {
-                "ok": True,
-                "file": target,
-                "kind": figure.kind,
-                "drawn_of": files,
-                "size_mm": [width, height],
-                "notes": figure.notes,
-                **figure.numbers,
-            }
-        )
-        return
-    for note in figure.notes:
-        settings.say(f"note: {note}")
-    settings.say(f"wrote {target}")
+    width, height = (round(25.4 * side, 2) for side in figure.get_size_inches())
+    document = {
+        "file": target,
+        "kind": figure.kind,
+        "drawn_of": files,
+        "size_mm": [width, height],
+        "notes": figure.notes,
+        **figure.numbers,
+    }
+    notes = [Fact("note", note) for note in figure.notes]
+    return Report([*notes, f"wrote {target}"], document, level="remark")
 
 
 def _name(file: str, kind: str) -> Path:

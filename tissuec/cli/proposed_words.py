@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tissuec.cli.common import DONE, Settings, echo, print_json
-from tissuec.core.columns import aligned
 from tissuec.core.data import as_data
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
+from tissuec.core.report import FactTable, Part, Report
 
 if TYPE_CHECKING:
     from tissuec.analysis.proposal import ProposedTissue
@@ -19,16 +18,13 @@ if TYPE_CHECKING:
 NAME = "proposed tissue"  # of a tissue that is made of numbers
 
 
-def propose_words(
-    words: "ResolvedProgram", wanted: str, libraries: tuple[Path, ...], settings: Settings
-) -> int:
-    """Print the words of a vocabulary that come nearest to numbers.
+def propose_words(words: "ResolvedProgram", wanted: str, libraries: tuple[Path, ...]) -> Report:
+    """Return the words of a vocabulary that come nearest to numbers.
 
     Args:
         words: The vocabulary.
         wanted: The name of a tissue, or numbers with their names.
         libraries: Further folders of tissues.
-        settings: Settings of the command.
 
     Raises:
         TissueError: There is no such tissue, it has no number, or no rule concludes one.
@@ -50,11 +46,8 @@ def propose_words(
                 + '; give numbers instead, such as --from "Young\'s modulus = 5 kPa"'
             )
     found = propose(words.vocabulary, numbers, rules, facts)
-    if settings.json:
-        print_json({**as_data(found), "text": found.text(name)})
-        return DONE
-    _print(found, name, _unsaid(found, numbers))
-    return DONE
+    parts = _parts(found, name, _unsaid(found, numbers))
+    return Report(parts, {**as_data(found), "text": found.text(name)})
 
 
 def _read(text: str) -> "Mapping[str, AssignedQuantity]":
@@ -104,22 +97,32 @@ def _unsaid(found: "ProposedTissue", numbers: "Mapping[str, AssignedQuantity]") 
     return [one.quantity.name for key, one in numbers.items() if key not in said]
 
 
-def _print(found: "ProposedTissue", name: str, unsaid: list[str]) -> None:
-    rows: list[tuple[str, ...]] = [("number", "wanted", "by the words", "ratio")]
-    for one in found.numbers:
-        ratio = "" if one.ratio is None else f"{one.ratio:.2f}"
-        rows.append((one.quantity, one.shown(one.wanted), one.shown(one.found), ratio))
-    for line in aligned(rows, (24, 14, 14)):
-        echo(line)
-    echo("")
-    words: list[tuple[str, ...]] = [("property", "word", "degrees", "decides")]
-    for word in found.words:
-        degrees = ", ".join(f"{text} {degree:.2f}" for text, degree in word.degrees)
-        words.append((word.property, word.phrase, degrees, word.decides))
-    for line in aligned(words, (18, 20, 28)):
-        echo(line)
+def _parts(found: "ProposedTissue", name: str, unsaid: list[str]) -> list[Part]:
+    numbers = [
+        (
+            one.quantity,
+            one.shown(one.wanted),
+            one.shown(one.found),
+            "" if one.ratio is None else f"{one.ratio:.2f}",
+        )
+        for one in found.numbers
+    ]
+    words = [
+        (
+            word.property,
+            word.phrase,
+            ", ".join(f"{text} {degree:.2f}" for text, degree in word.degrees),
+            word.decides,
+        )
+        for word in found.words
+    ]
+    parts: list[Part] = [
+        FactTable(("number", "wanted", "by the words", "ratio"), numbers, least=(24, 14, 14)),
+        "",
+        FactTable(("property", "word", "degrees", "decides"), words, least=(18, 20, 28)),
+    ]
     if found.left:
-        echo(f"\nwithout effect on these numbers: {', '.join(found.left)}")
+        parts.append(f"\nwithout effect on these numbers: {', '.join(found.left)}")
     if unsaid:
-        echo(f"\nno rule concludes: {', '.join(unsaid)}")
-    echo(f"\n{found.text(name)}")
+        parts.append(f"\nno rule concludes: {', '.join(unsaid)}")
+    return [*parts, f"\n{found.text(name)}"]

@@ -1,23 +1,23 @@
 """``tissuec report``: Write a page on a run: motion, curves, the origin of every number."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from tissuec.cli.common import (
-    DONE,
     Command,
+    Reports,
     Settings,
     check_page_name,
     keep_input,
     library_option,
-    print_json,
     show_page,
 )
 from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
+from tissuec.core.report import DONE, Report
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
@@ -53,7 +53,7 @@ def command(
     validation: Path | None,
     libraries: tuple[Path, ...],
     opens: bool,
-) -> int:
+) -> Reports:
     """Write one HTML page about each of RESULTS; tube.vtkhdf gives tube.report.html.
 
     RESULTS are result files, or tables of studies. A page is one file and needs no network.
@@ -71,31 +71,37 @@ def command(
         other = "--validate" if validates else "several results"
         raise click.UsageError(f"--validation is for one run and cannot be used with {other}")
     pages = _pages(results, output)
-    documents: list[dict[str, Any]] = []
-    codes: list[int] = []
-    for result, page in pages.items():
-        keep_input(page, result)
-        if validation is not None:
-            keep_input(page, validation)
-        if is_table(result):
-            if validates or validation is not None:
-                raise click.UsageError(f'"{result}" is the table of a study; validate a scene')
-            word, reasons, code = *_write_study(result, page), DONE
-        else:
-            content, code = _write(
-                result, page, validation, libraries, settings, validates=validates
-            )
-            word = content.verdict.word
-            reasons = [reason for reason, _ in content.verdict.reasons]
-        documents.append(_document(result, page, word, reasons))
-        codes.append(code)
-        if not settings.json:
-            settings.say(f"{result}: {word}\n  report: {page}")
-        if opens:
-            show_page(page)
-    if settings.json:
-        print_json(documents[0] if len(documents) == 1 else documents)
-    return max(codes)
+
+    def each() -> Iterator[Report]:
+        for result, page in pages.items():
+            keep_input(page, result)
+            if validation is not None:
+                keep_input(page, validation)
+            if is_table(result):
+                if validates or validation is not None:
+                    raise click.UsageError(
+                        f'"{result}" is the table of a study; validate a scene'
+                    )
+                word, reasons, code = *_write_study(result, page), DONE
+            else:
+                content, code = _write(
+                    result, page, validation, libraries, settings, validates=validates
+                )
+                word = content.verdict.word
+                reasons = [reason for reason, _ in content.verdict.reasons]
+            document = {
+                "result": str(result),
+                "report": str(page),
+                "bytes": page.stat().st_size,
+                "verdict": word,
+                "reasons": reasons,
+            }
+            if opens:
+                show_page(page)
+            parts = (f"{result}: {word}", f"  report: {page}")
+            yield Report(parts, document, code, level="remark")
+
+    return Reports(each(), len(pages) > 1)
 
 
 def _pages(results: Sequence[Path], output: Path | None) -> dict[Path, Path]:
@@ -140,13 +146,14 @@ def _write(
         if validation is not None:
             document = _read_validation(validation, trajectory)
         elif validates:
-            from tissuec.cli.validate import CODES, validated
+            from tissuec.cli.validate import validated
+            from tissuec.validate.report import VERDICTS
 
             if recompiled.compiled is None:
                 reasons = "; ".join(doubt.text for doubt in recompiled.doubts)
                 raise TissueError(f'cannot validate "{result}": {reasons}')
             document = validated(recompiled.compiled, "DOP853", None, settings)
-            code = CODES[document["verdict"]]
+            code = VERDICTS[document["verdict"]][2]
         content = ReportContent(trajectory, validation=document, recompiled=recompiled)
         write_file(page, render(content))
     return content, code
@@ -175,14 +182,3 @@ def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     if flaw := misfit(document, trajectory):
         raise TissueError(f'"{path}" {flaw}')
     return document
-
-
-def _document(result: Path, page: Path, word: str, reasons: list[str]) -> dict[str, Any]:
-    return {
-        "ok": True,
-        "result": str(result),
-        "report": str(page),
-        "bytes": page.stat().st_size,
-        "verdict": word,
-        "reasons": reasons,
-    }

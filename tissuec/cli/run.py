@@ -1,49 +1,34 @@
 """``tissuec run``: Simulate scenes and write their motion to HDF5."""
 
 import gc
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 from msgspec.structs import replace
 
 from tissuec.cli import USUAL_THRESHOLDS
 from tissuec.cli.common import (
-    DONE,
-    FAILED,
     PAGES,
-    STOPPED,
-    WRONG_TEXT,
     Command,
+    Reports,
+    SceneOptions,
     Settings,
-    as_json,
-    echo,
     keep_input,
-    print_json,
-    report,
     scene_options,
-)  # fmt: skip
+)
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.precision import PRECISIONS, SINGLE
-from tissuec.core.units import TIME, show
-from tissuec.engine.execution.signals import SIGNALLED, exit_code
+from tissuec.core.report import STOPPED, WRONG_TEXT, Report, failed
 from tissuec.results import wording
-from tissuec.results.promise import Promise
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.engine.execution.companion import Mode
-    from tissuec.engine.execution.run import Outcome
-    from tissuec.model.network import Network
-    from tissuec.pipeline import Result
-    from tissuec.scene.request import Request
 
-MOST_SPRINGS_NAMED = 6
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # endings of results
 # Springs from which memory counts more than the time of searching for cycles of objects.
 LARGE = 1_000_000
-_CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 
 
 @click.command(cls=Command)
@@ -101,8 +86,8 @@ def command(
     precision: str | None,
     compress: bool,
     twin: bool | None,
-    **options: Any,
-) -> int:
+    given: SceneOptions,
+) -> Reports:
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the current directory.
 
     ParaView, H5MD readers and h5py open the result. When the run ends, it replaces an earlier
@@ -120,30 +105,36 @@ def command(
             "a resumed run keeps the storage with which it began: omit --precision and "
             "--compress"
         )
-    companion = "off" if twin is False else companion
-    codes: list[int] = []
-    documents: list[dict[str, Any]] = []
-    for path, target in _targets(scenes, output, folder).items():
-        again = _again(path, output, folder, blocks=blocks, **options)
-        code, document = _run_one(
-            path,
-            target,
-            again,
-            settings,
-            resume=resume,
-            companion=companion,
-            threads=threads,
-            blocks=blocks,
-            storage=storage,
-            **options,
+    order = _RunOrder(
+        resume, "off" if twin is False else companion, threads, blocks, storage, output, folder,
+        given,
+    )  # fmt: skip
+    targets = _targets(scenes, output, folder)
+    each = (_run(path, target, order, settings) for path, target in targets.items())
+    return Reports(each, len(scenes) > 1)
+
+
+class _RunOrder(NamedTuple):
+    """Options that are the same for all scenes; see the options of the command."""
+
+    resume: bool
+    companion: "Mode"
+    threads: int | None
+    blocks: bool
+    storage: "_Storage"
+    output: Path | None
+    folder: Path | None
+    given: SceneOptions
+
+    def again(self, path: Path) -> str:
+        """Return the command line that resumes the run of a scene."""
+        options = [
+            ("-o", self.output), ("--out", self.folder),
+            *wording.set_options(self.given.overrides, self.given.libraries),
+        ]  # fmt: skip
+        return wording.command(
+            path, options, resume=True, strict=self.given.strict, blocks=self.blocks
         )
-        codes.append(code)
-        documents.append(document)
-        if code > SIGNALLED:
-            break
-    if settings.json:
-        print_json(documents[0] if len(scenes) == 1 else documents)
-    return max(codes)
 
 
 class _Storage(NamedTuple):
@@ -236,216 +227,36 @@ def _targets(
     return targets
 
 
-def _again(
-    path: Path, output: Path | None, folder: Path | None, *, blocks: bool,
-    overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
-) -> str:  # fmt: skip
-    """Return the command line that goes on with a run."""
-    options = [("-o", output), ("--out", folder), *wording.set_options(overrides, libraries)]
-    return wording.command(path, options, resume=True, strict=strict, blocks=blocks)
-
-
-def _run_one(
-    path: Path, target: Path, again: str, settings: Settings, *,
-    resume: bool, companion: "Mode", threads: int | None, blocks: bool, storage: _Storage,
-    overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
-) -> tuple[int, dict[str, Any]]:  # fmt: skip
-    from tissuec.compiler.manifest import outcome_facts
-    from tissuec.core.progress import compiling
-    from tissuec.pipeline import compile_request
+def _run(path: Path, target: Path, order: _RunOrder, settings: Settings) -> Report:
+    """Return the report on a scene that is run."""
+    from tissuec.core.progress import RunProgress, compiling
+    from tissuec.pipeline import compile_request, simulate
     from tissuec.results.errors import PlaceError
     from tissuec.results.places import make_folder
-    from tissuec.scene.request import Request
+    from tissuec.view.summaries.run import run_report
 
-    document: dict[str, Any] = {"scene": str(path), "ok": False}
+    scene, shown = str(path), settings.shows_progress
     try:
-        request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
-        with compiling(request.source.name, shown=settings.shows_progress):
+        request = order.given.request(path)
+        with compiling(request.source.name, shown=shown):
             compiled, warnings = compile_request(request)
     except CompileError as error:
-        if not settings.json:
-            report(error.diagnostics, settings)
-        return WRONG_TEXT, document | {"diagnostics": as_json(error.diagnostics)}
-    if not settings.json:
-        report(warnings, settings)
+        return Report((), {"scene": scene}, WRONG_TEXT, error.diagnostics)
+    settings.warn(warnings)
     if compiled.network.spring_count > LARGE:
         gc.set_threshold(*USUAL_THRESHOLDS)
     try:
         make_folder(target.parent)
-        result = _with_progress(
-            storage.of(compiled),
-            request,
-            target,
-            settings,
-            resume=resume,
-            companion=companion,
-            threads=threads,
-            blocks=blocks,
-        )
+        compiled = order.storage.of(compiled)
+        duration = compiled.plan.simulation.duration
+        with RunProgress(request.source.name, duration, shown=shown) as progress:
+            result = simulate(
+                compiled, target, request=request, resume=order.resume,
+                companion=order.companion, threads=order.threads, blocks=order.blocks,
+                progress=progress.at,
+            )  # fmt: skip
     except TissueError as error:
-        if not settings.json:
-            echo(f"error: {error}", err=True)
         code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
-        return code, document | {"error": str(error)}
-    outcome = result.outcome
-    facts = {
-        **outcome_facts(compiled.plan, outcome, result.estimate),
-        "wall_time": outcome.wall_time,
-    }
-    code = _code_of(outcome, facts, strict=strict)
-    document |= _document(compiled, result, facts) | {
-        "ok": code == DONE,
-        "diagnostics": as_json(warnings),
-    }
-    interrupted = outcome.kind == "interrupted"
-    if interrupted:
-        document["go_on_with"] = again
-    if not settings.json:
-        _tell(path, compiled, result, facts, settings)
-        if interrupted:
-            settings.say(f"  resume with: {again}")
-    return code, document
-
-
-def _code_of(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
-    """Return the exit code of a run that has begun."""
-    if outcome.kind == "interrupted" or outcome.signal is not None:
-        return exit_code(outcome.signal)
-    is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
-    is_done = _CODES[outcome.kind] == DONE
-    return FAILED if is_done and (outcome.failures or is_off) else _CODES[outcome.kind]
-
-
-def _with_progress(
-    compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
-    resume: bool, companion: "Mode", threads: int | None, blocks: bool,
-) -> "Result":  # fmt: skip
-    from tissuec.core.progress import RunProgress
-    from tissuec.pipeline import simulate
-
-    duration = compiled.plan.simulation.duration
-    name, shown = request.source.name, settings.shows_progress
-    with RunProgress(name, duration, shown=shown) as progress:
-        return simulate(
-            compiled,
-            target,
-            request=request,
-            resume=resume,
-            companion=companion,
-            threads=threads,
-            blocks=blocks,
-            progress=progress.at,
-        )
-
-
-def _tell(
-    path: Path, compiled: "Compiled", result: "Result", facts: Mapping[str, Any],
-    settings: Settings,
-) -> None:  # fmt: skip
-    """Say on stderr what came out."""
-    from tissuec.results.recording import ExpectationResult
-
-    outcome, network = result.outcome, compiled.network
-    if outcome.kind in ("done", "interrupted"):
-        settings.say(f"{path}: {outcome.message}")
-    else:
-        echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
-    settings.say(f"  {network.size}; {wording.stepping(facts)}")
-    for note in outcome.notes:
-        settings.say(f"  note: {note}")
-    known: set[str] = set()
-    doubted = {doubt.what for doubt in outcome.doubts}
-    for time, logged_event in outcome.logged_events:
-        # What slips or leaks once may continue to do so in many small steps.
-        subjects = {"slip": logged_event.cause, "leak": logged_event.span.place}
-        subject = subjects.get(logged_event.kind)
-        is_first = subject is not None and subject not in known
-        if subject is not None:
-            known.add(subject)
-        is_note = logged_event.kind == "note" and logged_event.cause not in doubted
-        if settings.verbose or is_first or is_note or logged_event.kind == "trigger":
-            springs = _springs(network, logged_event.springs)
-            what = f"{logged_event.kind}{springs}: {logged_event.cause}"
-            settings.say(f"  {show(time, TIME)}: {what} ({logged_event.span.place})")
-    for line in wording.springs_of_events(
-        ((e.kind, e.springs) for _, e in outcome.logged_events), network.first_mark
-    ):
-        settings.say(f"  {line}")
-    expectations = [ExpectationResult(**one) for one in facts["expectations"]]
-    for one in expectations:
-        if one.state == "fails":
-            expectation, measured = wording.failure(one)
-            echo(f"  FAILED {expectation}\n         {measured}", err=True)
-    if expectations:
-        said = wording.expectations([one.state for one in expectations])
-        settings.say(f"  expectations: {said}")
-    for doubt in outcome.doubts:
-        echo(f"  doubtful: {doubt}", err=True)
-    if "promise" in facts:
-        _tell_accuracy(Promise.of(facts), settings)
-    settings.say(f"  result: {result.path}")
-    for name, view in result.views.items():
-        settings.say(f"  surface of {name}: {view}")
-    if result.blocks is not None:
-        settings.say(f"  blocks: {result.blocks}")
-    for sentence in result.left_out:
-        settings.say(f"  note: {sentence}")
-
-
-def _springs(network: "Network", springs: Sequence[int]) -> str:
-    """Return which springs something happened to, by the author's ids."""
-    marks = [spring for spring in springs if spring >= network.first_mark]
-    if not springs or marks:  # of elements, the cause says which
-        return ""
-    ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
-    more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
-    return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
-
-
-def _tell_accuracy(promise: Promise, settings: Settings) -> None:
-    """Say how accurate positions are, loudly where they are not as promised."""
-    said = wording.accuracy(promise)
-    if promise.since is not None:
-        echo(f"  warning: {said}", err=True)
-    else:
-        verb = "" if promise.differs else "; checked"
-        took = "" if promise.error is None else f"{verb} in {promise.seconds:.2f} s"
-        settings.say(f"  accuracy: {said}{took}")
-
-
-def _document(
-    compiled: "Compiled", result: "Result", facts: Mapping[str, Any]
-) -> dict[str, Any]:
-    outcome, expectations = result.outcome, facts["expectations"]
-    return {
-        "result": str(result.path),
-        "surfaces": {name: str(view) for name, view in result.views.items()},
-        "blocks": None if result.blocks is None else str(result.blocks),
-        "left_out": list(result.left_out),
-        "outcome": outcome.kind,
-        "message": outcome.message,
-        "wall_time": outcome.wall_time,
-        **compiled.network.size.facts,
-        "statistics": facts["statistics"],
-        "notes": facts["notes"],
-        "doubts": facts["doubts"],
-        "events": [
-            {
-                "time": t,
-                "kind": h.kind,
-                "springs": list(h.springs),
-                "cause": h.cause,
-                "place": h.span.place,
-            }
-            for t, h in outcome.logged_events
-        ],
-        "expectations": len(expectations),
-        "failures": [
-            {name: one[name] for name in ("expect", "time", "measured")}
-            for one in expectations
-            if one["state"] == "fails"
-        ],
-        "promise": str(Promise.of(facts)),
-        "error_estimate": facts.get("promise"),
-        "unreached": [one["expect"] for one in expectations if one["state"] == "not reached"],
-    }
+        return failed(error, code, scene=scene)
+    again = order.again(path)
+    return run_report(scene, compiled, result, warnings, again, strict=order.given.strict)

@@ -1,35 +1,23 @@
 """``tissuec study``: Run a scene many times with varied values, and write one table."""
 
-from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from tissuec.cli.common import (
-    DONE,
-    FAILED,
-    STOPPED,
-    WRONG_TEXT,
     Command,
+    SceneOptions,
     Settings,
-    as_json,
     echo,
     keep_input,
-    print_json,
-    report,
     scene_options,
-    tell_mistakes,
     worker_options,
-)  # fmt: skip
-from tissuec.core.errors import CompileError, TissueError, counted
+)
+from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.report import STOPPED, WRONG_TEXT, Fact, Report, failed
 from tissuec.engine.execution.signals import exit_code
-from tissuec.results import wording
 
-if TYPE_CHECKING:
-    from tissuec.studies.study import PreparedStudy, StudyResult
-
-MOST_REASONS = 5  # of failed runs that are told
 # As in ``scene.study_entries``, which would take 50 ms of every ``--help``.
 _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol indices")
 
@@ -85,11 +73,9 @@ def command(
     settings: Settings,
     scene: Path,
     name: str | None,
-    overrides: tuple[str, ...],
-    libraries: tuple[Path, ...],
-    strict: bool,
+    given: SceneOptions,
     **options: Any,
-) -> int:
+) -> Report:
     """Run SCENE many times, as its study block or the options specify.
 
     NAME selects one of several study blocks. The table has one row for each run and can be read
@@ -98,18 +84,14 @@ def command(
     130 interrupted.
     """
     from tissuec.results.errors import PlaceError
-    from tissuec.scene.request import Request
     from tissuec.studies.progress import StudyProgress
+    from tissuec.studies.report import study_report
     from tissuec.studies.study import prepare, run_study
     from tissuec.workers.selection import workers_of
 
     try:
-        request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
-        prepared = prepare(request, name, sentences=_sentences(options))
-    except CompileError as error:
-        tell_mistakes(error, settings, scene=str(scene))
-        return WRONG_TEXT
-    except PlaceError:
+        prepared = prepare(given.request(scene), name, sentences=_sentences(options))
+    except (CompileError, PlaceError):
         raise
     except TissueError as error:
         raise click.UsageError(str(error)) from error
@@ -117,8 +99,7 @@ def command(
         f"{scene.stem}.{'_'.join(prepared.study.name.split())}.csv"
     )
     keep_input(target, scene)
-    if not settings.json:
-        report(prepared.warnings, settings)
+    diagnostics = settings.warn(prepared.warnings)
     try:
         workers = workers_of(
             options["workers"],
@@ -130,14 +111,14 @@ def command(
                 prepared, workers, out=target, fresh=options["fresh"], progress=line.at
             )
     except KeyboardInterrupt as error:
-        return _interrupted(error, target, settings)
+        again = f"  {target} has the runs so far; the same command continues"
+        parts = (Fact("", "interrupted", "failure"), Fact("", again, "remark"))
+        code = exit_code(getattr(error, "signal", None))
+        return Report(parts, {"error": "interrupted", "table": str(target)}, code)
     except TissueError as error:
-        if not settings.json:
-            echo(f"error: {error}", err=True)
-        else:
-            print_json({"scene": str(scene), "ok": False, "error": str(error)})
-        return WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
-    return _finish(scene, prepared, result, target, settings)
+        code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
+        return failed(error, code, scene=str(scene))
+    return study_report(str(scene), prepared, result, target, diagnostics)
 
 
 def _sentences(options: dict[str, Any]) -> list[str]:
@@ -152,100 +133,3 @@ def _sentences(options: dict[str, Any]) -> list[str]:
     if options["no_error_estimate"]:
         found.append("error estimate is off")
     return found
-
-
-def _code(result: "StudyResult") -> int:
-    """Return the exit code."""
-    if not result.table.finished.any():
-        return STOPPED
-    return DONE if all(verdict.holds for verdict in result.verdicts) else FAILED
-
-
-def _interrupted(error: KeyboardInterrupt, target: Path, settings: Settings) -> int:
-    if settings.json:
-        print_json({"ok": False, "error": "interrupted", "table": str(target)})
-    else:
-        echo("interrupted", err=True)
-        settings.say(f"  {target} has the runs so far; the same command continues")
-    return exit_code(getattr(error, "signal", None))
-
-
-def _finish(
-    scene: Path,
-    prepared: "PreparedStudy",
-    result: "StudyResult",
-    target: Path,
-    settings: Settings,
-) -> int:
-    """Say what came out, and return the exit code."""
-    code = _code(result)
-    if settings.json:
-        facts = {"scene": str(scene), "study": prepared.study.name, "ok": code == DONE}
-        print_json(
-            facts | _document(result, target) | {"diagnostics": as_json(prepared.warnings)}
-        )
-    else:
-        _tell(scene, prepared, result, target, settings)
-    return code
-
-
-def _tell(
-    scene: Path,
-    prepared: "PreparedStudy",
-    result: "StudyResult",
-    target: Path,
-    settings: Settings,
-) -> None:
-    """Say on stderr what came out."""
-    from tissuec.scene.study_model import called
-    from tissuec.studies.analysis.completed import completed
-    from tissuec.studies.summary import doubts_in_words
-
-    table = result.table
-    taken = f", {result.taken_over} of them done before" if result.taken_over else ""
-    name, count = called(table.head.name), counted(len(table), "run")
-    settings.say(f"{scene}: {name}: {count}{taken}; {result.seconds:.1f} s")
-    for outcome, count in Counter(table.outcome).items():
-        settings.say(f"  {outcome}: {count}")
-    reasons = Counter(reason for reason in table.reason if reason)
-    for reason, count in reasons.most_common(MOST_REASONS):
-        settings.say(f"    {counted(count, 'run')}: {reason}")
-    promises = Counter(promise.split(" ")[0] for promise in table.promise)
-    for promise in ("broken", "unknown"):
-        if promises[promise]:
-            settings.say(f"  accuracy {promise}: {counted(promises[promise], 'run')}")
-    if doubts := doubts_in_words(table):
-        settings.say(f"  doubtful: {doubts}")
-    for verdict in result.verdicts:
-        if not verdict.holds:
-            echo(f"  FAILED {verdict.span.place}: {verdict.expect}", err=True)
-            echo(f"         {verdict.measured}", err=True)
-    if result.verdicts:
-        states = ["holds" if verdict.holds else "fails" for verdict in result.verdicts]
-        left_out = completed(table).left_out
-        beside = f" ({left_out})" if left_out.count else ""
-        settings.say(f"  expectations: {wording.expectations(states)}{beside}")
-    if prepared.keeps:
-        from tissuec.studies.study import RUNS
-
-        settings.say(f"  results: {target.with_suffix(RUNS)}")
-    settings.say(f"  table: {target}")
-
-
-def _document(result: "StudyResult", target: Path) -> dict[str, Any]:
-    """Return what came out for programs."""
-    from tissuec.studies.summary import doubtful
-
-    table = result.table
-    return {
-        "table": str(target),
-        "runs": len(table),
-        "taken_over": result.taken_over,
-        "outcomes": dict(Counter(table.outcome)),
-        "doubtful": doubtful(table),
-        "expectations": [
-            {"expect": one.expect, "holds": one.holds, "measured": one.measured}
-            for one in result.verdicts
-        ],
-        "wall_time": result.seconds,
-    }

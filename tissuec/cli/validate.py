@@ -6,34 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from tissuec.cli.common import (
-    DONE,
-    FAILED,
-    STOPPED,
-    WRONG_TEXT,
-    Command,
-    Settings,
-    as_json,
-    echo,
-    print_json,
-    report,
-    scene_options,
-    tell_mistakes,
-)
-from tissuec.core.errors import CompileError
+from tissuec.cli.common import Command, SceneOptions, Settings, scene_options
 from tissuec.core.progress import RunProgress
+from tissuec.core.report import Report
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
 
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
-CODES = {
-    "kept": DONE,
-    "nothing promised": DONE,
-    "broken": FAILED,
-    "undecided": FAILED,
-    "diverged": STOPPED,
-}
 
 
 @click.command(cls=Command)
@@ -58,10 +38,8 @@ def command(
     scene: Path,
     method: str,
     rtol: float | None,
-    overrides: tuple[str, ...],
-    libraries: tuple[Path, ...],
-    strict: bool,
-) -> int:
+    given: SceneOptions,
+) -> Report:
     """Run SCENE, solve it again with SciPy, and compare the errors with the tolerance.
 
     No file is written. A second SciPy solution checks the first. Exit code: 0 errors are within
@@ -69,24 +47,11 @@ def command(
     accurate enough to decide; 2 the text is wrong; 3 the run could not continue.
     """
     from tissuec.pipeline import compile_request
-    from tissuec.scene.request import Request
+    from tissuec.validate.report import validation_report
 
-    try:
-        request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
-        compiled, warnings = compile_request(request)
-    except CompileError as error:
-        tell_mistakes(error, settings, scene=str(scene))
-        return WRONG_TEXT
-    if not settings.json:
-        report(warnings, settings)
-    document = validated(compiled, method, rtol, settings)
-    code = CODES[document["verdict"]]
-    if settings.json:
-        facts = {"scene": str(scene), "ok": code == DONE, "diagnostics": as_json(warnings)}
-        print_json(facts | document)
-    else:
-        _tell(document)
-    return code
+    compiled, warnings = compile_request(given.request(scene))
+    facts = {"scene": str(scene), "diagnostics": settings.warn(warnings)}
+    return validation_report(validated(compiled, method, rtol, settings), facts)
 
 
 def validated(
@@ -110,15 +75,6 @@ def validated(
     except ReferenceFailure as failure:
         return {"verdict": "undecided", "reasons": [str(failure)]}
     return as_dict(validation, compiled.network)
-
-
-def _tell(document: dict[str, Any]) -> None:
-    from tissuec.validate.summary import as_text
-
-    if "run" in document:
-        echo("\n".join(as_text(document)))
-    else:
-        echo(f"error: {document['reasons'][0]}", err=True)
 
 
 class Stages(ExitStack):

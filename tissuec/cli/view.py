@@ -2,7 +2,7 @@
 
 import shlex
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -11,17 +11,17 @@ from msgspec import Struct
 
 from tissuec.cli.arguments import LateChoice, OptionReader, Pair, TimeArgument
 from tissuec.cli.common import (
-    DONE,
     Command,
+    Reports,
     Settings,
     check_page_name,
     keep_input,
-    print_json,
     show_page,
 )
 from tissuec.cli.field_range import field_range
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.files import replacing, write_file
+from tissuec.core.report import Part, Report
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
 from tissuec.view.player.fields import TISSUE, known_fields
@@ -168,7 +168,7 @@ def command(
     forces: bool,
     opens: bool,
     **chosen: Any,
-) -> int:
+) -> Reports:
     """Write pages that play RESULTS; tube.vtkhdf gives tube.html in the current directory.
 
     A page is one file that any browser opens, without a network. It replaces an earlier page,
@@ -191,17 +191,17 @@ def command(
         for result in results:
             keep_input(path, result)
     wish = ViewOptions(options, pictures, size, forces)
-    documents: list[dict[str, Any]] = []
-    for result in results:
-        page = pages.get(result)
-        if page is not None:
-            _check_replaceable(page)
-        documents.append(_show(result, page, wish, settings))
-        if opens and page is not None:
-            show_page(page)
-    if settings.json:
-        print_json(documents[0] if len(documents) == 1 else documents)
-    return DONE
+
+    def each() -> Iterator[Report]:
+        for result in results:
+            page = pages.get(result)
+            if page is not None:
+                _check_replaceable(page)
+            yield _show(result, page, wish, settings)
+            if opens and page is not None:
+                show_page(page)
+
+    return Reports(each(), len(results) > 1)
 
 
 def _range(text: str | None, name: str | None) -> tuple[float, float] | None:
@@ -295,9 +295,7 @@ class ViewOptions(Struct, frozen=True):
     forces: bool
 
 
-def _show(
-    result: Path, page: Path | None, wish: ViewOptions, settings: Settings
-) -> dict[str, Any]:
+def _show(result: Path, page: Path | None, wish: ViewOptions, settings: Settings) -> Report:
     """Write what is asked for of one result, and return what there is to say of it."""
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.player.reading import read_film
@@ -305,7 +303,7 @@ def _show(
     _check_extras(wish.pictures)
     with Trajectory.open(result) as trajectory:
         film = read_film(trajectory, wish.options)
-        _check_section(film, trajectory, wish, settings)
+        parts = _check_section(film, trajectory, wish)
         document: dict[str, Any] = {
             "result": str(result),
             "frames": film.frame_count,
@@ -313,31 +311,32 @@ def _show(
             "springs": len(film.lines.ends),
         }
         if page is not None:
-            document["page"] = _write_page(page, film, trajectory, wish.options, settings)
+            document["page"], said = _write_page(page, film, trajectory, wish.options)
+            parts += said
         for kind, path in wish.pictures.items():
-            document[kind] = _draw(kind, path, film, trajectory, wish, settings)
-    return document
+            document[kind], said = _draw(kind, path, film, trajectory, wish, settings)
+            parts += said
+    return Report(parts, document, level="remark")
 
 
 def _check_section(
-    film: "PlayerData", trajectory: "Trajectory", wish: "ViewOptions", settings: Settings
-) -> None:
-    """Check that a section meets bodies when they are shown, and say what it leaves open."""
+    film: "PlayerData", trajectory: "Trajectory", wish: "ViewOptions"
+) -> list[Part]:
+    """Check that a section meets bodies when they are shown; return what it leaves open."""
     from tissuec.view.section.film_section import check_plane
 
     plane, time = wish.options.section, wish.options.time
     if plane is None:
-        return
+        return []
     last = time is None and "png" in wish.pictures
     still = float(film.times[-1]) if last else time
     check_plane(film, plane, None if still is None else film.moment_at(still))
     bodies = [body.name for body in trajectory.network.bodies]
     hollow = [name for name in bodies if name not in film.cells.filled]
-    if hollow:
-        verb = "is" if len(hollow) == 1 else "are"
-        settings.say(
-            f"note: {', '.join(hollow)} {verb} not filled: cut open without a cut face"
-        )
+    if not hollow:
+        return []
+    verb = "is" if len(hollow) == 1 else "are"
+    return [f"note: {', '.join(hollow)} {verb} not filled: cut open without a cut face"]
 
 
 def _check_extras(pictures: dict[str, Path]) -> None:
@@ -353,20 +352,18 @@ def _check_extras(pictures: dict[str, Path]) -> None:
 
 
 def _write_page(
-    page: Path,
-    film: "PlayerData",
-    trajectory: "Trajectory",
-    options: Options,
-    settings: Settings,
-) -> dict[str, Any]:
+    page: Path, film: "PlayerData", trajectory: "Trajectory", options: Options
+) -> tuple[dict[str, Any], list[Part]]:
     from tissuec.view.player.page import render_film
 
     data = render_film(film, trajectory, options).encode("utf-8")
     write_file(page, data)
-    settings.say(f"wrote {page}: {counted(film.frame_count, 'frame')}, {size(len(data))}")
+    parts: list[Part] = [
+        f"wrote {page}: {counted(film.frame_count, 'frame')}, {size(len(data))}"
+    ]
     if len(data) > _HEAVY:
-        settings.say("  --nodes 10000 or --frames 50 reduces the size")
-    return {"file": str(page), "bytes": len(data)}
+        parts.append("  --nodes 10000 or --frames 50 reduces the size")
+    return {"file": str(page), "bytes": len(data)}, parts
 
 
 def _draw(
@@ -376,7 +373,7 @@ def _draw(
     trajectory: "Trajectory",
     wish: ViewOptions,
     settings: Settings,
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], list[Part]]:
     from tissuec.view.player.animation import write_gif, write_video
     from tissuec.view.player.drawn_nodes import DrawnNodes
     from tissuec.view.player.facts import thinning, title
@@ -391,6 +388,7 @@ def _draw(
     painter = Painter(
         film, options, (width, height), title(trajectory), forces=wish.forces, field=field
     )
+    left_out = [f"  {thinned}"] if (thinned := thinning(film)) else []
     if kind == "png":
         at = film.moment_at(film.times[-1] if options.time is None else options.time)
         time, picture = film.time_at(at), cast("Any", painter.draw(at))
@@ -398,20 +396,12 @@ def _draw(
             subject = PlotSubject("result", painter.title, trajectory)
             known = metadata(".png", credits_of(subject)) | {"Software": "tissuec"}
             picture.savefig(beside, format="png", metadata=known)
-        settings.say(f"wrote {path}: t = {show(time, TIME)}")
-        _say_thinning(thinning(film), settings)
-        return {"file": str(path), "time": time}
+        said = f"wrote {path}: t = {show(time, TIME)}"
+        return {"file": str(path), "time": time}, [said, *left_out]
     write = write_gif if kind == "gif" else write_video
     pictures = write(painter, path, options.speed, _progress(settings))
-    settings.say(f"wrote {path}: {counted(pictures, 'picture')}, {size(path.stat().st_size)}")
-    _say_thinning(thinning(film), settings)
-    return {"file": str(path), "pictures": pictures}
-
-
-def _say_thinning(left_out: str, settings: Settings) -> None:
-    """Say which nodes a picture leaves out, if any."""
-    if left_out:
-        settings.say(f"  {left_out}")
+    said = f"wrote {path}: {counted(pictures, 'picture')}, {size(path.stat().st_size)}"
+    return {"file": str(path), "pictures": pictures}, [said, *left_out]
 
 
 def _progress(settings: Settings) -> Callable[[int, int], None]:

@@ -6,20 +6,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tissuec.cli.common import (
-    DONE,
     Command,
     Settings,
     check_page_name,
-    echo,
     keep_input,
     library_option,
-    print_json,
-    report,
     show_page,
 )
 from tissuec.cli.completing import shipped_names
-from tissuec.core.columns import aligned
 from tissuec.core.files import write_file
+from tissuec.core.report import FactSection, FactTable, Part, Report
 from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:
@@ -57,7 +53,7 @@ DEFAULT, OF_MATTER = "fuzzy/soft_tissue", "fuzzy/soft_matter"
 def command(
     settings: Settings, vocabulary: str | None, explore: bool, wanted: str | None,
     output: Path | None, opens: bool, libraries: tuple[Path, ...],
-) -> int:  # fmt: skip
+) -> Report:  # fmt: skip
     """List the words of VOCABULARY and their values.
 
     VOCABULARY is a file, with or without .tis, or the name of a shipped vocabulary; by default
@@ -79,24 +75,18 @@ def command(
     path = find_words(vocabulary or (DEFAULT if wanted is None else OF_MATTER), libraries)
     request = Request.file(path, libraries=libraries)
     if explore:
-        return _explore(request, path, output or Path(f"{path.stem}.html"), settings, opens)
+        return _explore(request, path, output or Path(f"{path.stem}.html"), opens)
     words, warnings = read_words(request)
     if wanted is not None:
         from tissuec.cli.proposed_words import propose_words
 
-        return propose_words(words, wanted, libraries, settings)
+        return propose_words(words, wanted, libraries)
+    settings.warn(warnings)
     listing = _listing(words.vocabulary)
-    if settings.json:
-        print_json(listing)
-    else:
-        report(warnings, settings)
-        _print(listing)
-    return DONE
+    return Report(_parts(listing), listing)
 
 
-def _explore(
-    request: "Request", path: Path, target: Path, settings: Settings, opens: bool
-) -> int:
+def _explore(request: "Request", path: Path, target: Path, opens: bool) -> Report:
     """Write the page that explores a vocabulary, and show it if so wished."""
     from tissuec.view.explorer.page import document, render
 
@@ -108,14 +98,11 @@ def _explore(
     counts = {name: len(page[name]) for name in ("properties", "quantities")}
     counts["rules"] = sum(len(rules["rules"]) for rules in page["rules"])
     counts["tissues"] = len(page["presets"])
-    if settings.json:
-        print_json({"file": str(target), "bytes": len(text.encode()), **counts})
-    else:
-        listed = ", ".join(f"{count} {name}" for name, count in counts.items())
-        settings.say(f"{target}: {listed}")
     if opens:
         show_page(target)
-    return DONE
+    listed = ", ".join(f"{count} {name}" for name, count in counts.items())
+    facts = {"file": str(target), "bytes": len(text.encode()), **counts}
+    return Report([f"{target}: {listed}"], facts, level="remark")
 
 
 def _listing(vocabulary: "Vocabulary") -> dict[str, Any]:
@@ -151,17 +138,18 @@ def _meaning(axis: "Axis", shape: "Shape", dimension: Dimension) -> dict[str, An
     return {"means": means, "from": low, "to": high, "shown": shown}
 
 
-def _print(listing: dict[str, Any]) -> None:
+def _parts(listing: dict[str, Any]) -> list[Part]:
+    parts: list[Part] = []
     if listing["hedges"]:
-        echo(f"hedges: {', '.join(listing['hedges'])}")
+        parts.append(f"hedges: {', '.join(listing['hedges'])}")
     for scale in listing["scales"]:
         log = ", log scale" if scale["scale"] == "log" else ""
-        echo(f"\n{scale['kind']} {scale['name']}{log}   ({scale['place']})")
-        rows = [("word", "value", "range")]
+        rows: list[tuple[str, str, str]] = []
         for word in scale["words"]:
             means, low, high = word["shown"]
             rows.append((word["word"], means, f"{low} to {high}"))
-        for line in aligned(rows, (16, 16)):
-            echo(f"  {line}")
-    for name, count in listing["rules"].items():
-        echo(f"\nrules {name}: {count}")
+        table = FactTable(("word", "value", "range"), rows, least=(16, 16))
+        title = f"{scale['kind']} {scale['name']}{log}   ({scale['place']})"
+        parts.append(FactSection(title, [table]))
+    parts += (f"\nrules {name}: {count}" for name, count in listing["rules"].items())
+    return parts

@@ -50,6 +50,7 @@ def compared(scene, first_run):
 @pytest.fixture(scope="session")
 def told():
     """Return a comparison as the text that people read."""
-    from tissuec.view.compare.text import as_text
+    from tissuec.core.report import as_text
+    from tissuec.view.compare.text import parts_of
 
-    return lambda found: "\n".join(as_text(found))
+    return lambda found: "\n".join(as_text(parts_of(found)))

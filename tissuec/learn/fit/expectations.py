@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tissuec.learn.fit.outcome import Fitted, Learnt
-from tissuec.script.fit_problem import Demand
+from tissuec.script.fit_problem import Demand, Errors
 
 HELD_OUT, ALL = "held out", "data"
 
@@ -17,14 +17,26 @@ class DemandVerdict(NamedTuple):
     holds: bool
     measured: str
 
+    @property
+    def data(self) -> dict[str, Any]:
+        """Return the verdict as plain data."""
+        expect = self.demand.span.one_line
+        return {"expect": expect, "holds": self.holds, "measured": self.measured}
+
 
 def judged(learnt: Learnt) -> list[DemandVerdict]:
     """Return a verdict on each ``expect error(…)`` of a learn block."""
-    errors = errors_of(learnt.fitted)
-    return [
-        DemandVerdict(demand, demand.holds(errors), demand.describe(errors))
-        for demand in learnt.fit_problem.demands
-    ]
+    return verdicts_of(learnt.fit_problem.demands, errors_of(learnt.fitted))
+
+
+def verdicts_of(demands: Iterable[Demand], errors: Errors) -> list[DemandVerdict]:
+    """Return a verdict on each expectation.
+
+    Args:
+        demands: The expectations.
+        errors: Relative errors by name, as ``errors_of`` returns them.
+    """
+    return [DemandVerdict(one, one.holds(errors), one.describe(errors)) for one in demands]
 
 
 def errors_of(fitted: Sequence[Fitted]) -> dict[str, float]:

@@ -34,10 +34,7 @@ def as_dict(learnt: Learnt, moved: Sequence[Drift] = ()) -> dict[str, Any]:
             {"sentence": one.sentence, "advice": one.advice, "spread": one.spread}
             for one in learnt.blind
         ],
-        "expectations": [
-            {"expect": demand.span.one_line, "holds": holds, "measured": measured}
-            for demand, holds, measured in judged(learnt)
-        ],
+        "expectations": [verdict.data for verdict in judged(learnt)],
         "words": dict(learnt.words),
         "drift": [_drift(one) for one in moved],
         "method": learnt.method,

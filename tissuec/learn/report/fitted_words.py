@@ -1,10 +1,10 @@
-"""A finished fit of words, in sentences and tables, and as plain data."""
+"""A finished fit of words as parts of a report, and as plain data."""
 
 from collections.abc import Iterator
 from typing import Any
 
-from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
+from tissuec.core.report import Fact, FactTable, Part
 from tissuec.core.units import si_unit
 from tissuec.learn.fit.shown import shown
 from tissuec.learn.report.words import sentences
@@ -14,17 +14,16 @@ from tissuec.scene.quantities import QUANTITIES
 HEAD = ("quantity of tissue", "number", "from words, before", "from words, after", "ratio")
 
 
-def as_text(learnt: LearntVocabulary) -> list[str]:
-    """Return the whole report, line by line."""
+def fitted_parts(learnt: LearntVocabulary) -> list[Part]:
+    """Return what was learnt."""
     ended = learnt.reason if learnt.converged else f"NOT CONVERGED, {learnt.reason}"
-    rows = [HEAD, *map(_row, learnt.numbers)]
     return [
         f"learn {learnt.fit.name}: {ended}",
-        *aligned(rows),
+        FactTable(HEAD, [*map(_row, learnt.numbers)]),
         *sentences(learnt.moved),
         *_weights(learnt),
         *_largest(learnt),
-        *(f"note: {note}" for note in learnt.notes),
+        *(Fact("note", note) for note in learnt.notes),
         f"error function: {learnt.first_error:.4g} before, {learnt.error:.4g} after",
         "method: least squares, exact derivatives of the inference; "
         f"{counted(learnt.evaluations, 'evaluation')}, {learnt.wall_time:.1f} s",
@@ -33,7 +32,6 @@ def as_text(learnt: LearntVocabulary) -> list[str]:
 
 def as_dict(learnt: LearntVocabulary) -> dict[str, Any]:
     """Return everything that was learnt, in SI units."""
-    errors = learnt.errors
     return {
         "learn": learnt.fit.name,
         "converged": learnt.converged,
@@ -41,15 +39,8 @@ def as_dict(learnt: LearntVocabulary) -> dict[str, Any]:
         "numbers": [_number(one) for one in learnt.numbers],
         "error": learnt.error,
         "first_error": learnt.first_error,
-        "errors": dict(errors),
-        "expectations": [
-            {
-                "expect": demand.span.one_line,
-                "holds": demand.holds(errors),
-                "measured": demand.describe(errors),
-            }
-            for demand in learnt.fit.demands
-        ],
+        "errors": dict(learnt.errors),
+        "expectations": [verdict.data for verdict in learnt.verdicts],
         "words": dict(learnt.texts),
         "weights": [
             {"rule": weight.item.span.one_line, "before": weight.start, "after": now}

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
+from tissuec.core.report import DONE, FAILED, FactTable, Part, Report
 from tissuec.learn.fit.gradient_check import Compared
 
 HEADINGS = ("derivative by", "exact", "by differences", "relative difference", "accuracy")
@@ -15,7 +15,7 @@ def is_good(found: Sequence[Compared], allowed: float) -> bool:
     return all(one.apart <= max(allowed, BETTER * one.doubt) for one in found)
 
 
-def as_lines(fit_problem: str, found: Sequence[Compared], allowed: float) -> list[str]:
+def gradient_report(fit_problem: str, found: Sequence[Compared], allowed: float) -> Report:
     """Return a table of derivatives and the verdict on the worst of them.
 
     Args:
@@ -29,16 +29,17 @@ def as_lines(fit_problem: str, found: Sequence[Compared], allowed: float) -> lis
         for one in found
     ]  # fmt: skip
     worst = max((one.apart for one in found), default=0.0)
-    verdict = "good" if is_good(found, allowed) else "WRONG"
+    good = is_good(found, allowed)
     count = counted(len(found), "direction")
     last = f"{count}, at worst {worst:.1e} apart, allowed {allowed:g}"
-    lines = [
-        *aligned([HEADINGS, *rows]),
-        f"learn {fit_problem}: derivatives are {verdict}: {last}",
+    parts: list[Part] = [
+        FactTable(HEADINGS, rows),
+        f"learn {fit_problem}: derivatives are {'good' if good else 'WRONG'}: {last}",
     ]
-    if verdict == "good" and worst > allowed:
-        lines.append(
+    if good and worst > allowed:
+        parts.append(
             "finite differences are not more accurate here: the motion is too "
             "sensitive for any step size"
         )
-    return lines
+    document = {"gradient": [row._asdict() for row in found], "worst": worst}
+    return Report(parts, document, DONE if good else FAILED)

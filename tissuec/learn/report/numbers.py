@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
+from tissuec.core.report import Fact, FactSection, FactTable, Part
 from tissuec.learn.fit.outcome import Estimates
 from tissuec.learn.fit.shown import interval, percent, shown
 from tissuec.model.network import Floats
@@ -16,14 +16,11 @@ MANY = 12  # numbers of one entry, from which on only a summary is shown
 WORST = 3  # of these, those that are known least
 
 
-def as_lines(estimates: Sequence[Estimates]) -> list[str]:
+def numbers_of(estimates: Sequence[Estimates]) -> list[Part]:
     """Return a table of single numbers, followed by statistics of large groups."""
     rows = [row for one in estimates if len(one.names) < MANY for row in _rows(one)]
-    lines = aligned([HEADINGS, *rows]) if rows else []
-    for one in estimates:
-        if len(one.names) >= MANY:
-            lines += _summary(one)
-    return lines
+    many = [_summary(one) for one in estimates if len(one.names) >= MANY]
+    return [*([FactTable(HEADINGS, rows)] if rows else []), *many]
 
 
 def _rows(estimates: Estimates) -> Iterator[tuple[str, ...]]:
@@ -64,27 +61,27 @@ def _change(estimates: Estimates, number: int) -> str:
 # --- many numbers -----------------------------------------------------------------------------
 
 
-def _summary(estimates: Estimates) -> Iterator[str]:
-    """Yield what many numbers are like, and which of them are known least."""
+def _summary(estimates: Estimates) -> FactSection:
+    """Return statistics of many numbers, and those that are known least."""
     adjust, known = estimates.adjust, estimates.identified
-    count = counted(len(known), "parameter")
-    yield f"{adjust.what} per {adjust.per} of {adjust.of}: {count}"
     rows = [
-        ("", "median", "quartiles", "range"),
         ("before", *_spread(estimates, estimates.start)),
         ("learnt", *_spread(estimates, estimates.value)),
     ]
-    yield from aligned(rows, indent="  ")
+    parts: list[Part] = [FactTable(("", "median", "quartiles", "range"), rows)]
     half = uncertainty(estimates)[known]
     if len(half):
         typical, most = float(np.median(half)), float(half.max())
-        yield f"  accurate to {percent(typical)} (median), {percent(most)} (worst)"
+        parts.append(f"accurate to {percent(typical)} (median), {percent(most)} (worst)")
     if not known.all():
-        yield f"  not identified: {int((~known).sum())} of them"
+        parts.append(f"not identified: {int((~known).sum())} of them")
     for number in _worst(estimates):
         value = _shown(estimates, estimates.value[number])
-        interval = _interval(estimates, number)
-        yield f"  least accurate: {estimates.names[number]}: {value} ({interval})"
+        name, interval = estimates.names[number], _interval(estimates, number)
+        parts.append(Fact("least accurate", f"{name}: {value} ({interval})"))
+    count = counted(len(known), "parameter")
+    title = f"{adjust.what} per {adjust.per} of {adjust.of}: {count}"
+    return FactSection(title, parts, apart=False)
 
 
 def _spread(estimates: Estimates, values: Floats) -> tuple[str, str, str]:

@@ -1,34 +1,53 @@
-"""A finished learning in sentences and tables."""
+"""A finished learning as parts of a report."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
+from tissuec.core.report import Fact, FactTable, FailedExpectation, Part
+from tissuec.learn.fit.expectations import DemandVerdict
 from tissuec.learn.fit.outcome import Fitted, Learnt
 from tissuec.learn.fit.shown import percent, shown
-from tissuec.learn.report.numbers import as_lines
+from tissuec.learn.report.numbers import numbers_of
 from tissuec.learn.report.words import sentences
 from tissuec.learn.vocabulary.drift import Drift
+from tissuec.results import wording
 
 DATA = ("data", "error", "points", "residuals")
 
 
-def as_text(learnt: Learnt, moved: list[Drift] | None = None) -> list[str]:
-    """Return the whole of it, line by line.
+def learnt_parts(learnt: Learnt, moved: list[Drift] | None = None) -> list[Part]:
+    """Return what was learnt.
 
     Args:
+        learnt: The learning.
         moved: How far words moved, where any did.
     """
     told = {one.sentence for one in moved or ()}
-    notes = [f"note: {note}" for note in learnt.notes if note not in told]
-    parts = (
-        [f"learn {learnt.fit_problem.name}: {ending(learnt)}"],
-        as_lines(learnt.estimates),
-        list(sentences(moved or [])),
-        aligned([DATA, *(_data_row(learnt, one) for one in learnt.fitted)]),
-        [*_of_fits(learnt), *_blind(learnt), *notes, *_effort(learnt)],
-    )
-    return [line for part in parts for line in part]
+    notes = [Fact("note", note) for note in learnt.notes if note not in told]
+    rows = [_data_row(learnt, one) for one in learnt.fitted]
+    return [
+        f"learn {learnt.fit_problem.name}: {ending(learnt)}",
+        *numbers_of(learnt.estimates),
+        *sentences(moved or []),
+        FactTable(DATA, rows),
+        *_of_fits(learnt),
+        *_blind(learnt),
+        *notes,
+        *_effort(learnt),
+    ]
+
+
+def judged_parts(verdicts: Sequence[DemandVerdict]) -> list[Part]:
+    """Return the expectations that fail, and how many hold."""
+    if not verdicts:
+        return []
+    failures = [
+        FailedExpectation(f"{one.demand.span.place}: {one.demand.span.one_line}", one.measured)
+        for one in verdicts
+        if not one.holds
+    ]
+    states = ["holds" if one.holds else "fails" for one in verdicts]
+    return [*failures, Fact("expectations", wording.expectations(states), "remark")]
 
 
 def ending(learnt: Learnt) -> str:

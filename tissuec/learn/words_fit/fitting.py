@@ -16,6 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.errors import CompileError, TissueError
+from tissuec.learn.fit.expectations import DemandVerdict, verdicts_of
 from tissuec.learn.fit.learning import LearnProgress
 from tissuec.learn.vocabulary.drift import Drift, drifts_between
 from tissuec.learn.vocabulary.edits import apply
@@ -104,14 +105,9 @@ class LearntVocabulary(Struct, frozen=True, eq=False):
         }
 
     @property
-    def failed(self) -> list[tuple[str, str]]:
-        """Return the expectations that fail: place with text, and what was measured."""
-        errors = self.errors
-        return [
-            (f"{one.span.place}: {one.span.one_line}", one.describe(errors))
-            for one in self.fit.demands
-            if not one.holds(errors)
-        ]
+    def verdicts(self) -> list[DemandVerdict]:
+        """Return a verdict on each expectation."""
+        return verdicts_of(self.fit.demands, self.errors)
 
 
 def fit_words(

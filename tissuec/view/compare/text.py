@@ -1,11 +1,11 @@
-"""A comparison as text for people."""
+"""A comparison as parts of a report."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
 from typing import Any, cast
 
-from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
+from tissuec.core.report import FactSection, FactTable, Part
 from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show, show_si
 from tissuec.results.wording import span
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
@@ -24,12 +24,14 @@ MOST_NAMED = 4  # springs
 WIDEST = 96  # of a line of facts
 
 
-def as_text(found: Comparison) -> list[str]:
-    """Return the report, line by line."""
-    lines = [f"{which}: {_headline(side)}" for which, side in (("a", found.a), ("b", found.b))]
+def parts_of(found: Comparison) -> list[Part]:
+    """Return what differs, in one section for each kind of difference."""
+    parts: list[Part] = [
+        f"{which}: {_headline(side)}" for which, side in (("a", found.a), ("b", found.b))
+    ]
     if found.is_same:
-        return [*lines, f"no differences ({_looked_at(found)})"]
-    sections = {
+        return [*parts, f"no differences ({_looked_at(found)})"]
+    sections: dict[str, Iterable[Part]] = {
         "text": _texts((*found.texts, *found.files)),
         "settings": _facts(found.settings),
         "nodes and springs": _leftovers(found.leftovers),
@@ -43,11 +45,11 @@ def as_text(found: Comparison) -> list[str]:
     for title, said in sections.items():
         if not title:
             continue
-        if told := list(said):
-            lines += ["", title, *(f"  {line}" for line in told)]
+        if differences := [*said]:
+            parts.append(FactSection(title, differences))
         elif _was_compared(found, title):
             same.append(title)
-    return [*lines, "", f"identical: {', '.join(same)}"] if same else lines
+    return [*parts, "", f"identical: {', '.join(same)}"] if same else parts
 
 
 def _headline(side: Side) -> str:
@@ -273,7 +275,7 @@ def _springs(entries: Sequence[EventEntry], places: SideParts) -> str:
 # --- logs and motion --------------------------------------------------------------------------
 
 
-def _curves(curves: Curves | None) -> Iterator[str]:
+def _curves(curves: Curves | None) -> Iterator[Part]:
     if curves is None:
         return
     different = [curve for curve in curves.both if not curve.is_same]
@@ -286,13 +288,13 @@ def _curves(curves: Curves | None) -> Iterator[str]:
         yield f"without a common time or column: {', '.join(curves.apart)}"
 
 
-def _table(curves: Sequence[LogDifference]) -> Iterator[str]:
-    rows = [("log", "largest difference", "relative", "at")]
+def _table(curves: Sequence[LogDifference]) -> Iterator[Part]:
+    rows: list[tuple[str, ...]] = []
     for curve in curves:
         where = show(curve.time, TIME) + (f", {curve.column}" if curve.column else "")
         size = show_si(curve.difference, curve.unit)
         rows.append((curve.name, size, _percent(curve.relative), where))
-    yield from aligned(rows)
+    yield FactTable(("log", "largest difference", "relative", "at"), rows)
     if any(curve.interpolated for curve in curves):
         yield "their times differ: logs were interpolated linearly"
     for curve in curves:

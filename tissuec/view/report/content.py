@@ -13,7 +13,7 @@ from tissuec.results.info import summary
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
-from tissuec.validate.summary import HEADINGS
+from tissuec.validate.report import VERDICTS
 from tissuec.view.report.texts import Texts, file_name
 from tissuec.view.report.verdict import Headline, Kind, Tone, kind_of
 
@@ -122,7 +122,7 @@ class ReportContent:
         if failed:
             return Headline("bad", "expectations fail", self._reasons)
         if self.validation is not None and self.validation["verdict"] in _BAD:
-            heading = HEADINGS[self.validation["verdict"]]
+            heading, *_ = VERDICTS[self.validation["verdict"]]
             return Headline("bad", f"validated: {heading}", self._reasons)
         if self.kind == "unfinished":
             return Headline("open", "unfinished", self._reasons)
@@ -141,7 +141,7 @@ class ReportContent:
         if failed := self.count("fails"):
             found.append((f"{counted(failed, 'expectation')} failed", "expectations"))
         if self.validation is not None and self.validation["verdict"] not in _FINE:
-            verdict = HEADINGS[self.validation["verdict"]]
+            verdict, *_ = VERDICTS[self.validation["verdict"]]
             found.append((f"validation: {verdict}", "validation"))
         if self.promise.since is not None:
             found.append((f"accuracy: {self.promise}", "exactness"))

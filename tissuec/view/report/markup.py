@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import TypeAlias
+from itertools import groupby
+from typing import Any, TypeAlias
 
 from msgspec import Struct
 
 from tissuec.core.printable import printable
+from tissuec.core.report import Fact, FactTable, FailedExpectation, Part, Verbatim
 
 #: Elements that have no content and no end.
 _VOID = ("img", "meta")
@@ -126,6 +128,27 @@ def folded(summary: Content, *content: Content, **attributes: str | bool | None)
         attributes: Attributes of the element.
     """
     return element("details", element("summary", summary), *content, **attributes)
+
+
+def shown(parts: Iterable[Part]) -> Html:
+    """Return parts of a report: sentences as a list, facts as pairs, tables and sections."""
+    return html([_shown(kind, [*some]) for kind, some in groupby(parts, type)])
+
+
+def _shown(kind: type, some: "list[Any]") -> Content:
+    """Return parts of one kind that follow each other."""
+    if kind is str:
+        return listing(some)
+    if kind is Fact:
+        return pairs((fact.name, fact.text) for fact in some)
+    if kind is FailedExpectation:
+        return pairs((one.expectation, one.measured) for one in some)
+    if kind is FactTable:
+        return [table(one.title, one.heads, [row(*c) for c in one.rows]) for one in some]
+    if kind is Verbatim:
+        return [element("pre", one.text) for one in some]
+    titled = ((one.title[:1].upper() + one.title[1:], one.parts) for one in some)
+    return [(element("h3", title) if title else None, shown(inner)) for title, inner in titled]
 
 
 class Section(Struct, frozen=True):

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from typing import Any, cast
 
 from tissuec.results.trajectory import Trajectory
-from tissuec.validate import summary
+from tissuec.validate.report import VERDICTS, measured, validation_report, verdict
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.expectations import mark
-from tissuec.view.report.markup import Section, element, html, listing, row, table
+from tissuec.view.report.markup import Section, element, html, shown
 from tissuec.view.report.texts import file_name
 from tissuec.view.report.verdict import Tone
 
@@ -23,14 +23,11 @@ def section(content: ReportContent) -> Section:
         text = "The run was not compared with SciPy's solvers for this page; "
         how = element("code", "tissuec report --validate")
         return Section("validation", "Validation", element("p", text, how, " compares it."))
-    rows = [row(*cells) for cells in summary.table(document)]
     tone = _TONES.get(document["verdict"], "open")
     parts = (
-        element("p", mark(tone, summary.verdict(document))),
-        listing(document["reasons"]) if document["reasons"] else None,
-        table("Errors against SciPy", summary.COLUMNS, rows) if rows else None,
-        [element("p", line, class_="remark") for line in summary.remarks(document)],
-        listing([*summary.events(document), *summary.efforts(document)]) if rows else None,
+        element("p", mark(tone, verdict(document))),
+        shown(document["reasons"]),
+        shown(measured(document)),
     )
     return Section("validation", "Validation", html(parts))
 
@@ -58,10 +55,10 @@ def misfit(document: Any, trajectory: Trajectory) -> str:
 
 def _is_validation(document: Any) -> bool:
     try:
-        if not isinstance(document, Mapping) or document["verdict"] not in summary.HEADINGS:
+        if not isinstance(document, Mapping) or document["verdict"] not in VERDICTS:
             return False
         known = cast("Mapping[str, Any]", document)
-        summary.as_text(known)
+        validation_report(known, {})
     except (KeyError, TypeError, ValueError, AttributeError):
         return False
     return True

@@ -1,4 +1,4 @@
-"""Bodies as matter, in rows of a table and as plain data."""
+"""Bodies as matter: a section of a report, and plain data."""
 
 from collections.abc import Iterator, Sequence
 from math import inf, isfinite
@@ -6,6 +6,7 @@ from typing import Any
 
 from tissuec.analysis.bodies import BodyProperties, BreakingStrength, Vibration
 from tissuec.core.data import as_data
+from tissuec.core.report import Fact, FactSection, FactTable
 from tissuec.core.units import (
     DENSITY,
     FORCE,
@@ -31,13 +32,15 @@ _UNITS: dict[str, tuple[Dimension, str]] = {
 _ALIKE = 0.005  # what is shown as one number
 
 
-def head(body: BodyProperties) -> str:
-    """Return the material of a body, and the size of its net."""
+def body_section(body: BodyProperties) -> FactSection:
+    """Return the material of a body, the size of its net, and all that is known of it."""
     made = f" of {', '.join(body.tissues)}" if body.tissues else ""
-    return f"{body.name}: {body.kind}{made}; {body.net}"
+    table = FactTable((), [*_rows(body)], least=(17, 24))
+    notes = [Fact("note", note) for note in body.notes]
+    return FactSection(f"{body.name}: {body.kind}{made}; {body.net}", [table, *notes])
 
 
-def rows(body: BodyProperties) -> Iterator[Row]:
+def _rows(body: BodyProperties) -> Iterator[Row]:
     """Yield quantity, value and remark of all that is known of a body."""
     yield "mass", show(body.mass, MASS), _size(body)
     if body.element_quality is not None:

@@ -1,18 +1,29 @@
-"""Natural modes, in rows of a table and as plain data."""
+"""The report on natural modes."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from tissuec.analysis.vibration.frames import in_words
 from tissuec.analysis.vibration.modes import Mode, Modes
+from tissuec.core.report import Fact, FactTable, Part, Report
 from tissuec.core.units import TIME, show
 
 HEAD = ("mode", "frequency", "period", "damping ratio", "kinetic energy")
 
 
-def rows(modes: Modes) -> list[tuple[str, ...]]:
-    """Return the head of the table and the row of each mode."""
-    return [HEAD, *map(_row, modes)]
+def modes_report(modes: Modes, file: Path | None = None) -> Report:
+    """Return the report on modes.
+
+    Args:
+        modes: The modes.
+        file: The result file that shows them, if one was written.
+    """
+    parts: list[Part] = [FactTable(HEAD, [*map(_row, modes)], least=(6, 12, 10, 15))]
+    parts += [Fact("note", note, "remark") for note in modes.notes]
+    if file is not None:
+        parts.append(Fact("", f"wrote {file}", "remark"))
+    return Report(parts, {**as_dict(modes), "file": file})
 
 
 def _row(mode: Mode) -> tuple[str, ...]:

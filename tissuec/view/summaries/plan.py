@@ -1,21 +1,32 @@
-"""Prediction of a run, in lines."""
+"""The prediction of a run, as parts of a report."""
 
 from math import isfinite
 
 from tissuec.compiler.prediction import Prediction
+from tissuec.core.report import FactSection, FactTable
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
 
 
-def arrays(plan: Prediction) -> list[tuple[str, str, str]]:
-    """Return name, shape and size of every array."""
-    return [
+def plan_sections(plan: Prediction) -> list[FactSection]:
+    """Return the arrays, the method, the parts that are skipped, and the cost."""
+    rows = [
         (name, " x ".join(map(str, array["shape"])), size(array["bytes"]))
         for name, array in plan.arrays.items()
     ]
+    table = FactTable(("array", "shape", "size"), rows, "Arrays of the net", (12, 16))
+    title = "cost"
+    if isfinite(plan.steps):
+        title = "cost, with steps at this limit (a tolerance can need smaller steps)"
+    return [
+        FactSection("arrays", [table]),
+        FactSection(f"method: {plan.method}", _method(plan)),
+        FactSection("skipped", plan.skipped or ["nothing"]),
+        FactSection(title, cost(plan)),
+    ]
 
 
-def method(plan: Prediction) -> list[str]:
+def _method(plan: Prediction) -> list[str]:
     """Return why the method was chosen, and what bounds its steps."""
     facts = plan.facts
     limited = isfinite(facts["limit"])
@@ -26,13 +37,6 @@ def method(plan: Prediction) -> list[str]:
         f"fastest motion {facts['omega']:.4g} rad/s, damping ratio {facts['zeta']:.3g}",
         f"stable steps: {limit}",
     ]
-
-
-def cost_title(plan: Prediction) -> str:
-    """Return the title of the lines about cost."""
-    if isfinite(plan.steps):
-        return "cost, with steps at this limit (a tolerance can need smaller steps)"
-    return "cost"
 
 
 def cost(plan: Prediction) -> list[str]:

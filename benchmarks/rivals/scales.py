@@ -3,7 +3,7 @@
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.kernel import Kernel
+from benchmarks.rivals.kernel import Kernel
 from tissuec.bench.problem import BenchProblem
 from tissuec.model.network import Floats
 

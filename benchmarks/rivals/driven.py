@@ -4,11 +4,11 @@ from typing import ClassVar
 
 from msgspec import Struct
 
-from tissuec.bench.kernel import Kernel
-from tissuec.bench.player import walk
+from benchmarks.rivals.kernel import Kernel
+from benchmarks.rivals.scales import MotionScales
+from benchmarks.rivals.walk import walk
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import Deadline, SolverRun
+from tissuec.bench.solver import Deadline, SolverRun
 from tissuec.model.network import Floats
 
 FINEST = 1e-13

@@ -3,10 +3,14 @@
 from collections.abc import Iterable
 from importlib.util import find_spec
 
-from tissuec.bench import by_cvode, by_mujoco, by_scipy
+from benchmarks.rivals import by_cvode, by_mujoco, by_scipy
+from benchmarks.rivals.scales import MotionScales
+from tissuec.bench.bench import Rivals
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import BenchSolver
+from tissuec.bench.solver import BenchSolver
+from tissuec.model.network import Floats
+
+JUDGES = ("DOP853", "Radau")  # of SciPy, for a second opinion
 
 SURPRISES = (
     "other solvers are omitted: they need the times of all events, but this scene has "
@@ -15,26 +19,41 @@ SURPRISES = (
 
 MEMORY = (
     "other solvers are omitted: their state consists of positions and velocities only, but "
-    "in this "
-    "scene springs or friction have additional state"
+    "in this scene springs or friction have additional state"
 )
 
 
 CONTACT = "other solvers are omitted: they do not support contact"
 
 
-def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[BenchSolver], list[str]]:
-    """Return the other solvers that can solve a problem, and sentences about those left out."""
+def solvers_of(problem: BenchProblem, position: Floats) -> tuple[list[BenchSolver], list[str]]:
+    """Return the other solvers that can solve a problem, and sentences about those left out.
+
+    Args:
+        problem: The scene of the bench.
+        position: A solution, for the scales of the motion [m], shape (row, node, 3).
+    """
     if problem.has_surprises:
         return [], [SURPRISES]
     if problem.remembers:
         return [], [MEMORY]
     if problem.network.contact is not None:
         return [], [CONTACT]
+    scales = MotionScales.of(problem, position)
     offers = (_by_scipy(problem, scales), _by_cvode(problem, scales), _by_mujoco(problem))
     solvers = [solver for found, _ in offers for solver in found]
     return solvers, [why for _, why in offers if why]
 
+
+def judges_of(problem: BenchProblem, position: Floats) -> list[BenchSolver]:
+    """Return the solvers that can give a second opinion on a solution; see ``solvers_of``."""
+    if problem.has_surprises or problem.remembers:
+        return []
+    scales = MotionScales.of(problem, position)
+    return [by_scipy.SciPySolver(problem, method, scales) for method in JUDGES]
+
+
+RIVALS = Rivals(solvers_of, judges_of)
 
 Offer = tuple[list[BenchSolver], str]
 

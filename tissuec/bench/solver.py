@@ -1,17 +1,20 @@
-"""One run of one solver, and what a solver is to a bench."""
+"""Solvers of a bench: what they are, and the engine as one of them."""
 
 import time as clock
 from typing import Protocol
 
 from msgspec import Struct
 
+from tissuec.bench.problem import BenchProblem, PositionRecorder
 from tissuec.compiled.loading import time_of_translating
 from tissuec.core.errors import TissueError
+from tissuec.engine.execution.run import run
 from tissuec.model.network import Floats
+from tissuec.script.plan import AUTOMATIC
 
 
 class SolverFailed(TissueError):
-    """A solver could not go on; the message says why."""
+    """A solver could not continue; the message gives the reason."""
 
 
 class OutOfTime(TissueError):
@@ -75,7 +78,47 @@ class BenchSolver(Protocol):
         """Return a run at a tolerance.
 
         Raises:
-            Failed: It could not go on.
+            SolverFailed: It could not continue.
             OutOfTime: The deadline has passed.
         """
         ...
+
+
+class EngineSolver(Struct, frozen=True, eq=False):
+    """A method of the engine, or its own choice.
+
+    Attributes:
+        method: "automatic" or a member of ``INTEGRATORS``.
+    """
+
+    problem: BenchProblem
+    method: str
+    ours: bool = True
+
+    @property
+    def name(self) -> str:
+        return self.method
+
+    def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
+        """Return a run at a tolerance; see ``BenchSolver``.
+
+        Raises:
+            OutOfTime: The deadline has passed.
+            SolverFailed: The run ended early, or another method took over.
+        """
+        problem, frames = self.problem, PositionRecorder(self.problem)
+        started = clock.process_time()
+        outcome = run(
+            problem.network,
+            problem.by(self.method, tolerance),
+            frames,
+            interrupt=lambda: deadline.is_over,
+        )
+        seconds, statistics = clock.process_time() - started, outcome.statistics
+        if outcome.kind == "interrupted":
+            raise OutOfTime("the time budget was used up")
+        if outcome.kind != "done":
+            raise SolverFailed(outcome.message)
+        if self.method not in (AUTOMATIC, statistics.method):
+            raise SolverFailed(f"{statistics.method} took over: {statistics.reason}")
+        return SolverRun(seconds, statistics.evaluations, frames.position)

@@ -6,10 +6,9 @@ from collections.abc import Callable
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.frames import PositionRecorder
-from tissuec.bench.kernel import Kernel
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.trial import SolverRun
+from benchmarks.rivals.kernel import Kernel
+from tissuec.bench.problem import BenchProblem, PositionRecorder
+from tissuec.bench.solver import SolverRun
 from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.run_state import RunState
 from tissuec.engine.kernel_inputs import KernelInputs

@@ -1,12 +1,20 @@
-"""Speed ratios at equal error, interpolated between points on logarithmic axes."""
+"""Ratios of speed at equal error, interpolated between points on logarithmic axes."""
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import exp, log
 
 from msgspec import Struct
+from msgspec.structs import replace
 
+from tissuec.bench.bench import BenchResult
 from tissuec.bench.points import MeasuredPoint
+from tissuec.bench.report import seconds
+from tissuec.core.report import FactTable, Part, Report
+from tissuec.script.plan import AUTOMATIC
+
+LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
+HEADS = ("error", "best other", "time", "automatic", "ratio", "best of ours", "time", "ratio")
 
 
 class Ratio(Struct, frozen=True):
@@ -73,11 +81,59 @@ def time_at(
     if not known or known[0][0] > error:
         return None
     edge: list[tuple[float, float]] = []
-    for wrong, seconds in known:
-        if not edge or seconds < edge[-1][1]:
-            edge.append((wrong, seconds))
+    for wrong, time in known:
+        if not edge or time < edge[-1][1]:
+            edge.append((wrong, time))
     for (fine, slow), (coarse, quick) in pairwise(edge):
         if fine <= error <= coarse:
             part = log(error / fine) / log(coarse / fine) if coarse > fine else 1.0
             return exp(log(slow) + part * log(quick / slow))
     return edge[-1][1]
+
+
+def with_ratios(report: Report, found: BenchResult) -> Report:
+    """Return the report on a bench with the ratios of ``automatic`` to the best others.
+
+    Args:
+        report: Without ratios.
+        found: The bench.
+    """
+    known = ratios(found.points, AUTOMATIC, LEVELS, found.floor)
+    known = [ratio for ratio in known if ratio.best_ours or ratio.best_other]
+    document = [
+        {
+            "error": ratio.error,
+            "automatic": ratio.ours,
+            "best_ours": ratio.best_ours,
+            "best_other": ratio.best_other,
+            "ratio": ratio.gain,
+        }
+        for ratio in known
+    ]
+    text = (
+        "times at the same error, and their ratio (time of the other solver / time of tissuec):"
+    )
+    parts: list[Part] = ["", text, FactTable(HEADS, [*map(_row, known)])] if known else []
+    return replace(
+        report, parts=[*report.parts, *parts], document=report.document | {"ratios": document}
+    )
+
+
+def _row(ratio: Ratio) -> tuple[str, ...]:
+    other = ratio.best_other
+    return (
+        f"{ratio.error:g}",
+        *(_named(other)),
+        "-" if ratio.ours is None else seconds(ratio.ours),
+        "-" if ratio.gain is None else f"{ratio.gain:.2g}",
+        *(_named(ratio.best_ours)),
+        _over(other, ratio.best_ours),
+    )
+
+
+def _named(found: tuple[str, float] | None) -> tuple[str, str]:
+    return ("-", "-") if found is None else (found[0], seconds(found[1]))
+
+
+def _over(other: tuple[str, float] | None, ours: tuple[str, float] | None) -> str:
+    return "-" if other is None or ours is None else f"{other[1] / ours[1]:.2g}"

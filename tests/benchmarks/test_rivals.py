@@ -1,23 +1,25 @@
 """Other solvers on our forces come to the engine's motion; so does MuJoCo on its own."""
 
+import json
 from importlib.util import find_spec
 from math import inf
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from msgspec.structs import replace
 
+from benchmarks.rivals import by_mujoco
+from benchmarks.rivals.__main__ import main
+from benchmarks.rivals.by_cvode import CvodeSolver
+from benchmarks.rivals.by_scipy import EXPLICIT, IMPLICIT, SciPySolver
+from benchmarks.rivals.ratios import time_at
+from benchmarks.rivals.scales import MotionScales
 from tests.validate.scenes import rod
-from tissuec.bench import by_mujoco
 from tissuec.bench.bench import chosen
-from tissuec.bench.by_cvode import CvodeSolver
-from tissuec.bench.by_scipy import EXPLICIT, IMPLICIT, SciPySolver
-from tissuec.bench.ours import EngineSolver
 from tissuec.bench.points import MeasuredPoint
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.ratios import time_at
-from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
+from tissuec.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
@@ -121,3 +123,36 @@ def test_times_are_found_between_points():
     assert time_at(points, "a", 1e-1, 0.0) == 1.0
     assert time_at(points, "a", 1e-5, 0.0) is None
     assert time_at(points, "a", 1e-3, 1e-3) == pytest.approx(4.0)
+
+
+@pytest.fixture
+def measured(tmp_path):
+    """Return a function that measures a text; gives the document or the text."""
+
+    def measured(text, *options):
+        path = tmp_path / "scene.tis"
+        path.write_text(text, encoding="utf-8")
+        words = [str(path), "--tolerances", "1e-2,1e-4", "--repeat", "1", *options]
+        ran = CliRunner().invoke(main, words, standalone_mode=False)
+        assert ran.exception is None and ran.return_value == 0
+        return json.loads(ran.stdout) if "--json" in options else ran.stdout
+
+    return measured
+
+
+def test_other_solvers_are_measured_and_compared(measured):
+    methods = ("--method", "dop853", "--method", "scipy rk45")
+    found = measured(rod(), *methods, "--json")
+    assert [(p["method"], p["ours"]) for p in found["points"]] == [
+        ("dop853", True), ("dop853", True), ("SciPy RK45", False), ("SciPy RK45", False),
+    ]  # fmt: skip
+    assert found["ok"] and found["ratios"][0]["best_other"][0] == "SciPy RK45"
+    text = measured(rod(), *methods)
+    assert "method      tolerance  error" in text and "times at the same error" in text
+
+
+def test_what_cannot_be_asked_is_said(measured):
+    method = ("--method", "dop853")
+    assert "whose times are not known in advance" in measured(rod(rupture="allowed"), *method)
+    if find_spec("sksundae") is None:
+        assert 'pip install "tissuec[bench]"' in measured(rod(), *method)

@@ -5,9 +5,9 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tissuec.bench.driven import DrivenSolver
-from tissuec.bench.kernel import Kernel
-from tissuec.bench.trial import Deadline, SolverFailed
+from benchmarks.rivals.driven import DrivenSolver
+from benchmarks.rivals.kernel import Kernel
+from tissuec.bench.solver import Deadline, SolverFailed
 from tissuec.model.network import Floats
 
 EXPLICIT = ("RK23", "RK45", "DOP853")

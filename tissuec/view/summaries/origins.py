@@ -1,0 +1,53 @@
+"""The origin of every number of a scene, as parts of a report."""
+
+from collections.abc import Iterable, Iterator
+
+from tissuec.compiler.provenance import SET, ProvenanceRow, tissue_rows
+from tissuec.core.report import FactSection, FactTable, Part
+from tissuec.scene.force_numbers import numbers_of
+from tissuec.scene.model import Tissue
+from tissuec.scene.resolved import ResolvedProgram
+
+#: Minimum widths, so that the tables of most tissues look alike; three columns always stay.
+COLUMNS, KEPT = (17, 24, 10, 32), 3
+
+
+def origins_of(
+    words: ResolvedProgram, tissues: Iterable[Tissue], *, forces: bool
+) -> Iterator[Part]:
+    """Yield params, tissues and forces.
+
+    Args:
+        words: The scene.
+        tissues: The tissues that are explained.
+        forces: Whether forces are, too.
+    """
+    for parameter in words.constants.parameters():
+        mark = f" ({SET})" if parameter.overridden else ""
+        place = parameter.item.span.place
+        yield f"param {parameter.name} = {parameter.value}{mark}   {place}"
+    for tissue in tissues:
+        cells = [line for row in tissue_rows(tissue) for line in _cells(row)]
+        missing = (f"{name:<17}none: {reason}" for name, reason in tissue.gaps.items())
+        parts = [FactTable((), cells, least=COLUMNS, kept=KEPT), *missing]
+        yield FactSection(f"{tissue.name:<40}{tissue.span.place}", parts)
+    for name, force in numbers_of(words.forces).items() if forces else ():
+        head = f"force {name}: {force.kind} on {force.acts_on}"
+        cells = [
+            (entry, given.shown, given.how, given.text, given.place)
+            for entry, given in force.entries.items()
+        ]
+        table = FactTable((), cells, least=COLUMNS, kept=KEPT)
+        yield FactSection(f"{head:<40}{force.place}", [table])
+
+
+def _cells(row: ProvenanceRow) -> Iterator[tuple[str, ...]]:
+    """Yield the lines of an entry; the second reason and further ones without its head."""
+    if row.kind == "property":  # no rule speaks for it, which leaves a column free
+        yield row.name, row.value, row.how, row.reasons[0].place
+        return
+    head = (row.name, row.value, row.how)
+    for reason in row.reasons:
+        facts = f"  ({reason.facts})" if reason.facts else ""
+        yield *head, reason.said, f"{reason.place}{facts}"
+        head = ("", "", "")

@@ -1,0 +1,171 @@
+"""The report on a run."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from tissuec.compiler.manifest import outcome_facts
+from tissuec.core.errors import Diagnostic, as_dict
+from tissuec.core.report import (
+    DONE,
+    FAILED,
+    STOPPED,
+    Fact,
+    FactSection,
+    FailedExpectation,
+    Part,
+    Report,
+)
+from tissuec.core.units import TIME, show
+from tissuec.engine.execution.signals import exit_code
+from tissuec.results import wording
+from tissuec.results.promise import Promise
+from tissuec.results.recording import ExpectationResult
+
+if TYPE_CHECKING:
+    from tissuec.compiler.compile import Compiled
+    from tissuec.engine.execution.run import Outcome
+    from tissuec.model.network import Network
+    from tissuec.pipeline import Result
+
+MOST_SPRINGS_NAMED = 6
+
+
+def run_report(
+    scene: str,
+    compiled: "Compiled",
+    result: "Result",
+    warnings: Sequence[Diagnostic],
+    again: str,
+    *,
+    strict: bool,
+) -> Report:
+    """Return the report on a run.
+
+    Args:
+        scene: The path of the scene.
+        compiled: The scene.
+        result: The outcome and its files.
+        warnings: About the text.
+        again: The command line that resumes the run if it was interrupted.
+        strict: Whether doubtful numbers and an unknown error are failures.
+    """
+    outcome = result.outcome
+    facts = outcome_facts(compiled.plan, outcome, result.estimate)
+    facts = {**facts, "wall_time": outcome.wall_time}
+    is_interrupted = outcome.kind == "interrupted"
+    document = _document(compiled, result, facts)
+    parts: list[Part] = [*_said(compiled, result, facts)]
+    if is_interrupted:
+        document["go_on_with"] = again
+        parts.append(Fact("resume with", again))
+    is_fine = is_interrupted or outcome.kind == "done"
+    title = Fact("", f"{scene}: {outcome.message}", "remark" if is_fine else "failure")
+    document = {"scene": scene, **document, "diagnostics": [*map(as_dict, warnings)]}
+    code = _code(outcome, facts, strict=strict)
+    return Report((title, FactSection("", parts)), document, code, level="remark")
+
+
+def _code(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
+    if outcome.kind == "interrupted" or outcome.signal is not None:
+        return exit_code(outcome.signal)
+    if outcome.kind != "done":
+        return STOPPED
+    is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
+    return FAILED if outcome.failures or is_off else DONE
+
+
+def _said(compiled: "Compiled", result: "Result", facts: Mapping[str, Any]) -> Iterator[Part]:
+    outcome, network = result.outcome, compiled.network
+    yield f"{network.size}; {wording.stepping(facts)}"
+    yield from (Fact("note", note) for note in outcome.notes)
+    yield from _events(outcome, network)
+    yield from wording.springs_of_events(
+        ((e.kind, e.springs) for _, e in outcome.logged_events), network.first_mark
+    )
+    expectations = [ExpectationResult(**one) for one in facts["expectations"]]
+    for one in expectations:
+        if one.state == "fails":
+            yield FailedExpectation(*wording.failure(one))
+    if expectations:
+        yield Fact("expectations", wording.expectations([one.state for one in expectations]))
+    for doubt in outcome.doubts:
+        yield Fact("doubtful", str(doubt), "failure")
+    if "promise" in facts:
+        yield _accuracy(Promise.of(facts))
+    yield Fact("result", str(result.path))
+    yield from (Fact(f"surface of {name}", str(view)) for name, view in result.views.items())
+    if result.blocks is not None:
+        yield Fact("blocks", str(result.blocks))
+    yield from (Fact("note", sentence) for sentence in result.left_out)
+
+
+def _events(outcome: "Outcome", network: "Network") -> Iterator[Fact]:
+    """Yield the events; what slips or leaks may do so again in many small steps."""
+    known: set[str] = set()
+    doubted = {doubt.what for doubt in outcome.doubts}
+    for time, event in outcome.logged_events:
+        subject = {"slip": event.cause, "leak": event.span.place}.get(event.kind, "")
+        is_first = bool(subject) and subject not in known
+        known.add(subject)
+        is_note = event.kind == "note" and event.cause not in doubted
+        what = f"{event.kind}{_springs(network, event.springs)}: {event.cause}"
+        yield Fact(
+            show(time, TIME),
+            f"{what} ({event.span.place})",
+            "remark" if is_first or is_note or event.kind == "trigger" else "detail",
+        )
+
+
+def _springs(network: "Network", springs: Sequence[int]) -> str:
+    """Return which springs something happened to, by the author's ids."""
+    marks = [spring for spring in springs if spring >= network.first_mark]
+    if not springs or marks:  # of elements, the cause says which
+        return ""
+    ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
+    more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
+    return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
+
+
+def _accuracy(promise: Promise) -> Fact:
+    """Return how accurate positions are; a failure if less than the tolerance demands."""
+    said = wording.accuracy(promise)
+    if promise.since is not None:
+        return Fact("warning", said, "failure")
+    verb = "" if promise.differs else "; checked"
+    took = "" if promise.error is None else f"{verb} in {promise.seconds:.2f} s"
+    return Fact("accuracy", f"{said}{took}")
+
+
+def _document(
+    compiled: "Compiled", result: "Result", facts: Mapping[str, Any]
+) -> dict[str, Any]:
+    outcome, expectations = result.outcome, facts["expectations"]
+    return {
+        "result": str(result.path),
+        "surfaces": {name: str(view) for name, view in result.views.items()},
+        "blocks": None if result.blocks is None else str(result.blocks),
+        "left_out": list(result.left_out),
+        "outcome": outcome.kind,
+        "message": outcome.message,
+        **compiled.network.size.facts,
+        **{name: facts[name] for name in ("wall_time", "statistics", "notes", "doubts")},
+        "events": [
+            {
+                "time": time,
+                "kind": event.kind,
+                "springs": list(event.springs),
+                "cause": event.cause,
+                "place": event.span.place,
+            }
+            for time, event in outcome.logged_events
+        ],
+        "expectations": len(expectations),
+        "failures": [
+            {name: one[name] for name in ("expect", "time", "measured")}
+            for one in expectations
+            if one["state"] == "fails"
+        ],
+        "promise": str(Promise.of(facts)),
+        "error_estimate": facts.get("promise"),
+        "unreached": [one["expect"] for one in expectations if one["state"] == "not reached"],
+    }
