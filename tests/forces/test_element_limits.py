@@ -11,8 +11,7 @@ from tissuec.forces.element_limits_kernel import greatest, grown
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.geometry.elements import SHAPES
-from tissuec.laws.solid.exponential import SolidExponential
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean, SolidExponential
 from tissuec.validate.forces.elements import ElementSolid
 
 BULK = 5e3  # [Pa]

@@ -9,13 +9,14 @@ from tissuec.core.source import Source, Span
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.geometry.elements import MIDDLES, SHAPES, Measures
-from tissuec.laws.solid.exponential import SolidExponential
-from tissuec.laws.solid.hencky import Hencky
-from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
-from tissuec.laws.solid.neo_hookean import NeoHookean
-from tissuec.laws.solid.ogden import Ogden
-from tissuec.laws.solid.veronda_westmann import VerondaWestmann
-from tissuec.laws.solid.yeoh import Yeoh
+from tissuec.laws.solid.invariants import (
+    MooneyRivlin,
+    NeoHookean,
+    SolidExponential,
+    VerondaWestmann,
+    Yeoh,
+)
+from tissuec.laws.solid.stretches import Hencky, Ogden
 from tissuec.validate.forces.elements import ElementSolid
 
 LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),

@@ -13,7 +13,7 @@ from tests.derivatives import forces
 from tests.forces.test_elements import SPAN, deformed, mesh
 from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.geometry.elements import SHAPES
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean
 
 KINDS = {
     "hexahedron": ("hexahedron", felupe.RegionHexahedron, felupe.SolidBodyNearlyIncompressible),

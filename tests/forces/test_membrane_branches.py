@@ -32,7 +32,7 @@ from tests.forces.test_membranes import (
     wall,
 )
 from tissuec.forces.membrane_branches import MembraneBranches
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.relaxing import RelaxingFields
 

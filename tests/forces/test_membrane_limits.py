@@ -7,9 +7,8 @@ from tests.forces.test_element_limits import BULK, NONE, bar, energy
 from tests.forces.test_membranes import LAWS, PLANE, THICK, deformed, fibres_of, mesh, wall
 from tissuec.forces.element_limits import ElementLimits
 from tissuec.forces.membrane_limits_kernel import larger
-from tissuec.laws.solid.exponential import SolidExponential
-from tissuec.laws.solid.neo_hookean import NeoHookean
-from tissuec.laws.solid.ogden import Ogden
+from tissuec.laws.solid.invariants import NeoHookean, SolidExponential
+from tissuec.laws.solid.stretches import Ogden
 from tissuec.validate.forces.membranes import MembraneWall
 
 SHEAR = 2e3  # [Pa]

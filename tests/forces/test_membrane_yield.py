@@ -42,8 +42,8 @@ from tests.forces.test_membranes import (
 )
 from tissuec.forces.membrane_branches import MembraneBranches
 from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
-from tissuec.laws.solid.hencky import Hencky
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean
+from tissuec.laws.solid.stretches import Hencky
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.relaxing import RelaxingFields
 

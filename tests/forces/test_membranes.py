@@ -10,13 +10,14 @@ from tests.forces.test_elements import deformed
 from tissuec.core.source import Source, Span
 from tissuec.forces.membranes import EDGES, MembraneMaterial, Membranes
 from tissuec.forces.solid_fibres import SolidFibres
-from tissuec.laws.solid.exponential import SolidExponential
-from tissuec.laws.solid.hencky import Hencky
-from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
-from tissuec.laws.solid.neo_hookean import NeoHookean
-from tissuec.laws.solid.ogden import Ogden
-from tissuec.laws.solid.veronda_westmann import VerondaWestmann
-from tissuec.laws.solid.yeoh import Yeoh
+from tissuec.laws.solid.invariants import (
+    MooneyRivlin,
+    NeoHookean,
+    SolidExponential,
+    VerondaWestmann,
+    Yeoh,
+)
+from tissuec.laws.solid.stretches import Hencky, Ogden
 from tissuec.meshes.generators.tube import Tube
 from tissuec.meshes.walls import wall_of_triangles
 from tissuec.validate.forces.membranes import MembraneWall

@@ -11,8 +11,7 @@ from tissuec.forces.elements import SolidElements, SolidMaterial
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.geometry.elements import SHAPES
-from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import MooneyRivlin, NeoHookean
 from tissuec.validate.forces.elements import ElementSolid
 
 AXIS = np.array([0.48, 0.6, 0.64])

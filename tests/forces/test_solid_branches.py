@@ -23,7 +23,7 @@ from tissuec.forces.solid_branches import SolidBranches
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import SolidStrain
 from tissuec.geometry.elements import SHAPES
-from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
+from tissuec.laws.solid.invariants import MooneyRivlin
 from tissuec.validate.forces.elements import ElementSolid
 
 TIMES = 0.02, 0.5  # [s]

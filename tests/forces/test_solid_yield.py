@@ -26,7 +26,7 @@ from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
 from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
 from tissuec.geometry.elements import SHAPES
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.relaxing import RelaxingFields
 

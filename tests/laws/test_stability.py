@@ -5,7 +5,7 @@ import pytest
 
 from tests.laws.test_solid_laws import SAMPLES
 from tissuec.laws.solid import SOLID_LAWS
-from tissuec.laws.solid.yeoh import Yeoh
+from tissuec.laws.solid.invariants import Yeoh
 from tissuec.laws.stability import is_stable, stable_strains
 
 STEP = 1e-4

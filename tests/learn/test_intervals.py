@@ -12,13 +12,13 @@ from scipy.stats import t as student
 
 from tests.learn.lessons import data, fit, fit_problem
 from tissuec.learn.data.experiment import Experiment, Series
+from tissuec.learn.fit.assessment import contradictions, suspicions
 from tissuec.learn.fit.identifiability import judge
 from tissuec.learn.fit.linearised import linearised
 from tissuec.learn.fit.noise import DRAWS, chains_of, noise_of
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.learn.fit.search import Search
-from tissuec.learn.fit.suspicions import contradictions, suspicions
 from tissuec.learn.parameters.priors import Prior
 
 REPEATS = 60

@@ -8,9 +8,8 @@ import pytest
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.sets import Gaussian
-from tissuec.learn.vocabulary.knots import FLOOR, Knots
 from tissuec.learn.vocabulary.model import WordsModel
-from tissuec.learn.vocabulary.scales import WIDEST
+from tissuec.learn.vocabulary.scales import FLOOR, WIDEST, Knots
 
 
 def one_scale(words: str, **options) -> WordsModel:

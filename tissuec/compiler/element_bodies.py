@@ -25,7 +25,7 @@ from tissuec.geometry.elements import SHAPES
 from tissuec.laws import MODULUS, STRAIN, stress_in
 from tissuec.laws.formula import Constant, replaced
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.uniaxial import OfTension
 from tissuec.meshes.elements import node_shares
 from tissuec.meshes.generators import ElementMesh

@@ -12,7 +12,7 @@ from tissuec.forces import Resisting, WalledField
 from tissuec.forces.element_limits import BreakableElements, ElementLimits, LimitColumns
 from tissuec.forces.matrices import as_operator, assembled
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:

@@ -1,25 +1,31 @@
-"""Texts that Python gives, read as what they say of a scene: times, quantities, sentences."""
+"""Texts that Python gives, read as what they say of a scene: times, quantities, sentences.
+
+Sentences of the script, from calls such as ``move("tip", by=(0, 0, 0.01))``.
+
+Numbers in calls are in SI units. Which unit they have is what the verb asks its clauses for.
+"""
 
 import warnings
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import cast
+from typing import Any, cast
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.conditions import Condition, Conditions
 from tissuec.compiler.holds import check_holds
 from tissuec.compiler.quantities import ObservedExpression, QuantityReader
 from tissuec.compiler.script import ScriptReader
+from tissuec.compiler.sentences import SentenceOrder
 from tissuec.core import arguments
 from tissuec.core.errors import TissueWarning
 from tissuec.core.source import Source
-from tissuec.core.units import TIME, Dimension
+from tissuec.core.units import NUMBER, TIME, Dimension, written_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.scene.overrides import Given
+from tissuec.model.network import Floats
+from tissuec.scene.overrides import Given, without_unit
 from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import VERBS, Demanding
-from tissuec.stepping.sentences import UnitsOrder, joined, with_units
 
 ORDERED = "ordered from Python"  # what a text is called in messages
 
@@ -214,3 +220,78 @@ def _value(text: str) -> s.Assign:
     if len(items) != 1:
         raise ValueError(f'"{text}" is not one value but {len(items)}')
     return cast(s.Assign, items[0])
+
+
+STEADY = "constant speed"  # of motions for which no profile is given
+
+
+def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str:
+    """Return a sentence whose numbers have no units yet.
+
+    Args:
+        verb: The verb.
+        words: What follows the verb.
+        clauses: Values by joining word; an underscore behind a word of Python is left out.
+
+    Raises:
+        ValueError: A value is no text, number or vector.
+    """
+    parts = [verb, *words]
+    for word, value in clauses.items():
+        parts += [word.rstrip("_"), without_unit(value, word)]
+    if "using" not in clauses and _needs_profile(verb, parts):
+        parts.append(f"using {STEADY}")
+    return " ".join(parts)
+
+
+def with_units(
+    sentence: s.Sentence, bare: Sequence[str], dimensions: Mapping[str, Dimension]
+) -> str:
+    """Return the text of a sentence whose bare numbers have the units that were asked for.
+
+    Args:
+        sentence: The sentence.
+        bare: Joining words of clauses with numbers in SI units.
+        dimensions: Of the clauses that the verb asked for.
+    """
+    span = sentence.span
+    text, begun = "", span.start
+    for clause in sentence.clauses:
+        if clause.word in bare:
+            unit = written_unit(dimensions.get(clause.word, NUMBER))
+            text += f"{span.source.text[begun : clause.span.end]} {unit}".rstrip()
+            begun = clause.span.end
+    return text + span.source.text[begun : span.end]
+
+
+class UnitsOrder(SentenceOrder):
+    """An order in which some clauses have numbers in SI units.
+
+    Attributes:
+        dimensions: What the verb asked these clauses for.
+    """
+
+    def __init__(self, bare: Sequence[str], sentence: s.Sentence, *more: Any):
+        super().__init__(sentence, *more)
+        self._bare, self.dimensions = bare, dict[str, Dimension]()
+
+    def vector(self, word: str, dimension: Dimension) -> Floats:
+        if word in self._bare:
+            return self._amount(word, dimension)
+        return super().vector(word, dimension)
+
+    def number(self, word: str, dimension: Dimension) -> float:
+        if word in self._bare:
+            return float(self._amount(word, dimension))
+        return super().number(word, dimension)
+
+    def _amount(self, word: str, dimension: Dimension) -> Floats:
+        self.dimensions[word] = dimension
+        return self._value(word).amount
+
+
+def _needs_profile(verb: str, parts: Sequence[str]) -> bool:
+    """Return whether every form of a verb with the same clauses names a profile."""
+    written = set(parts) - {verb}
+    forms = [form.split() for form in VERBS[verb].forms if written & set(form.split())]
+    return bool(forms) and all("PROFILE" in form for form in forms)

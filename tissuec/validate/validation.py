@@ -1,19 +1,27 @@
-"""From a compiled scene to a verdict: run, reference, comparison."""
+"""From a compiled scene to a verdict: run, reference, comparison.
+
+What ends a run before its duration may happen a little later in a reference, by the errors of
+both. A reference therefore goes a little further, and what happens there counts only if it
+happened in the run.
+"""
 
 import time as clock
 
+import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.model.blocks import KINDS, SYMMETRY
+from tissuec.script.plan import Plan
 from tissuec.script.verbs.end import without_end
 from tissuec.validate.compare import QuantityError
-from tissuec.validate.early_end import end_of_reference, without_later
 from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict
+from tissuec.validate.reference import WITHOUT_PROMISE
+from tissuec.validate.solution import Reference
 from tissuec.validate.static_run import MINIMISERS
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
@@ -113,4 +121,29 @@ def validate(
         run,
         RunComparison(judge.quantities, judge.ruptures, judge.triggers, judge.until, known),
         clock.monotonic() - started,
+    )
+
+
+def end_of_reference(plan: Plan, run: Observed) -> float:
+    """Return until when a reference of a run must go [s]."""
+    simulation, time = plan.simulation, run.outcome.state.time
+    late = (simulation.tolerance or WITHOUT_PROMISE) * simulation.duration
+    return time if run.outcome.ended is None else min(time + late, simulation.duration)
+
+
+def without_later(reference: Reference, run: Observed) -> Reference:
+    """Return a reference without what happened in it alone, after the end of the run."""
+    end = run.outcome.state.time
+    broken = np.concatenate([np.zeros(0, dtype=np.int64), *(one.springs for one in run.breaks)])
+    fired = {one.trigger for one in run.firings}
+    breaks = (
+        one if one.time <= end else replace(one, springs=np.intersect1d(one.springs, broken))
+        for one in reference.breaks
+    )
+    return replace(
+        reference,
+        breaks=tuple(one for one in breaks if len(one.springs)),
+        firings=tuple(
+            one for one in reference.firings if one.time <= end or one.trigger in fired
+        ),
     )

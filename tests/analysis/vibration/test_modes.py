@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 from tests.hand_net import chain, make_net, span, start
 from tissuec.analysis.vibration import eigen, operator
 from tissuec.analysis.vibration.modes import modes_of
-from tissuec.analysis.vibration.ordering import dissected
+from tissuec.analysis.vibration.operator import dissected
 from tissuec.forces import volume
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables

@@ -5,7 +5,7 @@ import pytest
 
 import tissuec
 from tissuec.engine.execution.doubts import WATCHES
-from tissuec.laws.solid.yeoh import Yeoh
+from tissuec.laws.solid.invariants import Yeoh
 from tissuec.laws.stability import stable_strains
 
 SCENE = """language 1

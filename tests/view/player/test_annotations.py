@@ -9,12 +9,12 @@ from msgspec.structs import asdict, replace
 from tests.view.player.conftest import Show, grid
 from tests.view.player.test_labels import evaluated
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.annotations import EDGE, Placing
 from tissuec.view.player.fields import DERIVED
 from tissuec.view.player.node_values import FieldValues
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import WEB, render
 from tissuec.view.player.picture import Painter
-from tissuec.view.player.placing import EDGE, Placing
 from tissuec.view.player.reading import read_film
 from tissuec.view.player.rules import RULES, shader_rules
 from tissuec.view.section import read_plane

@@ -10,19 +10,23 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
-from tissuec.core.units import TIME, show
+import numpy as np
+
+from tissuec.core.errors import counted
+from tissuec.core.units import ENERGY, TIME, show
 from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.failure_messages import explain
-from tissuec.engine.execution.notes import notes
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState, read_run_state
+from tissuec.mechanics import observables
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import EQUILIBRIUM, RELAXATION, Plan, ScheduledAction
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine
-    from tissuec.engine.method import Interruption, Pause
+    from tissuec.engine.method import Interruption, Pause, Statistics
     from tissuec.engine.phases import Phases
     from tissuec.engine.quasistatic import QuasiStatic
 
@@ -232,3 +236,45 @@ def _make_engine(
 
         return Equilibria(network, method, recorder.times, recorder.record)
     return Engine(network, method, recorder.times, recorder.record)
+
+
+GROWN = 0.01  # of the energy at the end: imbalances that are told
+
+
+def notes(
+    statistics: "Statistics", state: State, ledger: EnergyBalance | None
+) -> tuple[str, ...]:
+    """Return sentences about a run with a fixed step.
+
+    Args:
+        statistics: Counts of the run.
+        state: The last good state.
+        ledger: Energies until then; None where they are not kept.
+    """
+    found = [_stalls(statistics)] if statistics.stalls else []
+    if ledger is not None:
+        found += _growth(state, ledger)
+    return tuple(found)
+
+
+def _stalls(statistics: "Statistics") -> str:
+    return (
+        f"{statistics.method} stalled in {counted(statistics.stalls, 'step')}: the forces rose "
+        f"even at the smallest step size; "
+        f"{counted(statistics.evaluations, 'force evaluation')} for "
+        f"{counted(statistics.accepted, 'frame')}"
+    )
+
+
+def _growth(state: State, ledger: EnergyBalance) -> list[str]:
+    """Return what energy came from nowhere or went there, if that is much."""
+    energies = observables.energies(state, state.time, state.position, state.velocity)
+    surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
+    if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:
+        return []
+    verb, part = ("added", "to") if surplus > 0.0 else ("took", "from")
+    return [
+        f"the steps {verb} {show(abs(surplus), ENERGY)} {part} the energy of the net, which is "
+        f"{show(float(energies.kinetic + energies.elastic), ENERGY)} at the end; smaller steps "
+        "reduce this"
+    ]

@@ -1,6 +1,7 @@
-"""Dashpots whose force is a power of the speed: thinning or thickening liquids.
+"""Dashpots whose force is a power of the speed, by default the first.
 
-(W. Ostwald, Kolloid-Z. 36:99, 1925.)
+The linear dashpot is that of W. Voigt (Ann. Phys. 283:671, 1892); powers describe thinning and
+thickening liquids (W. Ostwald, Kolloid-Z. 36:99, 1925).
 """
 
 from typing import Annotated
@@ -9,7 +10,7 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Real
-from tissuec.laws import VISCOSITY_LAWS, D, W
+from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, W
 from tissuec.laws.formula import Choice, Formula
 
 
@@ -33,3 +34,12 @@ class PowerLaw(Struct, frozen=True):
         part = W / self.speed
         size = D * self.speed
         return Choice(W, size * part**self.exponent, -(size * (-part) ** self.exponent))
+
+
+@VISCOSITY_LAWS.member("linear")
+class LinearDashpot(Struct, frozen=True):
+    """The force d w: in proportion to the speed."""
+
+    def force(self) -> Formula:
+        """Return d w."""
+        return LINEAR.viscous

@@ -1,7 +1,9 @@
 """From a file of data to an experiment."""
 
 from collections.abc import Sequence
+from hashlib import file_digest
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -11,7 +13,6 @@ from tissuec.core.files import open_regular
 from tissuec.core.hints import nearby_file
 from tissuec.core.units import TIME, show
 from tissuec.learn.data.complaints import Complaints
-from tissuec.learn.data.digest import digest_of
 from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.data.tables import read_table
 from tissuec.model.network import Network
@@ -137,3 +138,14 @@ def _empty(one: Series, complaints: Complaints) -> Diagnostic:
     if complaints.data.start:
         start = f" from {show(complaints.data.start, TIME, digits=6)} on"
     return Diagnostic("TIS313", message + start, one.fit.span)
+
+
+def digest_of(path: Path) -> str:
+    """Return the SHA-256 of a file in hexadecimal digits; it is read in blocks.
+
+    Raises:
+        OSError: It cannot be read, or is no regular file.
+    """
+    with open_regular(path) as file:
+        readable: Any = file  # which is buffered
+        return file_digest(readable, "sha256").hexdigest()

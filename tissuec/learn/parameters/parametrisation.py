@@ -2,9 +2,12 @@
 
 Parameters of ``adjust`` entries stand first, in the order of the entries; those of words come
 next. All are 0 at the beginning.
+
+Preserved volumes follow from start positions: a cell keeps the volume V0 = V(x) as drawn, so V0
+changes by ∂V/∂x δx when start positions change by δx.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Protocol
@@ -15,13 +18,13 @@ from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact import contact_of
+from tissuec.forces.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import ParameterBlock, block_of
 from tissuec.learn.parameters.compilations import Compilations
-from tissuec.learn.parameters.drawn_volumes import change_of_volumes, put_volumes
 from tissuec.learn.parameters.entries import Entries
-from tissuec.learn.parameters.fields import Fields, every_field
+from tissuec.learn.parameters.fields import Fields, every_field, numbered
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.priors import Prior
 from tissuec.learn.parameters.substitution import Number, UsePlace, recompiled
@@ -322,3 +325,49 @@ def _put(matrix: sparse.lil_matrix, column: int, values: Floats) -> None:
     """Enter a column, as far as it is not zero."""
     rows = np.flatnonzero(values)
     matrix[rows, column] = values[rows][:, None]
+
+
+def put_volumes(order: NumberOrder, vector: Floats) -> Floats:
+    """Return the numbers with volumes as they are at start positions, changed in place.
+
+    Args:
+        order: Order of the numbers.
+        vector: In SI units, shape (number,).
+    """
+    position = order.array(vector, "position").reshape(-1, 3)
+    for part, enclosure in _drawn(order):
+        vector[part] = enclosure.volumes(position)
+    return vector
+
+
+def change_of_volumes(
+    order: NumberOrder, vector: Floats, change: sparse.csr_matrix
+) -> sparse.csr_matrix:
+    """Return the derivative of these volumes, in the rows of all numbers.
+
+    Args:
+        order: Order of the numbers.
+        vector: In SI units, shape (number,).
+        change: Of all numbers by each parameter, shape (number, parameter).
+
+    Returns:
+        Shape (number, parameter).
+    """
+    position = order.array(vector, "position").reshape(-1, 3)
+    first, size = order.places["position"].start, order.size
+    total = sparse.csr_matrix(change.shape)
+    for part, enclosure in _drawn(order):
+        columns = first + 3 * enclosure.corners[..., None] + np.arange(3)
+        rows = np.broadcast_to(part.start + enclosure.owner[:, None, None], columns.shape)
+        entries = enclosure.gradient(position).ravel(), (rows.ravel(), columns.ravel())
+        ways = sparse.csr_matrix(sparse.coo_matrix(entries, shape=(size, size)))
+        total = total + ways @ change
+    return sparse.csr_matrix(total)
+
+
+def _drawn(order: NumberOrder) -> Iterator[tuple[slice, Enclosure]]:
+    """Yield the places of the drawn volumes of each enclosure, which follow its modulus."""
+    first = order.places["fields"].start
+    for _, field, part in numbered(order.fields):
+        if isinstance(field, Enclosure):
+            yield slice(first + part.start + 1, first + part.stop), field

@@ -1,4 +1,4 @@
-"""Solids whose energy is a sum of powers of their stretches."""
+"""Solids whose energy depends on powers or logarithms of their principal stretches."""
 
 from typing import Annotated
 
@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.laws.formula import ZERO, Formula
-from tissuec.laws.principal import power_sum
+from tissuec.laws.principal import power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
 
 LEAST = 0.01  # size of an exponent
@@ -60,3 +60,15 @@ class Ogden(Struct, frozen=True):
             if share:
                 found = found + (2.0 * share / exponent**2) * power_sum(exponent)
         return found
+
+
+@SOLID_LAWS.member("hencky")
+class Hencky(Struct, frozen=True):
+    """The energy μ Σ log² λ, λ being the stretches without the change of volume.
+
+    (H. Hencky, Z. Techn. Phys. 9:215, 1928.)
+    """
+
+    def energy(self) -> Formula:
+        """Return Σ log² λ."""
+        return squared_logarithms()

@@ -1,0 +1,90 @@
+"""Solids whose energy depends on the invariants of their stretches."""
+
+from typing import Annotated
+
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.fields import Real
+from tissuec.laws.formula import Formula, exp
+from tissuec.laws.solid import I1, I2, SOLID_LAWS
+
+
+@SOLID_LAWS.member("mooney rivlin")
+class MooneyRivlin(Struct, frozen=True):
+    """The energy μ ((1 - s) (I1 - 3) + s (I2 - 3))/2. (M. Mooney, J. Appl. Phys. 11:582, 1940.)
+
+    Attributes:
+        share: The part s of the shear modulus that belongs to the second invariant.
+    """
+
+    share: Annotated[float, Real(units.NUMBER, at_least=0.0, at_most=1.0)]
+
+    def energy(self) -> Formula:
+        """Return ((1 - s) (I1 - 3) + s (I2 - 3))/2."""
+        return 0.5 * ((1.0 - self.share) * (I1 - 3.0) + self.share * (I2 - 3.0))
+
+
+@SOLID_LAWS.member("neo hookean")
+class NeoHookean(Struct, frozen=True):
+    """The energy μ (I1 - 3)/2, which does not stiffen.
+
+    (R. S. Rivlin, Phil. Trans. Roy. Soc. A 240:459, 1948.)
+    """
+
+    def energy(self) -> Formula:
+        """Return (I1 - 3)/2."""
+        return 0.5 * (I1 - 3.0)
+
+
+@SOLID_LAWS.member("yeoh")
+class Yeoh(Struct, frozen=True):
+    """The energy μ (z + c2 z² + c3 z³)/2 with z = I1 - 3.
+
+    (O. H. Yeoh, Rubber Chem. Technol. 66:754, 1993.)
+
+    Attributes:
+        second: The number c2; a published C20 is μ c2/2.
+        third: The number c3; a published C30 is μ c3/2.
+    """
+
+    second: Annotated[float, Real(units.NUMBER)]
+    third: Annotated[float, Real(units.NUMBER, at_least=0.0)] = 0.0
+
+    def energy(self) -> Formula:
+        """Return (z + c2 z² + c3 z³)/2."""
+        z = I1 - 3.0
+        return 0.5 * (z + self.second * z**2 + self.third * z**3)
+
+
+@SOLID_LAWS.member("exponential")
+class SolidExponential(Struct, frozen=True):
+    """The energy μ/2k (exp(k (I1 - 3)) - 1). (H. Demiray, J. Biomech. 5:309, 1972.)
+
+    Attributes:
+        stiffening: The number k.
+    """
+
+    stiffening: Annotated[float, Real(units.NUMBER, above=0.0)]
+
+    def energy(self) -> Formula:
+        """Return (exp(k (I1 - 3)) - 1)/2k."""
+        return (exp(self.stiffening * (I1 - 3.0)) - 1.0) * (0.5 / self.stiffening)
+
+
+@SOLID_LAWS.member("veronda westmann")
+class VerondaWestmann(Struct, frozen=True):
+    """The energy μ ((exp(k (I1 - 3)) - 1)/k - (I2 - 3)/2).
+
+    (D. R. Veronda, R. A. Westmann, J. Biomech. 3:111, 1970, of the skin of cats.)
+
+    Attributes:
+        stiffening: The number k.
+    """
+
+    stiffening: Annotated[float, Real(units.NUMBER, above=0.0)]
+
+    def energy(self) -> Formula:
+        """Return (exp(k (I1 - 3)) - 1)/k - (I2 - 3)/2."""
+        k = self.stiffening
+        return (exp(k * (I1 - 3.0)) - 1.0) * (1.0 / k) - 0.5 * (I2 - 3.0)

@@ -1,0 +1,84 @@
+"""Springs that follow a curve: exponential, or measured points of force or stress.
+
+Points are joined without overshoot; see ``laws.points``. The nominal stress is by definition
+the force per area as drawn.
+"""
+
+from typing import Annotated
+
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.fields import Real, Several
+from tissuec.laws import REST, SPRING_LAWS, STRAIN, C, E, of_stress
+from tissuec.laws.formula import Formula, exp
+from tissuec.laws.points import check_points, through
+
+
+@SPRING_LAWS.member("curve")
+class Curve(Struct, frozen=True):
+    """A curve through points: cubic pieces that rise and fall only where the points do.
+
+    F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5:300 (1984). Beyond the points,
+    the curve is a straight line. The spring constant has no effect.
+
+    Attributes:
+        elongations: At the points, ascending.
+        forces: At the points.
+    """
+
+    elongations: Annotated[tuple[float, ...], Several(units.LENGTH, at_least=2)]
+    forces: Annotated[tuple[float, ...], Several(units.FORCE, at_least=2)]
+
+    def __post_init__(self) -> None:
+        check_points(self.elongations, "elongations", self.forces, "forces")
+
+    def force(self) -> Formula:
+        """Return the curve, straight behind both of its ends."""
+        return through(E, self.elongations, self.forces)
+
+
+@SPRING_LAWS.member("exponential")
+class Exponential(Struct, frozen=True):
+    """The force c L0/k (exp(k e/L0) - 1): c at rest, and stiffer with the strain e/L0.
+
+    The one-dimensional form of Y. C. Fung, Am. J. Physiol. 213:1532 (1967): the stiffness grows
+    linearly with the force. With a negative k, springs stiffen in compression instead; a chain
+    of them is a Toda lattice.
+
+    Attributes:
+        stiffening: The number k; at the strain 1/k, the stiffness is 2.718 times the initial
+            one.
+    """
+
+    stiffening: Annotated[float, Real(units.NUMBER)]
+
+    def __post_init__(self) -> None:
+        if self.stiffening == 0.0:
+            raise ValueError('"stiffening" must not be 0; use a linear law instead')
+
+    def force(self) -> Formula:
+        """Return c L0/k (exp(k e/L0) - 1)."""
+        return C * REST / self.stiffening * (exp(self.stiffening * E / REST) - 1.0)
+
+
+@SPRING_LAWS.member("stress curve")
+class StressCurve(Struct, frozen=True):
+    """A curve of nominal stress against strain, interpolated like ``curve``.
+
+    Young's modulus has no effect on it.
+
+    Attributes:
+        strains: At the points, ascending.
+        stresses: At the points.
+    """
+
+    strains: Annotated[tuple[float, ...], Several(units.NUMBER, at_least=2)]
+    stresses: Annotated[tuple[float, ...], Several(units.PRESSURE, at_least=2)]
+
+    def __post_init__(self) -> None:
+        check_points(self.strains, "strains", self.stresses, "stresses")
+
+    def force(self) -> Formula:
+        """Return the force of a bar under that stress."""
+        return of_stress(through(STRAIN, self.strains, self.stresses))
