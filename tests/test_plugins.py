@@ -26,6 +26,8 @@ GROUPS = {
     "tissuec/view/plots": "tissuec.plot",
 }
 
+COMMANDS = "tissuec/cli"  # which are part of the program
+
 #: Corners of triangles, a line for each.
 TETRAHEDRON = "0 0 0 0 9 0 9 0 0\n0 0 0 9 0 0 0 0 9\n0 0 0 0 0 9 0 9 0\n9 0 0 0 9 0 0 0 9\n"
 
@@ -149,8 +151,8 @@ def site(tmp_path_factory):
     folder = tmp_path_factory.mktemp("site")
     package, groups = folder / "tissue_extras", {}
     for block in blocks(DOCS / "extending.md"):
-        if block.kind == "python" and block.name:
-            home = Path(block.name)
+        home = Path(block.name or "")
+        if block.kind == "python" and block.name and home.parent.as_posix() != COMMANDS:
             name = "_".join(home.parts[1:-1])
             (package / name).mkdir(parents=True, exist_ok=True)
             (package / name / home.name).write_text(block.text, encoding="utf-8")
