@@ -36,6 +36,7 @@ FAMILIES = {
     "surfaces": ("tests/geometry/surfaces", ""),
     "fields": ("tests/results/test_fields_of_frames.py", "every_member and momentum"),
     "plots": ("tests/view/plots/test_kinds.py", "phases and not every_format"),
+    "scene": ("tests/scene/test_parts.py", ""),
 }
 
 

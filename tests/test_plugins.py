@@ -24,6 +24,7 @@ GROUPS = {
     "tissuec/engine/integrators": "tissuec.integrator",
     "tissuec/geometry/surfaces": "tissuec.surface",
     "tissuec/view/plots": "tissuec.plot",
+    "tissuec/scene": "tissuec.block",
 }
 
 COMMANDS = "tissuec/cli"  # which are part of the program
@@ -231,6 +232,54 @@ def test_actions_of_a_package_are_kept_for_a_run_that_goes_on(site, tmp_path):
         "assert type(read_state(write_state(blank, []), [])) is Shrink and 'shrink' in VERBS\n"
     )
     call_python(tmp_path, site, code)
+
+
+#: What an editor is given about a block of a package.
+ASKED = """
+from pathlib import Path
+from tissuec.lsp.completion import complete
+from tissuec.lsp.documents import OpenDocuments
+from tissuec.lsp.highlighting import grammar
+from tissuec.lsp.hover import hover
+from tissuec.lsp.semantic_tokens import tokens
+from tissuec.lsp.views import view_of
+
+def at(text, ask):
+    documents = OpenDocuments()
+    documents.put(Path("a.tis"), text.replace("|", ""))
+    return ask(view_of(documents, Path("a.tis")), text.index("|"))
+
+def offered(text):
+    return [one.label for one in at(text, complete)]
+
+assert "landmark" in offered("language 1\nland|")
+assert {"place", "side"} == set(offered("language 1\nlandmark apex { | }"))
+assert {"left", "right", "middle"} == set(offered("language 1\nlandmark apex { side is | }"))
+assert "on which it is" in at("language 1\nlandmark apex { si|de is left }", hover).text
+text = "language 1\nlandmark apex { side is left }\n"
+kinds = {text[start:stop]: kind for start, stop, kind in tokens(text)}
+assert (kinds["landmark"], kinds["side"], kinds["left"]) == ("part", "entry", "word")
+assert "landmark-part" in grammar()["repository"]
+"""
+
+
+def test_editors_know_a_block_of_a_package_by_its_declaration(site, tmp_path):
+    call_python(tmp_path, site, ASKED)
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("side is left", 'landmark apex needs "place"'),
+        ("place = 3 mm", "place must be a vector"),
+        ("place = (0, 0, 1) mm; side is lft", 'side cannot be "lft"'),
+        ("position = (0, 0, 1) mm", '"position" is not an entry of landmark apex'),
+    ],
+)
+def test_a_block_of_a_package_is_checked_by_its_declaration(entry, said, site, tmp_path):
+    text = scenes()["landmarks.tis"].replace("place = (0, 0, 13) mm; side is left", entry)
+    (tmp_path / "landmarks.tis").write_text(text, encoding="utf-8")
+    assert said in call(tmp_path, site, "check", "landmarks.tis", code=2)
 
 
 def test_a_verb_of_a_package_lets_springs_break(clinic, tmp_path):

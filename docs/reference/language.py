@@ -12,20 +12,16 @@ from tissuec.core.units import Dimension, describe, si_unit
 from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.engine.integrators.procedures import PROCEDURES
 from tissuec.forces import FORCES
-from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
-from tissuec.scene import learn_entries, meanings, settings, study_entries
+from tissuec.scene import bodies, joints, learn_entries, settings, study_entries
 from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.bodies import EXPLICIT
-from tissuec.scene.body_entries import BODY_ENTRIES
-from tissuec.scene.declarations import TOP_LEVEL
-from tissuec.scene.entries import entry_table
+from tissuec.scene.entries import entries_of, entry_table
 from tissuec.scene.expressions import FUNCTIONS
-from tissuec.scene.joints import JOINT_ENTRIES
 from tissuec.scene.learn_entries import (
     ADJUSTED,
     DIMENSIONS,
@@ -34,9 +30,10 @@ from tissuec.scene.learn_entries import (
     learn_schema,
 )
 from tissuec.scene.parameters import CONSTANTS
+from tissuec.scene.parts import parts as text_parts
 from tissuec.scene.quantities import QUANTITIES, TissueQuantity
-from tissuec.scene.schema import entries_of
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
+from tissuec.scene.vocabulary import OPERATOR_ENTRIES
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
@@ -51,16 +48,16 @@ def parts() -> dict[str, str]:
         "prefixes": prefix_table(),
         "dimensions": dimension_table(),
         "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
-        "operators": operator_table(),
+        "operators": entry_table(OPERATOR_ENTRIES),
         "quantities": quantity_table(),
         "spring laws": joined(member_sections("spring law", SPRING_LAWS)),
         "viscosity laws": joined(member_sections("viscosity law", VISCOSITY_LAWS)),
-        "body entries": entry_table(BODY_ENTRIES),
-        "joint entries": entry_table(JOINT_ENTRIES),
+        "body entries": entry_table(bodies.ENTRIES),
+        "joint entries": entry_table(joints.ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
         "forces": joined(member_sections("kind", FORCES, "###")),
-        "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
+        "environment entries": entry_table(settings.environment_entries()),
         "simulate entries": entry_table(settings.simulate_schema()),
         "procedures": procedure_sections(),
         "profiles": _listed(PROFILES),
@@ -97,7 +94,7 @@ def _listed(names: Iterable[str]) -> str:
 
 def part_table() -> str:
     """Return what a text is made of."""
-    rows = [(code(part), meanings.PARTS[part]) for part in TOP_LEVEL]
+    rows = [(code(word), part.about) for word, part in text_parts().items()]
     return table(("part", "what it is"), rows)
 
 
@@ -167,15 +164,6 @@ def _in_si(factor: float, dimension: Dimension) -> str:
     return (
         f"{factor:.6g}{unit[1:]}" if unit.startswith("1/") else f"{factor:.6g} {unit}".strip()
     )
-
-
-def operator_table() -> str:
-    """Return the choices of a rules block; the first of each is the default."""
-    rows = [
-        (code(f"{entry} is …"), ", ".join(map(code, names)), code(getattr(Operators(), entry)))
-        for entry, names in CHOICES.items()
-    ]
-    return table(("entry", "choices", "without it"), rows)
 
 
 def quantity_table() -> str:

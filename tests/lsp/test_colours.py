@@ -14,11 +14,7 @@ from tissuec.lsp.highlighting import grammar
 from tissuec.lsp.semantic_tokens import KINDS, tokens
 from tissuec.lsp.textmate import SCOPES
 from tissuec.lsp.vscode import contents
-from tissuec.scene import meanings
-from tissuec.scene.bodies import ENTRIES
-from tissuec.scene.body_entries import BODY_ENTRIES
-from tissuec.scene.declarations import TOP_LEVEL
-from tissuec.scene.joints import ENTRIES as JOINT_ENTRIES
+from tissuec.scene.parts import parts
 from tissuec.script.measures import MEASURES
 from tissuec.script.verbs import VERBS
 
@@ -104,12 +100,5 @@ def test_the_files_for_editors_are_json_and_name_files_that_are_there(repository
 
 def test_the_grammar_knows_all_words_of_the_tables():
     text = json.dumps(grammar())
-    for word in (*RESERVED, *TOP_LEVEL, *VERBS, *MEASURES, *SYMBOLS):
+    for word in (*RESERVED, *parts(), *VERBS, *MEASURES, *SYMBOLS):
         assert json.dumps(word)[1:-1].replace(" ", "\\\\s+") in text or word == "%"
-
-
-def test_every_word_without_a_schema_has_a_meaning():
-    assert set(meanings.PARTS) == set(TOP_LEVEL)
-    assert set(meanings.RESERVED) | set(meanings.PARTS) >= RESERVED
-    assert set(meanings.ENTRIES["body"]) | set(BODY_ENTRIES) == set(ENTRIES)
-    assert {*meanings.ENTRIES["joint"], "reach", "pairs", "section"} == set(JOINT_ENTRIES)

@@ -15,12 +15,11 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
+from tissuec.scene.entries import entries_of
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
 from tissuec.scene.model import Tissue, WrittenForce
 from tissuec.scene.quantities import LISTED, QUANTITIES, STIFFENING
-from tissuec.scene.schema import entries_of
-from tissuec.scene.written_numbers import limits_of
 from tissuec.script.fit_problem import (
     START_POSITION,
     START_VELOCITY,
@@ -191,7 +190,7 @@ class AdjustReader:
                     f"the {law} of {tissue.name} does not use its {key}",
                     name.span,
                 )
-            return Found(key, tissue.name, "tissue", NONE, limits_of(QUANTITIES[key]))
+            return Found(key, tissue.name, "tissue", NONE, QUANTITIES[key].limits)
         if key not in constants:
             quantities = (one for one in LISTED if key_of(one) in ADJUSTED)
             known = (*quantities, *constants)
@@ -257,7 +256,7 @@ class AdjustReader:
             self.findings.reject("TIS801", message, name.span)
         kind = Real(DIMENSIONS[key])
         if key in QUANTITIES:
-            kind = limits_of(QUANTITIES[key])
+            kind = QUANTITIES[key].limits
         elif key not in (START_POSITION, START_VELOCITY):
             kind = Real(DIMENSIONS[key], above=0.0)
         return Found(key, target.name, division, np.unique(members), kind)

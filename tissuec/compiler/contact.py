@@ -27,9 +27,9 @@ from tissuec.model.network import (
     ToolShape,
 )
 from tissuec.model.topology import pieces
+from tissuec.scene.entry_hints import missing
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
-from tissuec.scene.schema import missing
 
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
     from tissuec.forces.contact import Contact, ContactPairs

@@ -27,9 +27,9 @@ from tissuec.geometry.nearest import or_one
 from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
 from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.scene.entry_hints import missing
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
-from tissuec.scene.schema import missing
 
 HARDNESS = 12.0  # c
 THIN = 0.5  # of the size of a face: a radius below has points along the axis

@@ -11,10 +11,10 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.laws import stress_in
 from tissuec.laws.formula import Formula, replaced, variables
+from tissuec.scene.entries import entries_of
 from tissuec.scene.laws import FORMS, LAW_KINDS, FormulaScope, LawKind
 from tissuec.scene.model import Scene, Tissue, WrittenLaw
 from tissuec.scene.quantities import YOUNGS_MODULUS
-from tissuec.scene.schema import entries_of
 
 
 class LawConstant(Struct, frozen=True):

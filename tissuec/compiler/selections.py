@@ -1,9 +1,10 @@
 """Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -15,6 +16,35 @@ from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
 
 Mask: TypeAlias = NDArray[np.bool_]
+
+
+class Criterion(Struct, frozen=True):
+    """What nodes or springs are chosen by, behind ``where``.
+
+    Attributes:
+        about: What it is, in one sentence.
+        of: What has it; nothing for both.
+        is_test: Whether it is a test, and no number.
+        form: How a test is written, if not by its name alone.
+    """
+
+    about: str
+    of: Literal["nodes", "springs", ""] = ""
+    is_test: bool = False
+    form: str = ""
+
+
+CRITERIA = {
+    "x": Criterion("First coordinate of a node, or of the middle of a spring, as drawn."),
+    "y": Criterion("Second coordinate of a node, or of the middle of a spring, as drawn."),
+    "z": Criterion("Third coordinate of a node, or of the middle of a spring, as drawn."),
+    "id": Criterion("Id of a node or spring."),
+    "length": Criterion("Drawn length of a spring.", "springs"),
+    "region": Criterion("Region of the body.", is_test=True, form="region is NAME"),
+    "group": Criterion("Group of the mesh file.", "nodes", True, 'group is "NAME"'),
+    "surface": Criterion("True on the surface of the mesh.", "nodes", True),
+    "bending": Criterion("True for springs that resist bending only.", "springs", True),
+}
 
 
 class PointScope(Scope):

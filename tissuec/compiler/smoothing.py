@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.geometry.surfaces import ELSEWHERE, MOST_POINTS, ON_GRIDS, SURFACES, Smoothing
@@ -10,6 +9,7 @@ from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
+from tissuec.scene.parts import entries_in
 
 SURFACE = "surface"
 KIND = "kind"
@@ -43,8 +43,7 @@ def read_surface(
         )
     items = item.items if isinstance(item, s.Block) else ()
     kind = _written_kind(items) or (ELSEWHERE if mesh.grid is None else ON_GRIDS)
-    choice = schema.Entry(KIND, KIND, OneOf(tuple(SURFACES)), "", "kind of surface")
-    entries = {KIND: choice, **schema.entries_of(SURFACES[kind])}
+    entries = entries_in(SURFACE, kind)
     with scope.findings.together():
         values, places = schema.read(entries, items, scope, what=f"surface of {body}")
     if SURFACES[kind].needs_grid and mesh.grid is None:

@@ -16,7 +16,7 @@ from tissuec.core.vectors import cross, norm
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
-from tissuec.scene.schema import missing
+from tissuec.scene.entry_hints import missing
 from tissuec.script.verbs import Shifting, follows
 
 if TYPE_CHECKING:

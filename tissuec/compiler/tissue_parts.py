@@ -20,6 +20,7 @@ from tissuec.scene.quantities import (
     FIBRE_DISPERSION,
     FIBRE_MODULUS,
     FIBRE_STIFFENING,
+    LARGEST_SHARE,
     OF_MATTER,
     QUANTITIES,
     SHARES,
@@ -28,7 +29,6 @@ from tissuec.scene.quantities import (
     YOUNGS_MODULUS,
     TissueQuantity,
 )
-from tissuec.scene.written_numbers import LARGEST_SHARE
 
 #: Which law replaces the use of a quantity, and as what its formula would use it.
 USES = {

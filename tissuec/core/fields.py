@@ -5,6 +5,7 @@ and from them checks entries, converts units, suggests near misses and writes th
 underscore in a field name is a blank in the language.
 """
 
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -43,11 +44,14 @@ class OneOf(Struct, frozen=True):
     """One of a few words, written with ``is``.
 
     Attributes:
-        opens: Whether a word may be followed by a block, of which somebody else knows.
+        words: The words; a mapping has what each means, as a sentence or in its docstring.
+        opens: Whether a word may be followed by a block, which is read separately.
+        inside: Classes whose fields are the entries of that block, by the word before it.
     """
 
-    words: tuple[str, ...]
+    words: Collection[str]
     opens: bool = False
+    inside: Mapping[str, type] = {}
 
 
 class Point(Struct, frozen=True):

@@ -1,21 +1,28 @@
 """Blocks on one line whose opening brace is missing: ``tissue gel density = 1 g/cm^3 }``."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from tissuec.lang.tokens import Token
 
-#: Words that begin a block with a name behind them, and those that begin one without.
-_NAMED = frozenset(
-    ("property", "quantity", "rules", "law", "tissue", "body", "joint", "tool", "force",
-     "learn", "study", "region")
-)  # fmt: skip
-_SINGLE = frozenset(("environment", "script", "simulate", "output"))
+#: Each returns words that begin blocks, and whether a name follows them.
+_VOCABULARIES: list[Callable[[], Mapping[str, bool]]] = []
 
 
-def begins_block(word: str) -> bool:
-    """Return whether a block begins with a word."""
-    return word.lower() in _NAMED | _SINGLE
+def add_vocabulary(blocks: Callable[[], Mapping[str, bool]]) -> None:
+    """Add what returns words that begin blocks, and whether a name follows them."""
+    _VOCABULARIES.append(blocks)
+
+
+def begins_block(word: str, *, alone: bool = False) -> bool:
+    """Return whether a block begins with a word.
+
+    Args:
+        word: The word.
+        alone: Whether to ask for blocks without a name.
+    """
+    found = [blocks()[word.lower()] for blocks in _VOCABULARIES if word.lower() in blocks()]
+    return not all(found) if alone else bool(found)
 
 
 def head_of(parts: Sequence[Token], text: str) -> int | None:
@@ -34,7 +41,7 @@ def head_of(parts: Sequence[Token], text: str) -> int | None:
     sign = next((at for at, kind in enumerate(kinds) if kind in ("EQUAL", "IS")), 0)
     if not sign or not begins_block(parts[0].text):
         return None
-    if parts[0].text.lower() in _SINGLE:
+    if begins_block(parts[0].text, alone=True):
         return parts[0].stop
     start = kinds.index("LIKE") + 1 if "LIKE" in kinds[:sign] else 1
     words = list(parts[start:sign])

@@ -8,21 +8,58 @@ import re
 _WORD = re.compile(r"[^\W\d]\w*(?:'[^\W\d]\w*)?")  # WORD of the grammar
 
 #: Begin a time: ``at 0.1 s: …``, and clauses: ``every 1 ms``.
-TIME_WORDS = ("at", "from", "to", "every", "until", "after")
+TIME_WORDS = {
+    "at": "The time of an action or an expectation.",
+    "from": "A start point or time, or the tool that releases.",
+    "to": "An end point or time.",
+    "every": "The time between repetitions or samples.",
+    "until": "An end time, or the end of a plateau of a scale.",
+    "after": "A time relative to the start of the surrounding block.",
+}
 
 #: Join a clause to what stands before it: ``with forceps A``.
-JOINING_WORDS = (
-    "by", "with", "along", "across", "through", "facing", "of", "on", "in", "as", "like", "per",
-    "using", "over", "around", "weighing",
-)  # fmt: skip
+JOINING_WORDS = {
+    "by": "A distance, a factor, an expected deviation, or a source.",
+    "with": "A tool, a force, a knot or columns.",
+    "along": "A direction or a path.",
+    "across": "The normal of a plane.",
+    "through": "A point on a plane or an axis, or a nozzle.",
+    "facing": "The normal direction of a plane.",
+    "of": "The object that something belongs to or is measured on.",
+    "on": "on log scale, or on each node.",
+    "in": "A unit, a vocabulary, or a list of ids.",
+    "as": "Reserved for later versions; not allowed in names.",
+    "like": "The tissue whose entries are inherited.",
+    "per": "The spring length that a value is given for, or the parts with separate numbers.",
+    "using": "The time profile of a motion or a force, or the column of a table.",
+    "over": "Over the whole run: over run.",
+    "around": "The axis of a turn, or the expected value of a number.",
+    "weighing": "The weight of a rule (above 0, at most 1) or of a fit; a density.",
+}
 
 #: Hold conditions and rules together.
-LOGIC_WORDS = ("if", "then", "and", "or", "not", "is", "where", "when", "within", "between")
+LOGIC_WORDS = {
+    "if": "Begins a rule.",
+    "then": "What a rule concludes.",
+    "and": "Logical and; also joins limits and conclusions.",
+    "or": "Logical or.",
+    "not": "Logical not.",
+    "is": "Chooses a word.",
+    "where": "A condition on nodes or springs.",
+    "when": "A condition that triggers an action once.",
+    "within": "Within a distance from a point.",
+    "between": "Between two limits, both included.",
+}
 
 #: Begin a sentence of their own.
 DECLARING_WORDS = ("param", "let", "set", "expect", "table", "language")
 
-RESERVED = frozenset(TIME_WORDS + JOINING_WORDS + LOGIC_WORDS + DECLARING_WORDS)
+RESERVED = frozenset((*TIME_WORDS, *JOINING_WORDS, *LOGIC_WORDS, *DECLARING_WORDS))
+#: What reserved words mean; those that begin parts of a text are explained there.
+MEANINGS = {
+    **TIME_WORDS, **JOINING_WORDS, **LOGIC_WORDS,
+    "language": "The version of the language, on the first line of every text.",
+}  # fmt: skip
 
 #: Stands behind a number like a unit: ``in 9 steps``.
 STEPS = "steps"

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable
 
+from tissuec.core.fields import OneOf
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.lsp.terms import BlockKind
-from tissuec.scene.declarations import NAMED, SINGLE
+from tissuec.scene.parts import entries_in, parts
 
 
 def block_of(statement: Statement) -> BlockKind:
@@ -20,29 +21,22 @@ def inside(head: Statement, outer: BlockKind) -> BlockKind:
     """Return the block that a head begins."""
     words = head.words
     first = words[0] if words else ""
-    match outer.kind, first:
-        case "", _ if first in (*NAMED, *SINGLE):
-            has_kind = first in ("tool", "force")
-            member = _chosen(head.items, "kind") if has_kind else " ".join(words[1:])
-            return BlockKind(first, member)
-        case "body", "mesh":
-            return BlockKind("mesh", _behind_is(head))
-        case "body", "region":
-            return BlockKind("region", words[1] if words[1:] else "")
-        case "body", ("interface" | "springs"):
-            return BlockKind(first)
-        case (("tissue" | "law"), ("spring" | "viscosity" | "solid")):
-            return BlockKind(" ".join(words[:2]), _behind_is(head))
-        case "simulate", "integrator":
-            return BlockKind("integrator", _behind_is(head))
-        case "output", "surface":
-            return BlockKind("surface", _chosen(head.items, "kind"))
-        case "learn", "data":
-            return BlockKind("data")
-        case "script", _:
-            return BlockKind("script", "inner")
-        case _:
+    if outer.kind == "script":
+        return BlockKind("script", "inner")
+    if not outer.kind:
+        part = parts("named", "single").get(first)
+        if part is None:
             return BlockKind("unknown")
+        chooser = part.block.chooser if part.block is not None else ""
+        return BlockKind(first, _chosen(head.items, chooser) or " ".join(words[1:]))
+    text = " ".join(words)
+    for name, entry in entries_in(*outer).items():
+        block = entry.inside
+        if block is not None and f"{text} ".startswith(f"{name} "):
+            chooses = isinstance(entry.kind, OneOf) and entry.kind.inside
+            member = _behind_is(head) if chooses else _chosen(head.items, block.chooser)
+            return BlockKind(name, member)
+    return BlockKind("unknown")
 
 
 def _behind_is(statement: Statement) -> str:
@@ -60,5 +54,5 @@ def _behind_is(statement: Statement) -> str:
 
 
 def _chosen(items: Iterable[Statement], entry: str) -> str:
-    """Return what is chosen for an entry among the items of a block."""
-    return next((_behind_is(item) for item in items if item.words[:1] == [entry]), "")
+    """Return what is chosen for an entry among the items of a block; nothing without one."""
+    return next((_behind_is(item) for item in items if entry in item.words[:1]), "")

@@ -17,7 +17,13 @@ from tissuec.lang import syntax as s
 from tissuec.lang.parser import accepted_behind
 from tissuec.lang.tokens import STRING, Token, tokens
 from tissuec.lang.tree import Statement
-from tissuec.lang.words import CONTINUING, DECLARING_WORDS, TIME_WORDS, written_name
+from tissuec.lang.words import (
+    CONTINUING,
+    DECLARING_WORDS,
+    MEANINGS,
+    TIME_WORDS,
+    written_name,
+)
 from tissuec.lsp.blocks import block_of
 from tissuec.lsp.file_names import in_quotes
 from tissuec.lsp.phrases import Phrase, phrase_at_end
@@ -26,7 +32,7 @@ from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.terms import Term
 from tissuec.lsp.views import View
 from tissuec.lsp.written import left_out_of
-from tissuec.scene.meanings import RESERVED as MEANINGS
+from tissuec.scene.parts import PARTS
 
 
 def complete(view: View, offset: int) -> list[Proposal]:
@@ -217,6 +223,6 @@ def _last_word(phrase: Phrase) -> int:
 
 
 def _keyword(word: str, start: int, stop: int, insert: str = "") -> Proposal:
-    about = MEANINGS.get(word, "")
+    about = PARTS[word].about if word in PARTS else MEANINGS.get(word, "")
     rank = 2 if word not in DECLARING_WORDS else 0
     return Proposal(word, "keyword", insert or f"{word} ", start, stop, about, about, rank)

@@ -11,8 +11,8 @@ from tissuec.lsp.forms import forms_of, kinds_for
 from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
-from tissuec.scene.declarations import NAMED
 from tissuec.scene.evidence import KNOWN
+from tissuec.scene.parts import parts
 
 
 def named_with(prefix: Prefix) -> Expected:
@@ -23,7 +23,7 @@ def named_with(prefix: Prefix) -> Expected:
         case "", "quantity":
             return Expected((v.QUANTITY_TERMS,), declares="quantity")
         case "", part:
-            return Expected(declares=part if part in (*NAMED, "hedge") else "")
+            return Expected(declares=part if part in (*parts("named"), "hedge") else "")
         case _, "region":
             return Expected(declares="region")
         case _, "known":

@@ -6,13 +6,9 @@ from typing import NamedTuple
 from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.lang.words import RESERVED
-from tissuec.lsp.entries import entries
-from tissuec.lsp.terms import BlockKind
-from tissuec.scene import learn_entries, study_entries
-from tissuec.scene.element_bodies import MADE_OF
-from tissuec.scene.laws import FORMS
+from tissuec.scene.parts import PARTS, blocks, entries_in
+from tissuec.scene.parts import forms_of as part_forms
 from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.settings import SYMMETRIC
 from tissuec.script.fit_problem import WEIGHTS, WORDS
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import PARAMETERS
@@ -45,47 +41,6 @@ CHANGED = {
     "gravity": units.ACCELERATION, "damping": units.VISCOSITY, "velocity": units.VELOCITY,
     "spin": units.FREQUENCY, "rest length": units.LENGTH,
 }  # fmt: skip
-
-#: Forms of parts and entries that no schema describes; "" are those of all others in a block.
-_FORMS: dict[tuple[str, str], tuple[str, ...]] = {
-    ("", "hedge"): ("hedge NAME = SHAPE",),
-    ("", "property"): ("property NAME from NUMBER to NUMBER on log scale",),
-    ("", "quantity"): ("quantity NAME from NUMBER to NUMBER on log scale",),
-    ("", "tissue"): ("tissue NAME like TISSUE",),
-    ("", "param"): ("param NAME = NUMBER between NUMBER and NUMBER",),
-    ("", "set"): ("set NAME = nodes of DRAWN in LIST where CONDITION",),
-    ("", "table"): ("table nodes of BODY in UNIT with columns",),
-    ("", "expect"): (
-        "expect CONDITION at TIME", "expect CONDITION from TIME to TIME",
-        "expect CONDITION until TIME", "expect CONDITION over run",
-    ),
-    ("tissue", ""): ("NAME is WORD", "NAME = NUMBER per LENGTH"),
-    ("tissue", "described"): ("described in RULES",),
-    ("tissue", "known"): (
-        "known NAME = NUMBER by SOURCE", "known NAME from NUMBER to NUMBER",
-        "known stress in MODE at LIST from LIST to LIST by SOURCE",
-        "known relaxation at LIST from LIST to LIST by SOURCE",
-    ),
-    ("law", ""): ("NAME is LAW",),
-    ("body", "region"): ("region NAME where CONDITION",),
-    ("body", "made"): tuple(f"made of {word}" for word in MADE_OF),
-    ("body", "springs"): ("springs where CONDITION",),
-    ("body", "interface"): ("interface is MEAN from REGION to REGION",),
-    ("environment", SYMMETRIC): (f"{SYMMETRIC} through POINT facing VECTOR",),
-    ("joint", "springs"): ("springs from SET to SET",),
-    ("force", "acts"): ("acts on SET",),
-    ("output", ""): ("MEASURE of MEASURED to MEASURED every TIME",),
-    ("output", "surface"): ("surface of BODY every TIME",),
-    ("output", "trajectory"): ("trajectory of SET with FIELD every TIME",),
-    ("output", "precision"): ("precision is CHOICE",),
-    ("output", "compress"): ("compress",),
-    ("output", "blocks"): ("blocks",),
-    ("quantity", "applies"): ("applies to SPREAD of LENGTH",),
-    ("quantity", "otherwise"): ("otherwise is WORD",),
-    ("quantity", ""): ("WORD from NUMBER to NUMBER until NUMBER",),
-    ("property", ""): ("WORD from NUMBER to NUMBER until NUMBER",),
-}  # fmt: skip
-_SENTENCES = {"learn": learn_entries.SENTENCES, "study": study_entries.SENTENCES}
 
 
 class SentenceForm(NamedTuple):
@@ -130,16 +85,13 @@ def texts_of(block: str, entry: str) -> tuple[str, ...]:
             changes = (f"change {name} of SET {how}" for name in PARAMETERS for how in _CHANGES)
             return (*VERBS[entry].forms, *changes)
         return tuple(VERBS[entry].forms) if entry in VERBS else ()
-    if entry in _SENTENCES.get(block, ()):
-        return _SENTENCES[block][entry].forms
-    if (block, entry) in _FORMS:
-        return _FORMS[block, entry]
-    if block in ("tissue", "law") and entry in FORMS:
-        return tuple(f"{head} = NUMBER" for head in FORMS[entry].heads)
-    if (block, "") in _FORMS:
-        return _FORMS[block, ""]
-    term = entries(BlockKind(block)).get(entry)
-    return (term.form or f"{term.label}{term.behind}…",) if term is not None else ()
+    if not block:
+        return part_forms(entry) if entry in PARTS else ()
+    found = entries_in(block).get(entry)
+    if found is not None:
+        return found.forms
+    known = blocks().get(block)
+    return known.free if known is not None else ()
 
 
 def _form(text: str, entry: str) -> SentenceForm:

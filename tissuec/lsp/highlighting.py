@@ -32,8 +32,7 @@ from tissuec.lsp.textmate import (
     listed,
     rule,
 )  # fmt: skip
-from tissuec.scene.declarations import NAMED, SINGLE
-from tissuec.scene.metadata import TEXTS
+from tissuec.scene.parts import parts
 
 #: Where a line, or a statement, ends; and where one with a block does.
 _END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"
@@ -51,12 +50,12 @@ def grammar() -> Rule:
 
 
 def _repository() -> dict[str, list[Rule]]:
-    parts = {f"{kind}-part": [_part(kind)] for kind in (*NAMED, *SINGLE)}
-    first = rule(rf"{START}(use|hedge|{'|'.join(TEXTS)})\b", {1: "part"})
+    blocks = {f"{kind}-part": [_part(kind)] for kind in parts("named", "single")}
+    first = rule(rf"{START}({'|'.join((*parts('text'), 'hedge'))})\b", {1: "part"})
     rest = include("hedge", "set", "expect", "expression")
     return {
-        "statements": [*include("basics", "table", *parts), first, *rest],
-        **parts,
+        "statements": [*include("basics", "table", *blocks), first, *rest],
+        **blocks,
         "basics": basics(),
         "choice": _choices(),
         "expression": _expression(),
@@ -142,7 +141,7 @@ def _clauses(kind: str, first_words: Iterable[str]) -> list[Rule]:
 
 def _part(kind: str) -> Rule:
     """Return the rule of a block outside of all others: its head, and what is in it."""
-    named = "" if kind in SINGLE else r"(?!\s*(?:=|is\b))"
+    named = "" if kind in parts("single") else r"(?!\s*(?:=|is\b))"
     head = [*include("basics"), *_clauses("", [kind])]
     if kind == "quantity":
         head.append(rule(rf"(?<=quantity)\s+({any_of(v.QUANTITY_TERMS)})", {1: "word"}))

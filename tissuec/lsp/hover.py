@@ -13,11 +13,12 @@ from tissuec.core.source import Span
 from tissuec.core.units import describe, parse_unit, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT, KEYWORD, Token, tokens
+from tissuec.lang.words import MEANINGS
 from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.views import View
-from tissuec.scene.meanings import PARTS, RESERVED
 from tissuec.scene.model import Tissue
+from tissuec.scene.parts import PARTS
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -62,7 +63,7 @@ def _meaning(view: View, offset: int, compiled: "Compiled | None") -> Hover | No
         return _number(part, offset)
     phrase = view.phrase_at(offset)
     if part.kind == KEYWORD and (phrase is None or phrase.term is None):
-        about = PARTS.get(part.text) or RESERVED.get(part.text)
+        about = PARTS[part.text].about if part.text in PARTS else MEANINGS.get(part.text)
         return Hover(f"{code(part.text)}: {about}", part.start, part.stop) if about else None
     if phrase is None or not phrase.parts:
         return None

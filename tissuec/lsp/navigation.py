@@ -16,7 +16,6 @@ from tissuec.lang.words import written_name
 from tissuec.lsp.expected import NUMBERS, ONE_NAMESPACE, SUBJECTS
 from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.views import View, view_of
-from tissuec.scene.declarations import NAMED, SINGLE
 from tissuec.scene.imports import Program
 from tissuec.scene.library import SUFFIX, Library
 
@@ -181,7 +180,7 @@ def _outlined(statement: Statement) -> Outlined | None:
         return None
     first = parts[0].text.lower()
     stop = statement.close if statement.is_head else parts[-1].stop
-    if first in SINGLE and statement.is_head:
+    if first in parts("single") and statement.is_head:
         inner = tuple(_lines(statement)) if first == "script" else ()
         return Outlined(
             first, first, parts[0].start, stop, parts[0].start, parts[0].stop, inner
@@ -191,7 +190,7 @@ def _outlined(statement: Statement) -> Outlined | None:
         return Outlined(
             text or first, first, parts[0].start, stop, parts[0].start, parts[-1].stop
         )
-    if first not in (*NAMED, *NUMBERS, *SUBJECTS, "hedge", "table"):
+    if first not in (*parts("named"), *NUMBERS, *SUBJECTS, "hedge", "table"):
         return None
     name: list[Token] = []
     for part in parts[1:]:

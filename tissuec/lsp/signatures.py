@@ -10,7 +10,7 @@ from tissuec.lsp.forms import texts_of
 from tissuec.lsp.phrases import prefix_at
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.views import View
-from tissuec.scene.meanings import RESERVED
+from tissuec.scene.parts import PARTS
 
 #: What stands for something else in a form: "SET", "…", "(x, y, z)", a file in quotes.
 _PLACEHOLDER = re.compile(r"\b[A-Z]+\b|…|\"[^\"]*\"|\(x, y, z\)")
@@ -85,14 +85,13 @@ def _sentence(prefix: Prefix) -> OfferedForms | None:
         term = entries(block).get(entry)
     if not entry or (term is None and block.kind):
         return None
-    own = term.form if term is not None and block.kind != "script" else ""
-    forms = tuple(_form(text) for text in ((own,) if own else texts_of(block.kind, entry)))
+    forms = tuple(_form(text) for text in texts_of(block.kind, entry))
     if not any(form.places for form in forms):
         return None
     words = {word for form in forms for word in form.words}
     typed = [text for text in prefix.texts if text in words]
     active = next((n for n, form in enumerate(forms) if _fits(form, typed)), 0)
-    about = term.about if term is not None else RESERVED.get(entry, "")
+    about = term.about if term is not None else PARTS[entry].about if entry in PARTS else ""
     return OfferedForms(forms, active, _place(forms[active], typed), about)
 
 

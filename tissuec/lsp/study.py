@@ -15,20 +15,13 @@ from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
+from tissuec.scene.parts import blocks, parts
 from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
 
-#: Blocks whose entries can vary, by the kind of block that is named behind them.
-_OWNERS = {
-    "tissue": "tissue", "body": "body", "mesh": "body", "joint": "joint", "tool": "tool",
-    "force": "force",
-}  # fmt: skip
-#: Blocks whose entries vary without a name behind them.
-_UNNAMED = ("simulate", "environment")
-
-#: Entries that choose which others there are; one value of them does not suit the others.
-_CHOOSING = {"body": ("mesh",), "tool": ("kind",), "force": ("kind",)}
+#: Blocks inside of others whose entries can vary as if they were of those.
+_INNER = {"body": "mesh"}
 
 DISTRIBUTION_TERMS = by_label(
     Term(name, MEASURE, "A distribution, for random designs.", form, "(")
@@ -48,13 +41,32 @@ _TIME = Term("time", MEASURE, "The time of the first event.", "time of rupture",
 
 
 @cache
+def _owners() -> dict[str, str]:
+    """Return blocks whose entries can vary, and the kind of block that is named behind them."""
+    kinds = [word for word, part in parts("named").items() if part.entries_vary]
+    known = ((one, kind) for kind in kinds for one in (kind, _INNER.get(kind, kind)))
+    return dict(known)
+
+
+@cache
+def _unnamed() -> list[str]:
+    """Return blocks whose entries vary without a name behind them."""
+    return [word for word, part in parts("single").items() if part.entries_vary]
+
+
+def _chooses(kind: str, entry: str) -> bool:
+    """Return whether an entry chooses which others there are, so that no others suit it."""
+    return entry in (blocks()[kind].chooser, _INNER.get(kind))
+
+
+@cache
 def varied() -> Terms:
     """Return the entries that can vary: with the block that has them, or alone."""
     found: dict[str, Term] = {}
-    for kind in (*_OWNERS, *_UNNAMED):
-        behind = " = " if kind in _UNNAMED else " of "
+    for kind in (*_owners(), *_unnamed()):
+        behind = " = " if kind in _unnamed() else " of "
         for name, term in entries(BlockKind(kind)).items():
-            if term.behind in (" = ", " is ") and name not in _CHOOSING.get(kind, ()):
+            if term.behind in (" = ", " is ") and not _chooses(kind, name):
                 found.setdefault(name, replace(term, behind=behind, form=f"{name}{behind}…"))
     return found
 
@@ -64,11 +76,11 @@ def varying(program: ResolvedProgram) -> set[str]:
     declarations, found = program.declarations, set[str]()
     for tissue in program.tissues.values():
         found |= tissue.given.keys() | tissue.written_laws.keys()
-    for kind in dict.fromkeys(_OWNERS.values()):
+    for kind in dict.fromkeys(_owners().values()):
         for declared in declarations.of(kind).values():
             if kind != "tissue" and isinstance(declared.item, s.Block):
                 found.update(_entries_of(kind, declared.item))
-    for kind in _UNNAMED:
+    for kind in _unnamed():
         if kind in declarations.single:
             found |= entries(BlockKind(kind)).keys()
     return found
@@ -82,7 +94,7 @@ def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
         if isinstance(item, s.Sentence | s.Block) and item.phrase is not None
     }
     known = entries(BlockKind(kind, chosen.get("kind", "")))
-    yield from (name for name in known if name not in _CHOOSING.get(kind, ()))
+    yield from (name for name in known if not _chooses(kind, name))
     if "mesh" in chosen:
         yield from entries(BlockKind("mesh", chosen["mesh"]))
 
@@ -125,14 +137,14 @@ def _varied(prefix: Prefix) -> Expected:
 
 def owners_of(entry: str) -> tuple[str, ...]:
     """Return the kinds of blocks that have an entry; a property is one of tissues."""
-    found = (_OWNERS[kind] for kind in _OWNERS if entry in entries(BlockKind(kind)))
-    of_one = any(entry in entries(BlockKind(kind)) for kind in _UNNAMED)
+    found = (owner for kind, owner in _owners().items() if entry in entries(BlockKind(kind)))
+    of_one = any(entry in entries(BlockKind(kind)) for kind in _unnamed())
     return tuple(dict.fromkeys(found)) or (() if of_one else ("tissue",))
 
 
 def entry_of(name: str) -> Term | None:
     """Return the entry of a name that can vary, None if there is none."""
-    known = (entries(BlockKind(kind)) for kind in (*_OWNERS, *_UNNAMED))
+    known = (entries(BlockKind(kind)) for kind in (*_owners(), *_unnamed()))
     return next((terms[name] for terms in known if name in terms), None)
 
 

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.learn_expectations import ALL, HELD_OUT
 from tissuec.compiler.profiles import PROFILES
+from tissuec.compiler.selections import CRITERIA
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe, show
@@ -25,8 +26,7 @@ from tissuec.lsp.terms import (
     by_label,
     plain,
 )
-from tissuec.scene import meanings
-from tissuec.scene.declarations import TOP_LEVEL
+from tissuec.scene.entries import entries_of
 from tissuec.scene.expressions import FUNCTIONS
 from tissuec.scene.known_curves import MODES, RELAXATION, STRESS
 from tissuec.scene.laws import FORMS
@@ -36,11 +36,11 @@ from tissuec.scene.learn_entries import (
     DIVIDED,
 )
 from tissuec.scene.learning_errors import ERROR
-from tissuec.scene.metadata import TEXTS
 from tissuec.scene.parameters import CONSTANTS
+from tissuec.scene.parts import forms_of as part_forms
+from tissuec.scene.parts import parts as text_parts
 from tissuec.scene.quantities import KNOWABLE, QUANTITIES
 from tissuec.scene.scales import SHAPES
-from tissuec.scene.schema import entries_of
 from tissuec.scene.words import DIRECTIONS
 from tissuec.script.fit_problem import POSITIONS, WEIGHTS, WORDS
 from tissuec.script.measures import MEASURES
@@ -52,11 +52,10 @@ from tissuec.script.verbs.tie import KNOTS
 @cache
 def parts() -> Terms:
     """Return what statements outside of all blocks begin with."""
-    behind: dict[str, str] = dict.fromkeys(("use", *TEXTS), IN_QUOTES)
-    single = dict.fromkeys(("environment", "script", "simulate", "output"), " { ")
+    begins = {"text": IN_QUOTES, "single": " { "}
     return by_label(
-        Term(part, PART, meanings.PARTS[part], "", (behind | single).get(part, " "))
-        for part in TOP_LEVEL
+        Term(word, PART, part.about, part_forms(word)[0], begins.get(part.sort, " "))
+        for word, part in text_parts().items()
     )
 
 
@@ -154,12 +153,11 @@ def conditions(*, of_springs: bool | None = None, are_tests: bool = True) -> Ter
         of_springs: Whether to return that of springs or that of nodes; None for both.
         are_tests: Whether to return that which is a test, and no number, as well.
     """
-    left_out = {None: (), False: ("length", "bending"), True: ("surface", "group")}[of_springs]
-    left_out += () if are_tests else ("region", "group", "surface", "bending")
+    other = {None: "none", False: "springs", True: "nodes"}[of_springs]
     return by_label(
-        Term(name, MEASURE, about, "", " is " if name in ("region", "group") else "")
-        for name, about in meanings.CONDITIONS.items()
-        if name not in left_out
+        Term(name, MEASURE, one.about, one.form, " is " if one.form else "")
+        for name, one in CRITERIA.items()
+        if one.of != other and (are_tests or not one.is_test)
     )
 
 

@@ -1,30 +1,20 @@
 """Words that cannot stand at a place because of what is written elsewhere in the text."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.lsp import study
-from tissuec.lsp.entries import entries
 from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.terms import BlockKind
 from tissuec.lsp.views import View
 from tissuec.lsp.vocabulary import numbers_of_forces
-from tissuec.scene import learn_entries, study_entries
-from tissuec.scene.block_sentences import Sentences
-from tissuec.scene.declarations import SINGLE
+from tissuec.scene.entries import entries_of
 from tissuec.scene.laws import BY_ENTRY, LawKind
-from tissuec.scene.learn_entries import ADJUSTED, learn_schema
-from tissuec.scene.schema import entries_of
-from tissuec.scene.settings import SYMMETRIC
-
-#: Entries that a block can hold several times.
-_REPEATED = {
-    "tissue": ("known",), "body": ("region", "interface", "springs"), "rules": ("if",),
-    "environment": (SYMMETRIC,),
-}  # fmt: skip
+from tissuec.scene.learn_entries import ADJUSTED
+from tissuec.scene.parts import entries_in, parts
 
 
 def left_out_of(view: View, phrase: Phrase) -> Collection[str]:
@@ -71,22 +61,9 @@ def _beginning(text: str, known: Iterable[str]) -> Iterable[str]:
 
 def _once(block: BlockKind) -> Collection[str]:
     """Return what a block, or a text outside of all blocks, holds once."""
-    match block.kind:
-        case "":
-            return SINGLE
-        case "learn":
-            return (*learn_schema(), *_single(learn_entries.SENTENCES))
-        case "study":
-            settings = entries_of(study_entries.StudySettings)
-            return (*settings, *_single(study_entries.SENTENCES))
-        case "output":
-            return ("trajectory", "energy", "precision", "compress", "blocks")
-        case kind:
-            return [key for key in entries(block) if key not in _REPEATED.get(kind, ())]
-
-
-def _single(known: Mapping[str, Sentences]) -> list[str]:
-    return [name for name, sentence in known.items() if sentence.is_single]
+    if not block.kind:
+        return parts("single")
+    return [name for name, entry in entries_in(*block).items() if not entry.repeats]
 
 
 def _properties(view: View) -> list[str]:

@@ -9,13 +9,20 @@ from tissuec.core.hints import Edit, Hint, did_you_mean, proposal
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.entries import by_name, entry, written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Appearance
 
 COLOUR, GLOSS = "colour", "gloss"
-APPEARANCE = (COLOUR, GLOSS)
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
 _GLOSS = Real(NUMBER, at_least=0.0, at_most=1.0)
+APPEARANCE = by_name(
+    written(
+        COLOUR, 'The colour in pictures, in hexadecimal digits: colour = "#7a3b34".',
+        'colour = "#7a3b34"', begins=' = "#',
+    ),
+    entry(GLOSS, _GLOSS, "how much it shines in pictures"),
+)  # fmt: skip
 #: Colours that people name, as organs have them.
 _NAMED = {
     "red": "#b3342d", "dark red": "#7a2a26", "brown": "#7a3b34", "pink": "#e39c96",

@@ -1,11 +1,12 @@
 """Bending of walls: ``bending is soft``, ``bending = 20 %`` or ``bending is elastic``."""
 
 from tissuec.core import units
-from tissuec.core.fields import Real
+from tissuec.core.fields import OneOf, Real
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.entries import entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Bending
 
@@ -13,7 +14,13 @@ _PART = Real(units.NUMBER, at_least=0.0, at_most=100.0)
 ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
-_CHOICES = (*BENDING, ELASTIC)
+_CHOICES = {
+    **{
+        word: f"{part:.0%} of the spring constant and viscosity of the tissue"
+        for word, part in BENDING.items()
+    },
+    ELASTIC: "like a wall of its thickness",
+}
 
 
 def read_bending(
@@ -24,8 +31,7 @@ def read_bending(
     if isinstance(item, s.Assign) and item.value.span.text.lower() in _CHOICES:
         schema.refuse_sign(item, scope, example=example)
     if isinstance(item, s.Assign):
-        entry = schema.Entry("bending", "bending", _PART, 0.0, "")
-        part = schema.read_entry(entry, item, scope)
+        part = schema.read_entry(_AS_NUMBER, item, scope)
     else:
         word = schema.word_of(item, scope, example=example)
         if word.key == ELASTIC:
@@ -44,3 +50,11 @@ def _named_part(word: s.Name, scope: Scope) -> float:
             hint=f"{alternatives(word.key, _CHOICES, what='choices')}, or bending = 20 %",
         )
     return BENDING[word.key]
+
+
+BENDING_ENTRY = entry(
+    "bending", OneOf(_CHOICES),
+    "bending resistance of a surface: by springs, or elastic like a wall of its thickness",
+    more=("bending = NUMBER",), begins=" is ", reads=read_bending,
+)  # fmt: skip
+_AS_NUMBER = entry("bending", _PART, BENDING_ENTRY.about)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -13,12 +14,18 @@ from tissuec.meshes.generators.lattice import Lattice
 from tissuec.meshes.walls import is_wall
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE
-from tissuec.scene.bending import read_bending
-from tissuec.scene.body_entries import BODY_ENTRIES, read_rupture
-from tissuec.scene.body_parts import PartReader
-from tissuec.scene.declarations import Declarations, without
+from tissuec.scene.bending import BENDING_ENTRY
+from tissuec.scene.body_entries import RUPTURE, VALUES
+from tissuec.scene.body_parts import (
+    INTERFACE_ENTRY,
+    REGION_ENTRY,
+    SPRINGS_ENTRY,
+    PartReader,
+)
+from tissuec.scene.declarations import Declared, without
 from tissuec.scene.element_bodies import (
     CUBIC,
+    MADE_ENTRY,
     are_matter,
     as_matter,
     read_made_of,
@@ -26,47 +33,32 @@ from tissuec.scene.element_bodies import (
     refuse_entries,
     refuse_mesh,
 )
-from tissuec.scene.entry_meanings import unknown_entry
-from tissuec.scene.expressions import Scope
-from tissuec.scene.fibres import SECOND_FIBRES, Direction, read_fibres
-from tissuec.scene.model import (
-    Bending,
-    Body,
-    MadeOfElements,
-    PrestressDirection,
-    Rupture,
-    Tables,
-    Tissue,
-    WrittenLaws,
-)
-from tissuec.scene.prestress import PRESTRESS, read_prestress
+from tissuec.scene.entries import NEEDED, by_name, entry
+from tissuec.scene.entry_hints import unknown_entry
+from tissuec.scene.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
+from tissuec.scene.model import Bending, Body, MadeOfElements, Tables, Tissue
+from tissuec.scene.parts import SCENE, block, declare
+from tissuec.scene.prestress import DIRECTION_ENTRY, PRESTRESS
 from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.tables import explicit_tables, tables_of
-from tissuec.scene.tissue_names import read_tissue
+from tissuec.scene.tissue_names import read_tissue, tissue_entry
 
 EXPLICIT = "explicit"
-ENTRIES = (
-    "mesh", "made", "tissue", "region", "springs", "rupture", "bending", "fibres",
-    SECOND_FIBRES, PRESTRESS,
-    *BODY_ENTRIES,
+ENTRIES = by_name(
+    entry("mesh", OneOf(MESHES, True, MESHES), "the mesh of nodes and springs", NEEDED),
+    MADE_ENTRY, tissue_entry("The tissue of the body."), REGION_ENTRY, SPRINGS_ENTRY, RUPTURE,
+    BENDING_ENTRY, FIBRES_ENTRY, SECOND_FIBRES_ENTRY, DIRECTION_ENTRY, INTERFACE_ENTRY, *VALUES,
+)  # fmt: skip
+declare(
+    "body", "A mesh made of tissue.", 22,
+    block=block(ENTRIES), read=lambda program, declared: _BodyReader(program, declared).read(),
+    names=SCENE, entries_vary=True,
 )  # fmt: skip
 #: What is said of a body elsewhere, and how.
 ELSEWHERE = {
     "volume": "write in the script, for example: at 0 s: preserve volume of NAME with 10 kPa"
 }
-
-
-def read_body(
-    name: s.Name,
-    item: s.Item,
-    tissues: Mapping[str, Tissue],
-    laws: Mapping[str, WrittenLaws],
-    declarations: Declarations,
-    scope: Scope,
-) -> Body:
-    """Return a body from its block, or reject it if it cannot be drawn."""
-    assert isinstance(item, s.Block)
-    return _BodyReader(name, item, tissues, laws, declarations, scope).read()
 
 
 def _is_made_of(item: s.Item) -> bool:
@@ -90,32 +82,17 @@ def _order(item: s.Item) -> int:
 class _BodyReader:
     """One reading of one body block."""
 
-    def __init__(
-        self,
-        name: s.Name,
-        block: s.Block,
-        tissues: Mapping[str, Tissue],
-        laws: Mapping[str, WrittenLaws],
-        declarations: Declarations,
-        scope: Scope,
-    ):
-        self.name = name
-        self.block = block
-        self.tissues, self.laws = tissues, laws
-        self.declarations = declarations
-        self.scope = scope
-        self.findings = scope.findings
+    def __init__(self, program: ResolvedProgram, declared: Declared):
+        assert isinstance(declared.item, s.Block)
+        self.name, self.block = declared.name, declared.item
+        self.tissues, self.laws = program.tissues, program.laws
+        self.declarations, self.scope = program.declarations, program.constants
+        self.findings = self.scope.findings
         self.once: dict[str, Span] = {}
         self.mesh: Generator | None = None
         self.mesh_kind = ""
         self.tissue: Tissue | None = None
-        self.parts = PartReader(tissues, declarations, scope)
-        self.rupture: Rupture = ""
-        self.bending: Bending | None = None
-        self.fibres: Direction | None = None
-        self.second_fibres: Direction | None = None
-        self.prestress: PrestressDirection | None = None
-        self.shell: Span | None = None
+        self.parts = PartReader(self.tissues, self.declarations, self.scope)
         self.elements: MadeOfElements | None = None
         self.may_be_elements = False  # also where that is written wrong
         self.mesh_places: Mapping[str, Span] = {}
@@ -141,8 +118,10 @@ class _BodyReader:
             )
         if "made" not in self.once:
             self.elements = as_matter(self.mesh, self._matter())
+        bending, shell = self.rest.get("bending", (None, None))
         if self.elements is not None:
-            self._refuse_springs(self.elements)
+            shell = self._refuse_springs(self.elements, bending, shell)
+            bending = None
             is_whole = self.findings.failures == failures
         elif self.parts.regions and is_whole and "interface" not in self.rest:
             is_whole = self.parts.require_interface(self.name.text, self.block.head)
@@ -159,12 +138,12 @@ class _BodyReader:
             spring_parts=tuple(
                 sorted(self.parts.spring_parts, key=lambda part: part.sides is None)
             ),
-            rupture=self.rupture,
-            bending=self.bending,
-            fibres=self.fibres,
-            second_fibres=self.second_fibres,
-            prestress=self.prestress,
-            shell=self.shell,
+            rupture=self.rest.get("rupture", ""),
+            bending=bending,
+            fibres=self.rest.get("fibres"),
+            second_fibres=self.rest.get(SECOND_FIBRES),
+            prestress=self.rest.get(PRESTRESS),
+            shell=shell,
             elements=self.elements,
             mass=self.rest.get("mass"),
             thickness=self.rest.get("thickness"),
@@ -205,18 +184,8 @@ class _BodyReader:
             self.may_be_elements = self.elements is not None
         elif key == "tissue":
             self.tissue = read_tissue(item, self.tissues, self.declarations, self.scope)
-        elif key == "rupture":
-            self.rupture = read_rupture(item, self.findings)
-        elif key == "bending":
-            self.bending, self.shell = read_bending(item, self.scope)
-        elif key == "fibres":
-            self.fibres = read_fibres(item, self.scope)
-        elif key == SECOND_FIBRES:
-            self.second_fibres = read_fibres(item, self.scope)
-        elif key == PRESTRESS and isinstance(item, s.Sentence):
-            self.prestress = read_prestress(item, self.scope)
-        elif key in BODY_ENTRIES:
-            self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
+        elif key in ENTRIES and (key != PRESTRESS or isinstance(item, s.Sentence)):
+            self.rest[key] = schema.read_entry(ENTRIES[key], item, self.scope)
         else:
             told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES) or self._elsewhere(item)
             self.findings.reject(
@@ -288,7 +257,7 @@ class _BodyReader:
                 self.once[SECOND_FIBRES],
                 hint="write made of elements, or remove second fibres",
             )
-        if self.prestress is not None:
+        if PRESTRESS in self.rest:
             place = self.once[PRESTRESS]
             self.findings.add(
                 "TIS306",
@@ -299,21 +268,21 @@ class _BodyReader:
                 ),
             )
 
-    def _refuse_springs(self, made: MadeOfElements) -> None:
-        """Report what a body of elements says of springs."""
+    def _refuse_springs(
+        self, made: MadeOfElements, bending: Bending | None, shell: Span | None
+    ) -> Span | None:
+        """Report what a body of elements says of springs; return what asks for a shell."""
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
             head = self.once["mesh"]
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
         wall = is_wall(self.mesh)
         refuse_entries(self.once, made, self.findings, wall=wall)
-        if wall and self.bending is not None:
-            refuse("bending by springs", self.bending.span, made, self.findings)
-        elif wall and "bending" not in self.once:
-            self.shell = made.span
-        self.bending = None
+        if wall and bending is not None:
+            refuse("bending by springs", bending.span, made, self.findings)
         for part in self.parts.spring_parts:
             what = f"a tissue for {part.name}"
             refuse(what, part.span, made, self.findings, is_block=True)
+        return made.span if wall and "bending" not in self.once else shell
 
     def _tables(self) -> Tables | None:
         tables = tables_of(self.name, self.declarations, self.findings)

@@ -4,60 +4,36 @@ from tissuec.core import units
 from tissuec.core.fields import OneOf, Point, Real
 from tissuec.core.hints import Edit, Hint
 from tissuec.lang import syntax as s
-from tissuec.scene import schema
-from tissuec.scene.body_parts import INTERFACES
-from tissuec.scene.entry_meanings import left_side
-from tissuec.scene.findings import Findings
+from tissuec.scene.entries import entry
+from tissuec.scene.entry_hints import left_side
+from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Rupture
 from tissuec.scene.quantities import TOUGHNESS
 
 #: Of nets from tables, and of joints.
-SECTION = schema.Entry(
-    "section",
-    "section",
-    Real(units.AREA, above=0.0),
-    None,
+SECTION = entry(
+    "section", Real(units.AREA, above=0.0),
     "cross-section of each spring, if the body is made of matter",
-)
-#: Entries of a body beside mesh, tissue and regions.
-BODY_ENTRIES: dict[str, schema.Entry] = {
-    entry.name: entry
-    for entry in (
-        schema.Entry(
-            "mass",
-            "mass",
-            Real(units.MASS, above=0.0),
-            None,
-            "mass of the whole body, shared equally by its nodes; by volume in elements",
-        ),
-        schema.Entry(
-            "thickness",
-            "thickness",
-            Real(units.LENGTH, above=0.0),
-            None,
-            "thickness of a sheet or a wall that is made of matter",
-        ),
-        SECTION,
-        schema.Entry(
-            "interface",
-            "interface",
-            OneOf(INTERFACES),
-            "",
-            "the material of springs between two regions",
-        ),
-        schema.Entry("velocity", "velocity", Point(units.VELOCITY), None, "initial velocity"),
-        schema.Entry(
-            "spin",
-            "spin",
-            Point(units.FREQUENCY),
-            None,
-            "initial rotation about the centre of mass, in rad/s",
-        ),
-    )
-}
+)  # fmt: skip
+#: Entries of a body that are one value each.
+VALUES = (
+    entry(
+        "mass", Real(units.MASS, above=0.0),
+        "mass of the whole body, shared equally by its nodes; by volume in elements",
+    ),
+    entry(
+        "thickness", Real(units.LENGTH, above=0.0),
+        "thickness of a sheet or a wall that is made of matter",
+    ),
+    SECTION,
+    entry("velocity", Point(units.VELOCITY), "initial velocity"),
+    entry(
+        "spin", Point(units.FREQUENCY), "initial rotation about the centre of mass, in rad/s"
+    ),
+)  # fmt: skip
 
 
-def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> Rupture:
+def _read_rupture(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Rupture:
     """Return the value of ``rupture is …`` or ``rupture by toughness``."""
     if isinstance(item, s.Sentence) and item.phrase is None and len(item.clauses) == 1:
         (clause,) = item.clauses
@@ -67,10 +43,17 @@ def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> R
     if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
         words = "is allowed", "is not allowed", "by toughness"
         forms = [f"{left_side(item)} {word}" for word in words]
-        findings.reject(
+        scope.findings.reject(
             "TIS305",
             "rupture is allowed, not allowed, or by toughness",
             item.span,
             hint=Hint(f"write {', '.join(forms[:-1])} or {forms[-1]}", *map(Edit, forms)),
         )
     return "allowed" if phrase.kind == "word" else ""
+
+
+RUPTURE = entry(
+    "rupture", OneOf({"allowed": "Springs and elements break above their limits."}),
+    "whether springs and elements break above their limits", "",
+    more=(f"rupture by {TOUGHNESS}",), begins=" is ", reads=_read_rupture,
+)  # fmt: skip

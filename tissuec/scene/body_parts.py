@@ -4,17 +4,57 @@ from collections.abc import Mapping
 from typing import NoReturn
 
 from tissuec.core.errors import Note
+from tissuec.core.fields import OneOf
 from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.entries import BlockEntries, by_name, entry, written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import AssignedQuantity, Region, SpringPart, Tissue
-from tissuec.scene.tissue_names import read_tissue
+from tissuec.scene.parts import block
+from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.tissue_names import read_tissue, tissue_entry
 from tissuec.scene.written_numbers import read_given
 
-INTERFACES = ("mean", "softer", "stiffer")
+INTERFACES = {
+    "mean": "The arithmetic mean of each quantity of both sides.",
+    "softer": "All quantities of the side with the smaller spring constant.",
+    "stiffer": "All quantities of the side with the larger spring constant.",
+}
+
+
+def _inside(tissue: str, prestress: str) -> BlockEntries:
+    """What the block of a part of a body contains.
+
+    Args:
+        tissue, prestress: What these entries mean, in one sentence.
+    """
+    limits = QUANTITIES["prestress"].limits
+    return block(by_name(tissue_entry(tissue), entry("prestress", limits, prestress)))
+
+
+REGION_ENTRY = written(
+    "region", "A part of the body with its own tissue or prestress.",
+    "region NAME where CONDITION", repeats=True, begins=" ",
+    opens=_inside(
+        "The tissue of the region; by default that of the body.",
+        "Initial strain of the springs or elements of the region.",
+    ),
+)  # fmt: skip
+SPRINGS_ENTRY = written(
+    "springs", "Springs with their own tissue.", "springs where CONDITION", repeats=True,
+    opens=_inside("The tissue of the selected springs.", "Initial strain of these springs."),
+)  # fmt: skip
+INTERFACE_ENTRY = entry(
+    "interface", OneOf(INTERFACES), "the material of springs between two regions", "",
+    more=("interface is MEAN from REGION to REGION", "interface from REGION to REGION"),
+    repeats=True, begins=" ",
+    opens=_inside(
+        "The tissue of the springs between two regions.", "Initial strain of these springs."
+    ),
+)  # fmt: skip
 
 
 class PartReader:

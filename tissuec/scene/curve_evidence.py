@@ -15,6 +15,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, PRESSURE, TIME
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.entries import written
 from tissuec.scene.evidence import CITE, KNOWN, SOURCE, is_evidence, read_source
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -35,6 +36,16 @@ _EXAMPLES = {
     RELAXATION: f"{KNOWN} {RELAXATION} at [1 s, 10 s] from [70 %, 55 %] to [85 %, 75 %] "
     f"{SOURCE}",
 }
+KNOWN_ENTRY = written(
+    KNOWN,
+    "Evidence from a source on a quantity or a curve, as ranges or a number.",
+    f"{KNOWN} NAME = NUMBER by SOURCE",
+    f"{KNOWN} NAME from NUMBER to NUMBER",
+    f"{KNOWN} {STRESS} in MODE at LIST from LIST to LIST by SOURCE",
+    f"{KNOWN} {RELAXATION} at LIST from LIST to LIST by SOURCE",
+    repeats=True,
+    begins=" ",
+)
 _SHORTEST = 0.95  # compression, of which a tissue is left
 _BAND = ("at", "from", "to", "by")
 

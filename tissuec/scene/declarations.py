@@ -18,44 +18,12 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.library import Library
 from tissuec.scene.metadata import MEANT, TEXTS, Metadata, is_metadata, with_text
+from tissuec.scene.parts import PARTS, SCENE, example_of, parts, sharing
 
 T = TypeVar("T")
 
-#: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
-NAMED = (
-    "property",
-    "quantity",
-    "rules",
-    "law",
-    "tissue",
-    "body",
-    "joint",
-    "tool",
-    "force",
-    "learn",
-    "study",
-)
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
-SINGLE = ("environment", "script", "simulate", "output")
-TOP_LEVEL = (
-    "use", *TEXTS, "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect",
-)  # fmt: skip
-
-#: Of these, those whose head is a name alone.
-_BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "force", "learn", "study")
-
-#: How parts are written that begin otherwise than with their name and a block.
-_EXAMPLES = {
-    "use": 'use "fuzzy/soft_tissue"',
-    "hedge": "hedge very = shift(50 %, outward)",
-    "property": "property NAME from 0 to 1 { … }",
-    "quantity": "quantity NAME from 1 N/m to 9 N/m { … }",
-    "environment": "environment { gravity = (0, 0, -9.81) m/s^2 }",
-    "simulate": "simulate { duration = 1 s }",
-    "output": "output { trajectory every 10 ms }",
-    **{kind: f"{kind} NAME {{ … }}" for kind in _BLOCKS},
-}
 
 
 class Declared(Struct, frozen=True):
@@ -145,12 +113,6 @@ class Declarations(Struct):
 _USES = ("import", "include", "load", "require", "from")
 _BASED = re.compile(r"(.+?) (?:extends|inherits|inherits from|copies) (.+)")
 
-#: Kinds whose names stand side by side in sentences and so must differ from one another.
-_NAMESPACES = (
-    ("param", "let", "set", "body", "joint", "tool", "force"),
-    ("property", "quantity"),
-)
-
 
 def collect(program: Program, findings: Findings) -> Declarations:
     """Return all declarations of a program; duplicates and unknown items become findings.
@@ -195,7 +157,7 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             _declare(keyword, item.name, item, to, findings)
         case s.Assign() if (name := without(item.name, "hedge")) is not None:
             _declare("hedge", name, item, to, findings)
-        case s.Block() if item.name.key in SINGLE and item.phrase is None:
+        case s.Block() if item.name.key in parts("single") and item.phrase is None:
             _enter_single(item, to, findings)
         case s.Block(phrase=None) if (found := _named_kind(item.name)) is not None:
             _declare(*found, item, to, findings)
@@ -225,7 +187,7 @@ def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
 
 
 def _named_kind(name: s.Name) -> tuple[str, s.Name] | None:
-    for kind in NAMED:
+    for kind in parts("named"):
         rest = without(name, kind)
         if rest is not None:
             return kind, rest
@@ -249,9 +211,10 @@ def _declare(
     kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings
 ) -> None:
     clauses = getattr(item, "clauses", ())
-    if kind in _BLOCKS and clauses:
+    takes = PARTS[kind].clauses
+    if PARTS[kind].sort == "named" and clauses and "from" not in takes:
         clause = clauses[0]
-        if not (kind == "tissue" and clause.word == "like" and len(clauses) == 1):
+        if clause.word not in takes or len(clauses) > 1:
             if kind == "tissue" and clause.word == "from":
                 hint = Hint(
                     f"write tissue {name.text} like {clause.value.span.text}",
@@ -282,12 +245,12 @@ def _declare(
         findings.reject(
             "TIS312", 'a tissue is based on another with "like"', name.span, hint=hint
         )
-    if name.words in SYMBOLS and name.quoted is None and kind in _NAMESPACES[0]:
+    if name.words in SYMBOLS and name.quoted is None and PARTS[kind].names == SCENE:
         hint = 'choose a word, also where it is used, such as "load" or "length of A"'
         findings.reject(
             "TIS507", f'"{name.text}" is a unit and cannot be a name', name.span, hint=hint
         )
-    for other in next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,)):
+    for other in sharing(kind):
         if name.key in to.of(other):
             first = to.of(other)[name.key].name.span
             if kind in VOCABULARY and first.source is not name.span.source:
@@ -315,8 +278,8 @@ def _refuse_second(name: s.Name, first: Span, to: Declarations, findings: Findin
 def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
     """Report one word that two files declare; the others would only repeat it."""
     kind, name = min(declarations.again, key=lambda again: VOCABULARY.index(again[0]))
-    kinds = next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,))
-    first = next(found for other in kinds if (found := declarations.of(other).get(name.key)))
+    found = (declarations.of(other).get(name.key) for other in sharing(kind))
+    first = next(one for one in found if one is not None)
     findings.add(
         "TIS503",
         f'"{name.text}" is defined twice',
@@ -374,8 +337,8 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
             reject_function(item, findings)
         case s.Sentence() | s.Block():
             first = item.name.words.split(" ")[0] if item.name.words else item.name.text
-            if first in TOP_LEVEL:
-                example: str = _EXAMPLES.get(first, f"{first} {{ … }}")
+            if first in PARTS:
+                example = example_of(first)
                 edits: tuple[Edit, ...] = ()
                 message = f"wrong form of {first}"
                 if first in ("use", *TEXTS):
@@ -399,7 +362,7 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 item.name.span,
                 hint=alternatives(
                     first.lower(),
-                    TOP_LEVEL,
+                    parts(),
                     what="parts",
                     meant=[MEANT[first.lower()]] if first.lower() in MEANT else (),
                 ),

@@ -15,6 +15,7 @@ from tissuec.meshes.generators import Elemental, Generator
 from tissuec.meshes.generators.imported import TETRAHEDRA, Imported
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 from tissuec.meshes.walls import is_wall
+from tissuec.scene.entries import written
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import MadeOfElements, Tissue
 from tissuec.scene.quantities import YOUNGS_MODULUS
@@ -22,6 +23,11 @@ from tissuec.scene.quantities import YOUNGS_MODULUS
 Part = tuple[Tissue, Span]  # a tissue, and where it is written that a body consists of it
 ELEMENTS, SPRINGS = "elements", "springs"
 MADE_OF = (ELEMENTS, SPRINGS)
+MADE_ENTRY = written(
+    "made",
+    "Whether a solid consists of finite elements or of springs.",
+    *(f"made of {word}" for word in MADE_OF),
+)
 CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells
 #: Entries of bodies that are for springs, and for walls and bars.
 _OF_SPRINGS, _OF_WALLS = ("bending", "interface"), ("section", "thickness")

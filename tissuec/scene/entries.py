@@ -1,28 +1,271 @@
-"""Entries of blocks: how each is written, what holds without it, and what it means."""
+"""Entries of blocks: each is declared once, where it is read.
 
-from collections.abc import Mapping
+A declaration says how an entry is written, what it takes and what it means. From it follow the
+checks and hints of the compiler, the tables of the reference, and what editors complete, show
+and colour.
+"""
 
+import re
+from collections.abc import Callable, Collection, Mapping
+from functools import cache
+from typing import Any, TypeAlias
+
+import msgspec
 import numpy as np
+from msgspec import NODEFAULT, Struct
+from msgspec.structs import fields
 
 from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
-from tissuec.core.units import FREQUENCY, Dimension, describe, show, written_unit
-from tissuec.scene.schema import Entry, Kind
+from tissuec.core.registry import Family
+from tissuec.core.units import (
+    ACCELERATION,
+    FREQUENCY,
+    Dimension,
+    describe,
+    show,
+    suggested_unit,
+    written_unit,
+)
+
+#: The default of an entry that a block must have.
+NEEDED = NODEFAULT
 
 
-def entry_table(entries: Mapping[str, Entry]) -> str:
-    """Return a table of the entries of a block."""
+class Written(Struct, frozen=True):
+    """An entry with a form of its own, which code of its own reads.
+
+    Attributes:
+        forms: How it is written. Words in capitals are placeholders of names and numbers.
+        words: What can be chosen instead of a number, each with what it means.
+        dimension: Of its number, if it takes one.
+    """
+
+    forms: tuple[str, ...]
+    words: Mapping[str, str] = {}
+    dimension: Dimension | None = None
+
+
+Kind = Real | Whole | OneOf | Point | FromTo | Several | FileIn | Named | Written
+
+
+class Entry(Struct, frozen=True):
+    """One entry of a block: its name in the language, its kind, default and description.
+
+    Attributes:
+        repeats: Whether a block can have it several times.
+        more: Further forms beside that of its kind.
+        begins: What an editor writes after its name; by default what its forms have in common.
+        opens: The block that it can open, if not one of a member of a family.
+        reads: Returns its value from its item and the scope, if its kind does not say how.
+    """
+
+    name: str
+    field: str
+    kind: Kind
+    default: Any
+    about: str = ""
+    repeats: bool = False
+    more: tuple[str, ...] = ()
+    begins: str = ""
+    opens: "BlockEntries | None" = None
+    reads: Callable[[Any, Any], Any] | None = None
+
+    @property
+    def is_required(self) -> bool:
+        return self.default is NEEDED
+
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """The ways to write it, such as ``radius = …``."""
+        own = self.kind.forms if isinstance(self.kind, Written) else (_form(self),)
+        return (*own, *self.more)
+
+    @property
+    def dimension(self) -> Dimension | None:
+        """The dimension of its numbers, if it takes some."""
+        return getattr(self.kind, "dimension", None)
+
+    @property
+    def words(self) -> Collection[str]:
+        """The words of which one can be chosen; a mapping has what they mean."""
+        return self.kind.words if isinstance(self.kind, OneOf | Written) else ()
+
+    @property
+    def inside(self) -> "BlockEntries | None":
+        """The block that it can open."""
+        members = self.kind.inside if isinstance(self.kind, OneOf) else {}
+        if members:
+            return BlockEntries(lambda chosen: entries_of_members(members, chosen))
+        return self.opens
+
+    @property
+    def example(self) -> str:
+        """An example of how it can be written."""
+        match self.kind:
+            case Real(dimension=dimension, example=example):
+                amount = example or f"1 {suggested_unit(dimension)}".rstrip()
+                return f"{self.name} = {amount}"
+            case Whole(at_least=low):
+                return f"{self.name} = {max(low, 10)}"
+            case OneOf(words=words):
+                return f"{self.name} is {next(iter(words))}"
+            case Point(dimension=dimension):
+                down = -9.81 if dimension == ACCELERATION else 1
+                return f"{self.name} = (0, 0, {down}) {suggested_unit(dimension)}".rstrip()
+            case Several(dimension=dimension):
+                unit = suggested_unit(dimension)
+                return f"{self.name} = [1 {unit}, 2 {unit}]"
+            case FromTo(dimension=dimension):
+                unit = suggested_unit(dimension)
+                return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"
+            case FileIn():
+                return f'{self.name} "liver.stl" in mm'
+            case Named(example=example):
+                return f'{self.name} "{example}"'
+            case Written(forms=forms):
+                return forms[0]
+
+
+Entries: TypeAlias = Mapping[str, Entry]
+
+
+class BlockEntries(Struct, frozen=True):
+    """What can be written inside the braces of a block.
+
+    Attributes:
+        entries: Its entries by name, from the member that the block chooses; all for "".
+        chooser: The entry that chooses the member, such as "kind", if an entry does so.
+        free: Forms of entries that have names of the author's own.
+    """
+
+    entries: Callable[[str], Entries]
+    chooser: str = ""
+    free: tuple[str, ...] = ()
+
+
+def entry(name: str, kind: Kind, about: str, default: Any = None, **more: Any) -> Entry:
+    """An entry that is no field of a class.
+
+    Args:
+        name: In the language.
+        kind, about, default, more: Attributes of ``Entry``.
+    """
+    return Entry(name, name.replace(" ", "_"), kind, default, about, **more)
+
+
+def written(
+    name: str,
+    about: str,
+    *forms: str,
+    words: Mapping[str, str] | None = None,
+    dimension: Dimension | None = None,
+    **more: Any,
+) -> Entry:
+    """An entry with forms of its own.
+
+    Args:
+        name: In the language.
+        about: What it means, in one sentence.
+        forms, words, dimension: See ``Written``.
+        more: Other attributes of ``Entry``.
+    """
+    return entry(name, Written(forms, words or {}, dimension), about, **more)
+
+
+def by_name(*entries: Entry) -> dict[str, Entry]:
+    """Entries by their names."""
+    return {one.name: one for one in entries}
+
+
+def entries_of(cls: type) -> dict[str, Entry]:
+    """The entries that a class declares, by name in the language.
+
+    Raises:
+        TypeError: A field has no kind of entry.
+    """
+    return dict(_entries_of(cls))
+
+
+@cache
+def _entries_of(cls: type) -> Entries:
+    about: dict[str, str] = {}
+    for one in reversed(cls.__mro__):
+        about |= _attributes(one.__doc__ or "")
+    entries: dict[str, Entry] = {}
+    for field in fields(cls):
+        kinds = getattr(field.type, "__metadata__", ())
+        if not kinds:
+            raise TypeError(f"{cls.__name__}.{field.name} has no entry kind")
+        name = field.name.rstrip("_").replace("_", " ")
+        entries[name] = Entry(
+            name, field.name, kinds[0], field.default, about.get(field.name, "")
+        )
+    return entries
+
+
+def entries_of_members(members: Mapping[str, type], chosen: str) -> dict[str, Entry]:
+    """The entries of one member of a family; of all where it is not known which.
+
+    Args:
+        members: Classes by name. Those with fields that are no entries have none, such as a
+            mesh from tables.
+        chosen: Name of a member.
+    """
+    known = [members[chosen]] if chosen in members else members.values()
+    found: dict[str, Entry] = {}
+    for member in known:
+        try:
+            found |= _entries_of(member)
+        except TypeError:
+            continue
+    return found
+
+
+def with_choices(
+    cls: type, name: str, choices: Collection[str], inside: Mapping[str, type] | None = None
+) -> dict[str, Entry]:
+    """The entries that a class declares, one of them with the names of a family.
+
+    Args:
+        cls: See ``entries_of``.
+        name: Of the entry, in the language.
+        choices: What can be written there; other packages may add to them.
+        inside: See ``OneOf``.
+    """
+    entries = entries_of(cls)
+    kind = OneOf(choices, opens=True, inside=inside or {})
+    entries[name] = msgspec.structs.replace(entries[name], kind=kind)
+    return entries
+
+
+def _attributes(docstring: str) -> dict[str, str]:
+    """The lines of the "Attributes:" section of a docstring, by field name."""
+    _, _, section = docstring.partition("Attributes:\n")
+    found = re.findall(r"^ {4,12}(\w+): (.*(?:\n {12,}\S.*)*)", section, re.MULTILINE)
+    return {name: " ".join(text.split()) for name, text in found}
+
+
+# --- for people -------------------------------------------------------------------------------
+
+
+def entry_table(entries: Entries) -> str:
+    """A table of the entries of a block."""
     heads = ("entry", "is", "without it", "meaning")
     return table(heads, [_row(entry) for entry in entries.values()])
 
 
 def _row(entry: Entry) -> tuple[str, ...]:
-    about = entry.about[:1].upper() + entry.about[1:]
-    return code(form_of(entry)), kind_in_words(entry.kind), default_in_words(entry), about
+    forms = " or ".join(map(code, entry.forms))
+    return forms, kind_in_words(entry.kind), default_in_words(entry), sentence(entry.about)
 
 
-def form_of(entry: Entry) -> str:
-    """Return how an entry is written, such as ``radius = …``."""
+def sentence(text: str) -> str:
+    """A text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]
+
+
+def _form(entry: Entry) -> str:
     match entry.kind:
         case OneOf():
             return f"{entry.name} is …"
@@ -41,7 +284,7 @@ def form_of(entry: Entry) -> str:
 
 
 def kind_in_words(kind: Kind) -> str:
-    """Return what can be written for an entry."""
+    """What can be written for an entry; nothing if its form says it."""
     match kind:
         case Real(dimension, above, at_least, at_most):
             limits = (("above", above), ("at least", at_least), ("at most", at_most))
@@ -54,6 +297,8 @@ def kind_in_words(kind: Kind) -> str:
             most = "" if at_most == Whole().at_most else f" and at most {at_most}"
             return f"a whole number, at least {at_least}{most}"
         case OneOf(words):
+            if isinstance(words, Family):
+                return f"a {words.kind}"
             return " or ".join(map(code, words)) if words else "a word"
         case Point(dimension):
             return f"a vector: {describe(dimension)}"
@@ -65,10 +310,12 @@ def kind_in_words(kind: Kind) -> str:
             return f"a file and its unit: {describe(dimension)}"
         case Named():
             return "a name in quotes"
+        case Written():
+            return ""
 
 
 def default_in_words(entry: Entry) -> str:
-    """Return what holds without an entry, as code; "needed", or nothing."""
+    """What holds without an entry, as code; "needed", or nothing."""
     if entry.is_required:
         return "needed"
     if entry.default is None or entry.default == "":
@@ -83,7 +330,7 @@ def default_in_words(entry: Entry) -> str:
 
 
 def _writable(value: float, dimension: Dimension) -> str:
-    """Return a value as it can stand in a scene, where no number stands before ``1/s``."""
+    """A value as it can stand in a scene, where no number stands before ``1/s``."""
     if dimension == FREQUENCY:
         return f"{value:g} {written_unit(dimension)}"
     return show(value, dimension)

@@ -6,7 +6,7 @@ fat`` one of its region. Entries of ``simulate`` and ``environment`` need no suc
 """
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NoReturn, TypeAlias, cast
 
 from msgspec import Struct
@@ -20,15 +20,13 @@ from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.meshes.generators import MESHES
-from tissuec.scene import schema
-from tissuec.scene.appearance import APPEARANCE
-from tissuec.scene.bodies import ENTRIES, EXPLICIT
-from tissuec.scene.declarations import NAMED, Declarations, Declared, without
+from tissuec.scene.bodies import ENTRIES
+from tissuec.scene.declarations import Declarations, Declared, without
+from tissuec.scene.entries import Written
+from tissuec.scene.evidence import KNOWN
 from tissuec.scene.findings import Findings
-from tissuec.scene.laws import BY_ENTRY
 from tissuec.scene.parameters import refuse_override
-from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.settings import EnvironmentEntries, simulate_schema
+from tissuec.scene.parts import entries_in, parts
 
 SET = "--set"
 _OF = re.compile(r'\s+of\s+(?=[^"]*(?:"[^"]*"[^"]*)*$)')  # outside of quotes
@@ -37,8 +35,6 @@ _OWNED = re.compile(
 )
 #: Entries of simulate that exclude each other; who sets one leaves out the other.
 _RIVALS = {"step": "tolerance", "tolerance": "step"}
-#: Kinds of blocks whose entries are likely to be set.
-_MATTER = ("tissue", "body", "joint", "tool", "force")
 
 Entry: TypeAlias = s.Assign | s.Sentence | s.Block
 #: Where an item stands: its place among the items of a block, and so on inside that.
@@ -295,8 +291,13 @@ def _home(override: Override, declarations: Declarations, findings: Findings) ->
 
 def _singles() -> dict[str, Collection[str]]:
     return {
-        "simulate": simulate_schema(),
-        "environment": schema.entries_of(EnvironmentEntries),
+        word: [
+            name
+            for name, entry in entries_in(word).items()
+            if not isinstance(entry.kind, Written)
+        ]
+        for word, part in parts("single").items()
+        if part.entries_vary
     }
 
 
@@ -310,7 +311,7 @@ def _named(name: s.Name, declarations: Declarations) -> list[_Home]:
     if name.key in declarations.single:
         return [_single(name.key, declarations)]
     homes: list[_Home] = []
-    for kind in NAMED:
+    for kind in parts("named"):
         rest = without(name, kind)
         for key in {name.key, rest.key if rest is not None else name.key}:
             declared = declarations.of(kind).get(key)
@@ -319,9 +320,14 @@ def _named(name: s.Name, declarations: Declarations) -> list[_Home]:
     return homes
 
 
+def _varying() -> list[str]:
+    """Return the kinds of named blocks whose entries are likely to be set."""
+    return [word for word, part in parts("named").items() if part.entries_vary]
+
+
 def _blocks(declarations: Declarations) -> Iterator[_Home]:
     """Yield the blocks whose entries are likely to be set."""
-    for kind in _MATTER:
+    for kind in _varying():
         for declared in declarations.of(kind).values():
             if isinstance(declared.item, s.Block):
                 yield _Home(kind, declared, (), declared.item)
@@ -406,14 +412,7 @@ def _of_mesh(item: s.Item) -> set[str]:
     if not isinstance(item, s.Block) or item.name.key != "mesh" or item.phrase is None:
         return set()
     kind = item.phrase.words[0].key
-    return set() if kind == EXPLICIT or kind not in MESHES else set(_entries(MESHES[kind]))
-
-
-def _entries(member: type) -> Mapping[str, schema.Entry]:
-    try:
-        return schema.entries_of(member)
-    except TypeError:  # what is read from tables
-        return {}
+    return set(entries_in("mesh", kind)) if kind in MESHES else set()
 
 
 def _takes(home: _Home, key: str, declarations: Declarations) -> bool:
@@ -425,8 +424,7 @@ def _takes(home: _Home, key: str, declarations: Declarations) -> bool:
 def _known(home: _Home, declarations: Declarations) -> Collection[str]:
     """Return the entries that a block of tissue or a body can have; none for other blocks."""
     if home.kind == "tissue":
-        own = ("about", "described", *APPEARANCE)
-        return {*QUANTITIES, *BY_ENTRY, *declarations.of("property"), *own}
+        return {*entries_in("tissue"), *declarations.of("property")} - {KNOWN}
     if home.kind == "body":
         return set(ENTRIES).union(*map(_of_mesh, home.block.items))
     return ()
@@ -488,7 +486,7 @@ def _refuse_owner(
         findings.reject("TIS505", message, inner[-1].span)
     findings.pass_over_doubtful(outer.key)
     names = dict.fromkeys(
-        one.name.text for kind in _MATTER for one in declarations.of(kind).values()
+        one.name.text for kind in _varying() for one in declarations.of(kind).values()
     )
     findings.reject(
         "TIS505",

@@ -25,7 +25,6 @@ from tissuec.scene.quantities import (
     QUANTITIES,
     TissueQuantity,
 )
-from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
 #: The factor within which words match a number: half a hedge of hardness, nearly.
@@ -104,7 +103,7 @@ def _limits(quantity: TissueQuantity) -> Real:
     """Return what can be known: also of what no mesh has, such as a Poisson's ratio of 1/2."""
     if key_of(quantity.name) == POISSONS_RATIO:
         return Real(quantity.dimension, above=-1.0, at_most=0.5)
-    return limits_of(quantity)
+    return quantity.limits
 
 
 def read_source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:

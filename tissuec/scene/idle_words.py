@@ -13,12 +13,9 @@ from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, PropertyFact
-from tissuec.scene.quantities import replaced_by
+from tissuec.scene.quantities import CONCLUDED, replaced_by
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.words import reading
-
-CONCLUDED = "concluded"
-"""Said of a quantity whose inherited number gives way to rules."""
 
 #: Conclusions closer than this part of their scale count as nearly the same.
 ALIKE = 0.035

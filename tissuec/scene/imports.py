@@ -27,7 +27,14 @@ from tissuec.scene.library import (
     belongs_to_scenes,
     parsed,
 )
+from tissuec.scene.parts import declare
 
+declare(
+    "use",
+    "Includes the definitions of another file: a vocabulary, tissues, or a whole "
+    "scene.", 0, "text",
+    forms=('use "FILE"',), example='use "fuzzy/soft_tissue"',
+)  # fmt: skip
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
 HDF5 = b"\x89HDF"  # how result files begin
 MESHES = (".stl", ".obj", ".ply", ".vtk", ".vtu", ".msh", ".feb", *IMAGES)

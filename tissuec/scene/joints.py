@@ -1,6 +1,5 @@
 """Joints: springs between bodies, by which they hang on one another or are sewn together."""
 
-from collections.abc import Mapping
 from itertools import pairwise
 from math import inf
 from typing import Any, NoReturn
@@ -11,62 +10,45 @@ from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
-from tissuec.scene.body_entries import SECTION, read_rupture
-from tissuec.scene.declarations import Declarations
-from tissuec.scene.entry_meanings import unknown_entry
-from tissuec.scene.expressions import Scope
-from tissuec.scene.model import Joint, Tissue
-from tissuec.scene.tissue_names import read_tissue
+from tissuec.scene.body_entries import RUPTURE, SECTION
+from tissuec.scene.declarations import Declared
+from tissuec.scene.entries import by_name, entry, written
+from tissuec.scene.entry_hints import unknown_entry
+from tissuec.scene.model import Joint
+from tissuec.scene.parts import SCENE, block, declare
+from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.tissue_names import read_tissue, tissue_entry
 
 PAIRS = ("nearest", "all")
-#: Entries of a joint beside springs, tissue and rupture.
-JOINT_ENTRIES: dict[str, schema.Entry] = {
-    "reach": schema.Entry(
-        "reach",
-        "reach",
-        Real(units.LENGTH, above=0.0),
-        None,
-        "maximum distance of joined nodes as drawn",
-    ),
-    "pairs": schema.Entry(
-        "pairs",
-        "pairs",
-        OneOf(PAIRS),
-        PAIRS[0],
-        "which nodes are joined: each to the nearest one, or all within reach",
-    ),
-    "section": SECTION,
-}
-ENTRIES = ("springs", "tissue", "rupture", *JOINT_ENTRIES)
 _FORM = "springs from SET to SET"
-
-
-def read_joint(
-    name: s.Name,
-    item: s.Item,
-    tissues: Mapping[str, Tissue],
-    declarations: Declarations,
-    scope: Scope,
-) -> Joint:
-    """Return a joint from its block, or reject it if anything of it is wrong."""
-    assert isinstance(item, s.Block)
-    return _JointReader(name, item, tissues, declarations, scope).read()
+ENTRIES = by_name(
+    written("springs", "The sets or bodies that are joined.", _FORM),
+    tissue_entry("The tissue of the springs."),
+    RUPTURE,
+    entry(
+        "reach", Real(units.LENGTH, above=0.0), "maximum distance of joined nodes as drawn"
+    ),
+    entry(
+        "pairs", OneOf(PAIRS),
+        "which nodes are joined: each to the nearest one, or all within reach", PAIRS[0],
+    ),
+    SECTION,
+)  # fmt: skip
+declare(
+    "joint", "Springs that join bodies.", 23,
+    block=block(ENTRIES), read=lambda program, declared: _JointReader(program, declared).read(),
+    names=SCENE, entries_vary=True,
+)  # fmt: skip
 
 
 class _JointReader:
     """One reading of one joint block."""
 
-    def __init__(
-        self,
-        name: s.Name,
-        block: s.Block,
-        tissues: Mapping[str, Tissue],
-        declarations: Declarations,
-        scope: Scope,
-    ):
-        self.name, self.block = name, block
-        self.tissues, self.declarations = tissues, declarations
-        self.scope, self.findings = scope, scope.findings
+    def __init__(self, program: ResolvedProgram, declared: Declared):
+        assert isinstance(declared.item, s.Block)
+        self.name, self.block = declared.name, declared.item
+        self.tissues, self.declarations = program.tissues, program.declarations
+        self.scope, self.findings = program.constants, program.constants.findings
         self.found: dict[str, Any] = {}
         self.places: dict[str, Span] = {}
 
@@ -129,10 +111,8 @@ class _JointReader:
                 self.found[key] = self._ends(item)
             case "tissue":
                 self.found[key] = read_tissue(item, self.tissues, self.declarations, self.scope)
-            case "rupture":
-                self.found[key] = read_rupture(item, self.findings)
             case _:
-                self.found[key] = schema.read_entry(JOINT_ENTRIES[key], item, self.scope)
+                self.found[key] = schema.read_entry(ENTRIES[key], item, self.scope)
 
     def _ends(self, item: s.Assign | s.Sentence | s.Block) -> tuple[s.Name, s.Name]:
         """Return the names of the sets or bodies on either side."""

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
+from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
@@ -36,8 +37,10 @@ from tissuec.laws.formula import (
 from tissuec.laws.solid import SOLID_LAWS, SolidLaw
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.entries import by_name, entry, written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import WrittenLaw, WrittenLaws
+from tissuec.scene.parts import block, declare
 from tissuec.scene.quantities import YOUNGS_MODULUS
 from tissuec.scene.values import Value
 
@@ -56,6 +59,7 @@ class Form(Struct, frozen=True):
 
     Attributes:
         name: "spring force", before the arguments.
+        about: What it is, in one sentence.
         dimension: Of what the formula gives.
         arguments: Variable of formulas and dimension of what each argument stands for; a
             formula may leave out all but the last.
@@ -64,6 +68,7 @@ class Form(Struct, frozen=True):
     """
 
     name: str
+    about: str
     dimension: Dimension
     arguments: tuple[tuple[str, Dimension], ...]
     names: Mapping[str, tuple[str, Dimension]]
@@ -78,6 +83,13 @@ class Form(Struct, frozen=True):
             for count in range(1, len(names) + 1)
         )
 
+    @property
+    def entry(self) -> schema.Entry:
+        """The entry of a tissue that gives it."""
+        begins = f"{self.heads[0].removeprefix(self.name)} = "
+        forms = (f"{head} = NUMBER" for head in self.heads)
+        return written(self.name, self.about, *forms, begins=begins)
+
     def variables(self, item: s.Function) -> dict[str, tuple[str, Dimension]]:
         """Return all that a formula can use: variable and dimension by name."""
         written = [name.key for name in _names(item)]
@@ -91,6 +103,7 @@ class LawKind(Struct, frozen=True):
     Attributes:
         family: Of the laws with a name.
         word: Of the entry.
+        about: What it is, in one sentence.
         forms: As a formula; there may be none.
         formula: Returns what a law with a name does.
         example: A law with a name, for messages.
@@ -98,9 +111,15 @@ class LawKind(Struct, frozen=True):
 
     family: Family[type[SpringLaw]] | Family[type[ViscosityLaw]] | Family[type[SolidLaw]]
     word: str
+    about: str
     forms: tuple[Form, ...] = ()
     formula: Callable[[Any], Formula] = operator.methodcaller("force")
     example: str = "linear"
+
+    @property
+    def entry(self) -> schema.Entry:
+        """The entry that chooses it by its name."""
+        return entry(self.word, OneOf(self.family, True, self.family), self.about)
 
 
 _MEANINGS = {"e": "the elongation", "w": "the speed", "strain": "the strain"}
@@ -115,25 +134,49 @@ LAW_KINDS = (
     LawKind(
         SPRING_LAWS,
         "spring law",
+        "The law of the springs by name, instead of linear springs.",
         (
-            Form("spring force", units.FORCE, _LENGTHENING, _STIFF | _REST),
-            Form("stress", units.PRESSURE, (("strain", units.NUMBER),), _MODULUS, of_stress),
+            Form(
+                "spring force",
+                "A formula for the force of a spring as a function of its elongation e.",
+                units.FORCE, _LENGTHENING, _STIFF | _REST,
+            ),
+            Form(
+                "stress",
+                "A formula for the nominal stress of a bar as a function of its strain.",
+                units.PRESSURE, (("strain", units.NUMBER),), _MODULUS, of_stress,
+            ),
         ),
     ),
     LawKind(
         VISCOSITY_LAWS,
         "viscosity law",
-        (Form("viscous force", units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST),),
+        "The law of the dashpots by name, instead of linear dashpots.",
+        (
+            Form(
+                "viscous force",
+                "A formula for the force of a dashpot as a function of its rate of elongation "
+                "w, or of its elongation e and w.",
+                units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST,
+            ),
+        ),
     ),
     LawKind(
         SOLID_LAWS,
         SOLID_LAW,
+        "The law of bodies made of elements by name, instead of neo-Hookean ones.",
         formula=operator.methodcaller("energy"),
         example="yeoh { second = 0.5 }",
     ),
-)
+)  # fmt: skip
 #: Every free formula, by what it is called.
 FORMS = {form.name: form for kind in LAW_KINDS for form in kind.forms}
+#: The entries that choose laws, and those that give them as formulas.
+LAW_ENTRIES = by_name(*(one.entry for one in (*LAW_KINDS, *FORMS.values())))
+declare(
+    "law", "Laws of springs and dashpots for use in rows of a table.", 20,
+    block=block(LAW_ENTRIES),
+)  # fmt: skip
 #: The kind of law that an entry of a tissue writes, by its name.
 BY_ENTRY = {
     name: kind

@@ -8,6 +8,7 @@ from tissuec.core import units
 from tissuec.core.fields import OneOf, Real, Whole
 from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.scene.block_sentences import Sentences
+from tissuec.scene.entries import Entry, with_choices
 from tissuec.scene.quantities import (
     FIBRE_DISPERSION,
     FIBRE_MODULUS,
@@ -15,7 +16,6 @@ from tissuec.scene.quantities import (
     POISSONS_RATIO,
     QUANTITIES,
 )
-from tissuec.scene.schema import Entry, with_choices
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
 from tissuec.script.plan import AUTOMATIC
 

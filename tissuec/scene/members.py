@@ -7,17 +7,34 @@ from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.forces import FORCES
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
-from tissuec.scene.declarations import Declarations
+from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.entries import written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool, WrittenForce
+from tissuec.scene.parts import SCENE, block_of, declare
+from tissuec.scene.resolved import ResolvedProgram
 from tissuec.script.tools import TOOLS
 from tissuec.script.tools.usual_names import KINDS_OF
 
+declare(
+    "tool", "An instrument that holds, touches or cuts.", 24,
+    block=block_of(TOOLS, "the kind of instrument"),
+    read=lambda program, declared: read_tool(program, declared), names=SCENE, entries_vary=True,
+)  # fmt: skip
+declare(
+    "force", "An additional force on nodes, such as that of tissue around a body.", 25,
+    block=block_of(
+        FORCES, "the kind of force",
+        written("acts", "The set or body that it acts on.", "acts on SET"),
+    ),
+    names=SCENE, entries_vary=True,
+)  # fmt: skip
 HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
 
 
-def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
+def read_tool(program: ResolvedProgram, declared: Declared) -> Tool:
     """Return a tool from its block; an erroneous one is still known by its name."""
+    name, item, scope = declared.name, declared.item, program.constants
     assert isinstance(item, s.Block)
     what, kind, shapes, entries = f"tool {name.text}", "", (), None
     with scope.findings.item():

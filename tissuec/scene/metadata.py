@@ -7,9 +7,18 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
+from tissuec.scene.parts import declare
 
 #: Sentences of one text in quotes, outside of all blocks; only "author" may be repeated.
-TEXTS = ("about", "author", "laboratory", "licence", "cite")
+TEXTS = {
+    "about": "Describes the file in one sentence.",
+    "author": "Names an author of the file; one sentence for each author.",
+    "laboratory": "Names the institution of the authors.",
+    "licence": "States the licence of the file.",
+    "cite": "States how work that uses the file should cite it.",
+}
+for _place, (_word, _about) in enumerate(TEXTS.items(), start=1):
+    declare(_word, _about, _place, "text", forms=(f'{_word} "TEXT"',))
 
 #: Those that other words mean.
 MEANT = {

@@ -1,7 +1,7 @@
 """Scene: everything a text says, with names bound and numbers in SI units, before any mesh."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from msgspec import Struct
 
@@ -453,3 +453,5 @@ class Scene(Struct, frozen=True, eq=False):
     vocabulary_fits: Mapping[str, VocabularyFit]
     studies: Mapping[str, Study]
     overrides: tuple[str, ...]  # texts of --set
+    #: What blocks contain that a declaration of their kind reads, by kind and name.
+    blocks: Mapping[str, Mapping[str, Any]] = {}

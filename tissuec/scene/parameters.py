@@ -15,10 +15,22 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.dependency_order import Definitions
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
+from tissuec.scene.parts import SCENE, declare
 from tissuec.scene.values import Value
 
 #: Names that every scene knows; its own ones win.
 CONSTANTS = {"pi": math.pi}
+
+
+declare(
+    "param",
+    "A number that can be set on the command line, optionally with limits.", 50, "sentence",
+    forms=("param NAME = NUMBER between NUMBER and NUMBER",), names=SCENE,
+)  # fmt: skip
+declare(
+    "let", "A number computed from others.", 51, "sentence",
+    forms=("let NAME = NUMBER",), names=SCENE,
+)  # fmt: skip
 
 
 class Parameter(Struct, frozen=True):

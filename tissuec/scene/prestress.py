@@ -8,6 +8,7 @@ from tissuec.core import units
 from tissuec.core.fields import Point
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.entries import written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import PrestressDirection
 
@@ -34,3 +35,12 @@ def _wrong_form(item: s.Sentence, scope: Scope) -> NoReturn:
     scope.findings.reject(
         "TIS312", "prestress of a body has one direction", item.span, hint=f"write {FORMS}"
     )
+
+
+DIRECTION_ENTRY = written(
+    PRESTRESS,
+    "The direction in which a body of elements is prestressed, or the normal of the plane in "
+    "which it is.",
+    f"{PRESTRESS} {ALONG} VECTOR", f"{PRESTRESS} {ACROSS} VECTOR",
+    begins=f" {ALONG} ", reads=read_prestress,
+)  # fmt: skip

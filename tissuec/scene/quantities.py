@@ -7,9 +7,12 @@ from typing import Any, Literal
 from msgspec import Struct
 
 from tissuec.core import units
+from tissuec.core.fields import Real
 from tissuec.core.names import key_of
-from tissuec.core.units import Dimension
+from tissuec.core.units import Dimension, describe
+from tissuec.laws.stiffening import LARGEST_STIFFENING
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
+from tissuec.scene.entries import Entry, written
 
 #: Of branches, by their constants: the shares of the modulus that relax.
 SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
@@ -24,6 +27,13 @@ BREAKING_STRAIN, STRENGTH, TOUGHNESS = "breaking strain", "strength", "toughness
 STIFFENING = "stiffening"
 #: Of fibres in solids that consist of elements.
 FIBRE_STIFFENING, FIBRE_DISPERSION = "fibre stiffening", "fibre dispersion"
+LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
+LARGEST_DISPERSION = 0.3  # at 1/3 fibres have no direction, along which there is a modulus
+LARGEST_POISSON = 0.4999  # at 1/2 a solid would keep its volume exactly, and never move
+#: The word for a quantity whose inherited number gives way to rules.
+CONCLUDED = "concluded"
+#: Letters and words of other texts for a stiffness.
+_MODULI = ("k", "c", "e", "elastic modulus", "elasticity modulus")
 Spread = Literal["each spring", "each node", "whole body", "matter"]
 
 
@@ -32,6 +42,7 @@ class TissueQuantity(Struct, frozen=True):
 
     Attributes:
         name: In the language.
+        about: What it is, in one sentence.
         dimension: Of its value.
         array: The array of the network that it fills.
         spreads: What one value may belong to; the first holds unless written otherwise.
@@ -40,22 +51,28 @@ class TissueQuantity(Struct, frozen=True):
         default: The value that means "none", for quantities that may be left out.
         none: The value of the word "none", for limits that there need not be.
         may_be_zero: Whether zero is a sensible value.
+        range: Limits of its value beside that; by default it is only positive.
         instead: Of matter, the quantity of springs or nodes that follows from it, by key.
         unit: Unit in which it is shown, if not the usual one of its dimension.
         digits: Least number of significant digits that are shown.
+        also: Words and letters of other texts for it. The first one means it with any unit, the
+            others if the unit fits.
     """
 
     name: str
+    about: str
     dimension: Dimension
-    array: str
-    spreads: tuple[Spread, ...]
+    array: str = ""
+    spreads: tuple[Spread, ...] = ("matter",)
     scales: int = 0
     default: float | None = None
     none: float | None = None
     may_be_zero: bool = False
+    range: Real | None = None
     instead: str = ""
     unit: str = ""
     digits: int = 3
+    also: tuple[str, ...] = ()
 
     def show(self, value: float, *, digits: int = 3) -> str:
         """Return a value as text, such as "170 J/m^2".
@@ -74,96 +91,167 @@ class TissueQuantity(Struct, frozen=True):
         """Return whether it means the same on every mesh."""
         return self.spreads == ("matter",)
 
+    @property
+    def limits(self) -> Real:
+        """The numbers that can be written for it."""
+        if self.range is not None:
+            return self.range
+        positive = {"at_least": 0.0} if self.may_be_zero else {"above": 0.0}
+        return Real(self.dimension, **positive)
 
-def _matter(
-    name: str,
-    dimension: Dimension,
-    instead: str,
-    array: str,
-    *,
-    none: float | None = None,
-    **more: Any,
-) -> TissueQuantity:
-    """Return a quantity of matter, from which one of springs or nodes follows."""
-    return TissueQuantity(
-        name, dimension, array, ("matter",), none=none, instead=instead, **more
-    )
+    @property
+    def entry(self) -> Entry:
+        """The entry of a tissue that gives it a number."""
+        forms = [f"{self.name} = NUMBER{' per LENGTH' if self.scales else ''}"]
+        words = {CONCLUDED: "What rules conclude, not the number of the parent."}
+        if self.none is not None:
+            forms.append(f"{self.name} is none")
+            words["none"] = "No limit."
+        return written(
+            self.name, f"{self.about}\n\n{describe(self.dimension)}, of "
+            f"{' or '.join(self.spreads)}", *forms,
+            words=words, dimension=self.dimension, begins=" = ",
+        )  # fmt: skip
 
 
 def _springs(
-    name: str, dimension: Dimension, scales: int, default: float, *, may_be_zero: bool = False
+    name: str, about: str, dimension: Dimension, scales: int, default: float, **more: Any
 ) -> TissueQuantity:
     """Return a quantity of each spring that may be left out; "none" is what it is then."""
-    spread: tuple[Spread, ...] = ("each spring",)
-    return TissueQuantity(name, dimension, name, spread, scales, default, default, may_be_zero)
+    return TissueQuantity(
+        name, about, dimension, name, ("each spring",), scales, default, default, **more
+    )
 
 
 def _branches() -> Iterator[TissueQuantity]:
     for constant, time in zip(CONSTANTS, TIMES, strict=True):
-        yield _springs(constant, units.STIFFNESS, -1, 0.0, may_be_zero=True)
-        yield _springs(time, units.TIME, 0, inf)
+        yield _springs(
+            constant, "Spring constant of a part of the spring that relaxes.",
+            units.STIFFNESS, -1, 0.0, may_be_zero=True,
+        )  # fmt: skip
+        yield _springs(time, "Time in which that part relaxes to 1/e.", units.TIME, 0, inf)
 
 
+def _shares() -> Iterator[TissueQuantity]:
+    for share, constant in zip(SHARES, CONSTANTS, strict=True):
+        yield TissueQuantity(
+            share, "Share of the stress that relaxes after a sudden stretch.", units.NUMBER,
+            constant, instead=constant, may_be_zero=True,
+            range=Real(units.NUMBER, at_least=0.0, at_most=LARGEST_SHARE),
+        )  # fmt: skip
+
+
+_OF_SPRINGS: tuple[Spread, ...] = ("each spring",)
 QUANTITIES: dict[str, TissueQuantity] = {
     key_of(quantity.name): quantity
     for quantity in (
         TissueQuantity(
-            "spring constant",
-            units.STIFFNESS,
-            "stiffness",
-            ("each spring",),
-            scales=-1,
-            may_be_zero=True,
+            "spring constant", "Force of a spring per elongation.", units.STIFFNESS,
+            "stiffness", _OF_SPRINGS, -1, may_be_zero=True,
+            also=("stiffness", *_MODULI, "modulus"),
         ),
         TissueQuantity(
-            "viscosity",
-            units.VISCOSITY,
-            "damping",
-            ("each spring",),
-            scales=-1,
-            may_be_zero=True,
-        ),
-        TissueQuantity("mass", units.MASS, "mass", ("each node", "whole body")),
-        TissueQuantity(BREAKING_FORCE, units.FORCE, "strength", ("each spring",), none=inf),
-        TissueQuantity(
-            "crushing force", units.FORCE, "crush", ("each spring",), default=inf, none=inf
+            "viscosity", "Force of the dashpot of a spring per rate of elongation.",
+            units.VISCOSITY, "damping", _OF_SPRINGS, -1, may_be_zero=True,
+            also=("damping", "d", "eta", "dashpot"),
         ),
         TissueQuantity(
-            "prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True
+            "mass", "Mass of each node, or of the whole body.", units.MASS,
+            "mass", ("each node", "whole body"),
+        ),
+        TissueQuantity(
+            BREAKING_FORCE, "Tension at which a spring breaks.", units.FORCE,
+            "strength", _OF_SPRINGS, none=inf,
+        ),
+        TissueQuantity(
+            "crushing force", "Compressive force at which a spring breaks.", units.FORCE,
+            "crush", _OF_SPRINGS, default=inf, none=inf,
+        ),
+        TissueQuantity(
+            "prestress", "Initial strain: how much shorter than drawn something is at rest.",
+            units.NUMBER, "rest", _OF_SPRINGS, default=0.0, may_be_zero=True,
+            range=Real(units.NUMBER, above=-10.0, at_most=0.99),
         ),
         *_branches(),
-        _springs(LIMIT, units.FORCE, 0, inf, may_be_zero=True),
-        _springs(VISCOSITY, units.VISCOSITY, -1, inf),
-        _matter("Young's modulus", units.PRESSURE, "spring constant", "stiffness"),
-        # 0.4997 and 0.5 are different tissues.
-        _matter("Poisson's ratio", units.NUMBER, "", "", digits=4),
-        _matter(STIFFENING, units.NUMBER, "", "", none=0.0),
-        _matter("fibre modulus", units.PRESSURE, "", ""),
-        _matter(FIBRE_STIFFENING, units.NUMBER, "", "", may_be_zero=True),
-        _matter(FIBRE_DISPERSION, units.NUMBER, "", "", may_be_zero=True),
-        _matter("density", units.DENSITY, "mass", "mass"),
-        _matter("retardation time", units.TIME, "viscosity", "damping", may_be_zero=True),
-        _matter(
-            "shear viscosity", units.PRESSURE_TIME, "viscosity", "damping", may_be_zero=True
+        _springs(
+            LIMIT, "Force above which the rest length of a spring changes permanently.",
+            units.FORCE, 0, inf, may_be_zero=True,
         ),
-        *(
-            _matter(share, units.NUMBER, constant, constant, may_be_zero=True)
-            for share, constant in zip(SHARES, CONSTANTS, strict=True)
+        _springs(
+            VISCOSITY, "Excess of the force over the yield force, per rate of the rest length.",
+            units.VISCOSITY, -1, inf,
         ),
-        _matter("yield stress", units.PRESSURE, LIMIT, LIMIT, none=inf, may_be_zero=True),
-        _matter("flow viscosity", units.PRESSURE_TIME, VISCOSITY, VISCOSITY, none=inf),
-        _matter(BREAKING_STRAIN, units.NUMBER, "breaking force", "strength", none=inf),
-        _matter(STRENGTH, units.PRESSURE, "breaking force", "strength", none=inf),
-        _matter(
-            TOUGHNESS, units.STIFFNESS, "breaking force", "strength", none=inf, unit="J/m^2"
+        TissueQuantity(
+            "Young's modulus", "Stress per strain of a bar at rest.", units.PRESSURE,
+            "stiffness", instead="spring constant", also=("modulus", *_MODULI, "stiffness"),
+        ),
+        TissueQuantity(
+            "Poisson's ratio", "Contraction across a bar per elongation along it.",
+            units.NUMBER, range=Real(units.NUMBER, above=-1.0, at_most=LARGEST_POISSON),
+            digits=4,  # 0.4997 and 0.5 are different tissues
+            also=("poisson", "nu", "poisson ratio"),
+        ),
+        TissueQuantity(
+            STIFFENING,
+            "How fast the tissue stiffens when stretched: k of Fung's exponential law.",
+            units.NUMBER, none=0.0,
+            range=Real(units.NUMBER, above=0.0, at_most=LARGEST_STIFFENING),
+        ),
+        TissueQuantity(
+            "fibre modulus", "Young's modulus along the fibres.", units.PRESSURE
+        ),
+        TissueQuantity(
+            FIBRE_STIFFENING, "How fast fibres stiffen when stretched, in bodies of elements.",
+            units.NUMBER, may_be_zero=True,
+        ),
+        TissueQuantity(
+            FIBRE_DISPERSION,
+            "How far the directions of fibres scatter: 0 if all are parallel.",
+            units.NUMBER, may_be_zero=True,
+            range=Real(units.NUMBER, at_least=0.0, at_most=LARGEST_DISPERSION),
+        ),
+        TissueQuantity(
+            "density", "Mass per volume.", units.DENSITY, "mass", instead="mass",
+            also=("mass density", "rho"),
+        ),
+        TissueQuantity(
+            "retardation time", "Viscosity per stiffness.", units.TIME, "damping",
+            instead="viscosity", may_be_zero=True,
+        ),
+        TissueQuantity(
+            "shear viscosity",
+            "Shear stress per rate of shear, as measured with shear waves.",
+            units.PRESSURE_TIME, "damping", instead="viscosity", may_be_zero=True,
+        ),
+        *_shares(),
+        TissueQuantity(
+            "yield stress", "Stress above which the tissue deforms permanently.",
+            units.PRESSURE, LIMIT, instead=LIMIT, none=inf, may_be_zero=True,
+        ),
+        TissueQuantity(
+            "flow viscosity",
+            "Excess of the stress over the yield stress, per rate of permanent strain.",
+            units.PRESSURE_TIME, VISCOSITY, instead=VISCOSITY, none=inf,
+        ),
+        TissueQuantity(
+            BREAKING_STRAIN, "Strain at which the tissue breaks.", units.NUMBER,
+            "strength", instead=BREAKING_FORCE, none=inf,
+        ),
+        TissueQuantity(
+            STRENGTH, "Nominal stress at which a bar breaks.", units.PRESSURE,
+            "strength", instead=BREAKING_FORCE, none=inf,
+        ),
+        TissueQuantity(
+            TOUGHNESS, "Energy that a crack needs per area.", units.STIFFNESS,
+            "strength", instead=BREAKING_FORCE, none=inf, unit="J/m^2",
         ),
     )
-}
+}  # fmt: skip
 #: What can be known of matter: its quantities, and what only a laboratory measures.
 KNOWABLE: dict[str, TissueQuantity] = {
     **{key: quantity for key, quantity in QUANTITIES.items() if quantity.is_of_matter},
     TIMES[0]: QUANTITIES[TIMES[0]],  # the same on every mesh
-    SHEAR_MODULUS: _matter("shear modulus", units.PRESSURE, "", ""),
+    SHEAR_MODULUS: TissueQuantity("shear modulus", "Shear stress per shear.", units.PRESSURE),
 }
 #: Those that messages list: of the branches of a spring, the first one stands for all.
 LISTED = tuple(

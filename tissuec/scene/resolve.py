@@ -2,21 +2,22 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.entry_overrides import read_overrides
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
-from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
 from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.learning import read_learn_blocks
-from tissuec.scene.members import read_force, read_tool
+from tissuec.scene.members import read_force
 from tissuec.scene.model import Environment, Scene
 from tissuec.scene.parameters import Constants
+from tissuec.scene.parts import parts
 from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.settings import read_environment, read_simulation
 from tissuec.scene.study_block import read_studies
@@ -71,17 +72,7 @@ def resolve(
     """
     words = resolve_words(program, findings, overrides, declarations)
     declarations, scope = words.declarations, words.constants
-    bodies = declarations.read_each(
-        "body",
-        lambda d: read_body(d.name, d.item, words.tissues, words.laws, declarations, scope),
-        findings,
-    )
-    joints = declarations.read_each(
-        "joint",
-        lambda d: read_joint(d.name, d.item, words.tissues, declarations, scope),
-        findings,
-    )
-    tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
+    blocks = _read_blocks(words)
     _check_parts(program, declarations, findings)
     environment, simulation = _settings(program, declarations, scope, findings)
     scope.evaluate_all()
@@ -97,9 +88,9 @@ def resolve(
         constants=scope,
         vocabulary=words.vocabulary,
         tissues=words.tissues,
-        bodies=bodies,
-        joints=joints,
-        tools=tools,
+        bodies=blocks["body"],
+        joints=blocks["joint"],
+        tools=blocks["tool"],
         forces=words.forces,
         environment=environment,
         simulation=simulation,
@@ -111,7 +102,19 @@ def resolve(
         },
         studies=read_studies(declarations, scope),
         overrides=tuple(overrides),
+        blocks=blocks,
     )
+
+
+def _read_blocks(words: ResolvedProgram) -> dict[str, dict[str, Any]]:
+    """Return what blocks contain whose declarations say how they are read, by kind and name."""
+    declarations, findings = words.declarations, words.constants.findings
+    found: dict[str, dict[str, Any]] = {}
+    for kind, part in parts("named").items():
+        if part.read is not None:
+            read = partial(part.read, words)
+            found[kind] = declarations.read_each(kind, read, findings)
+    return found
 
 
 def _settings(

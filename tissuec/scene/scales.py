@@ -14,7 +14,9 @@ from tissuec.fuzzy.scale import Plateau, Scale, evenly, gaps, plateaus, shaped
 from tissuec.fuzzy.sets import Gaussian, Shape
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.entries import by_name, written
 from tissuec.scene.expressions import Scope
+from tissuec.scene.parts import block, declare
 from tissuec.scene.quantities import LISTED, QUANTITIES, Spread
 from tissuec.scene.words import NamedScale
 
@@ -25,6 +27,34 @@ SHAPES = {
     "gaussian": "(mean, sigma)",
     "points": "(x, degree, x, degree, …)",
 }
+
+
+_EVENLY = written(
+    "evenly", "Divides the range into equal parts, one for each word.",
+    "evenly = [WORD, WORD, WORD]", begins=" = [",
+)  # fmt: skip
+_QUANTITY_ENTRIES = by_name(
+    _EVENLY,
+    written(
+        "applies", "The object that one value belongs to: a spring, a node, or the whole body.",
+        "applies to SPREAD of LENGTH",
+    ),
+    written("otherwise", "The fallback word if no rule fires.", "otherwise is WORD"),
+)  # fmt: skip
+_WORDS = "WORD from NUMBER to NUMBER until NUMBER"
+declare(
+    "property", "A property that describes a tissue: a range, and words for its parts.", 11,
+    forms=("property NAME from NUMBER to NUMBER on log scale",),
+    example="property NAME from 0 to 1 { … }", block=block(by_name(_EVENLY), _WORDS),
+    names="scales",
+)  # fmt: skip
+declare(
+    "quantity",
+    "A physical quantity that rules conclude: a range, and words for its parts.", 12,
+    forms=("quantity NAME from NUMBER to NUMBER on log scale",),
+    example="quantity NAME from 1 N/m to 9 N/m { … }", block=block(_QUANTITY_ENTRIES, _WORDS),
+    names="scales",
+)  # fmt: skip
 
 
 class QuantityScale(Struct, frozen=True):

@@ -1,138 +1,35 @@
-"""Schemas of blocks: the fields of a ``Struct`` say which entries a block has.
+"""The reading of entries by their declarations; see ``entries``.
 
-Only what stands here reads entries; a new mesh or tool brings its ``Struct`` and is checked,
+A new mesh or tool brings its ``Struct``, whose fields declare entries, and is checked,
 converted, suggested and documented like all others.
 """
 
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NoReturn, TypeVar
 
-import msgspec
 import numpy as np
-from msgspec import NODEFAULT, Struct
-from msgspec.structs import fields
 
-from tissuec.core.fields import (
-    FileIn,
-    FromTo,
-    Named,
-    OneOf,
-    Point,
-    Real,
-    Several,
-    UnfitEntries,
-    Whole,
-)
-from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
+from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, UnfitEntries, Whole
+from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
-from tissuec.scene.entry_meanings import left_side, unknown_entry
+from tissuec.scene.entries import Entry, entries_of
+from tissuec.scene.entry_hints import blamed, chosen, left_side, missing, unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.files import read_file
 from tissuec.scene.ranges import difference, refuse_range
 from tissuec.scene.values import Value
-
-#: What opens a block, behind its head.
-_BRACE = re.compile(r"\s*\{")
 
 _QUOTED = re.compile(r'"[^"]*"')
 
 #: A number and its unit.
 _AMOUNT = re.compile(r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(\S*)")
 
-Kind = Real | Whole | OneOf | Point | FromTo | Several | FileIn | Named
 _DIGITS = 4  # of limits
 T = TypeVar("T")
-
-
-class Entry(Struct, frozen=True):
-    """One entry of a block: its name in the language, its kind, default and description."""
-
-    name: str
-    field: str
-    kind: Kind
-    default: Any
-    about: str
-
-    @property
-    def is_required(self) -> bool:
-        return self.default is NODEFAULT
-
-    @property
-    def example(self) -> str:
-        """Return how the entry could be written."""
-        match self.kind:
-            case Real(dimension=dimension, example=example):
-                amount = example or f"1 {suggested_unit(dimension)}".rstrip()
-                return f"{self.name} = {amount}"
-            case Whole(at_least=low):
-                return f"{self.name} = {max(low, 10)}"
-            case OneOf(words=words):
-                return f"{self.name} is {words[0]}"
-            case Point(dimension=dimension):
-                down = -9.81 if dimension == ACCELERATION else 1
-                return f"{self.name} = (0, 0, {down}) {suggested_unit(dimension)}".rstrip()
-            case Several(dimension=dimension):
-                unit = suggested_unit(dimension)
-                return f"{self.name} = [1 {unit}, 2 {unit}]"
-            case FromTo(dimension=dimension):
-                unit = suggested_unit(dimension)
-                return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"
-            case FileIn():
-                return f'{self.name} "liver.stl" in mm'
-            case Named(example=example):
-                return f'{self.name} "{example}"'
-
-
-def entries_of(cls: type) -> dict[str, Entry]:
-    """Return the entries that a class declares, by name in the language.
-
-    Raises:
-        TypeError: A field has no kind of entry.
-    """
-    return dict(_entries_of(cls))
-
-
-@cache
-def _entries_of(cls: type) -> Mapping[str, Entry]:
-    about: dict[str, str] = {}
-    for one in reversed(cls.__mro__):
-        about |= _attributes(one.__doc__ or "")
-    entries: dict[str, Entry] = {}
-    for field in fields(cls):
-        kinds = getattr(field.type, "__metadata__", ())
-        if not kinds:
-            raise TypeError(f"{cls.__name__}.{field.name} has no entry kind")
-        name = field.name.rstrip("_").replace("_", " ")
-        entries[name] = Entry(
-            name, field.name, kinds[0], field.default, about.get(field.name, "")
-        )
-    return entries
-
-
-def with_choices(cls: type, name: str, choices: Iterable[str]) -> dict[str, Entry]:
-    """Return the entries that a class declares, one of them with the names of a family.
-
-    Args:
-        cls: See ``entries_of``.
-        name: Of the entry, in the language.
-        choices: What can be written there; other packages may add to them.
-    """
-    entries = entries_of(cls)
-    kind = OneOf(tuple(choices), opens=True)
-    entries[name] = msgspec.structs.replace(entries[name], kind=kind)
-    return entries
-
-
-def _attributes(docstring: str) -> dict[str, str]:
-    """Return the lines of the "Attributes:" section of a docstring, by field name."""
-    _, _, section = docstring.partition("Attributes:\n")
-    found = re.findall(r"^ {4,12}(\w+): (.*(?:\n {12,}\S.*)*)", section, re.MULTILINE)
-    return {name: " ".join(text.split()) for name, text in found}
 
 
 def build(
@@ -173,27 +70,6 @@ def build(
         scope.findings.reject(
             "TIS309", f"{what}: {reason}", blamed(reason, places, where), hint=hint
         )
-
-
-def missing(example: str, where: Span) -> Hint:
-    """Return a hint with what can stand in a block, whose head is ``where``."""
-    opened = _BRACE.match(where.source.text, where.end)
-    text = f" {example};" if opened else f" {{ {example} }}"
-    place = Span(where.source, where.start, opened.end() if opened else where.end)
-    return Hint(f"for example: {example}", insertion(text, place))
-
-
-def blamed(reason: str, places: Mapping[str, Span], where: Span) -> Span:
-    """Return the place of the entry that a reason quotes first, or the head of the block.
-
-    Args:
-        reason: Text of an error.
-        places: Places of entries by name.
-        where: The head of the block.
-    """
-    named = [name for name in places if f'"{name}' in reason]
-    first = min(named, key=lambda name: reason.index(f'"{name}'), default="")
-    return places.get(first, where)
 
 
 def read(
@@ -249,21 +125,14 @@ def find_entry(
     return schema[item.name.key]
 
 
-def chosen(item: s.Item, entries: Iterable[str]) -> Hint:
-    """Return a hint for an entry without its "is", such as ``rupture allowed``, or none."""
-    if isinstance(item, s.Sentence) and item.phrase is None:
-        for entry in entries:
-            if item.name.key.startswith(f"{entry} "):
-                return proposal(f"{entry} is {item.name.text[len(entry) :].strip()}")
-    return Hint("")
-
-
 def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
     """Return the value of one entry in SI units, or reject the item.
 
     Args:
         entry: The entry.
     """
+    if entry.reads is not None:
+        return entry.reads(item, scope)
     match entry.kind:
         case FromTo():
             return _read_from_to(entry, entry.kind, item, scope)

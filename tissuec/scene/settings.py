@@ -19,21 +19,29 @@ from tissuec.lang.version import last_line
 from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.entries import Entry, entries_of, with_choices, written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import whole
 from tissuec.scene.model import ContactLaw, Environment
+from tissuec.scene.parts import block, declare
 from tissuec.script.plan import (
     AUTOMATIC,
     DEFAULT_TOLERANCE,
     EQUILIBRIUM,
     LOAD_STEPS,
+    RELAXATION,
     STATIC,
     Simulation,
 )
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
-CONTACTS = ("off", "tools only", "bodies too", "everywhere")
+CONTACTS = {
+    "off": "Nothing touches.",
+    "tools only": "Threads, and tools with a shape, touch bodies.",
+    "bodies too": "Bodies touch one another as well.",
+    "everywhere": "Bodies touch themselves as well.",
+}
 CONTACT_PLACES = ("faces", "nodes")
 
 #: How the sentence with a plane of symmetry begins, and an example of it.
@@ -100,6 +108,41 @@ class SimulateEntries(Struct, frozen=True):
         DEFAULT_TOLERANCE
     )
     step: Annotated[float | None, Real(units.TIME, above=0.0)] = None
+
+
+def environment_entries() -> dict[str, Entry]:
+    """The entries of environment."""
+    plane = written(
+        SYMMETRIC, "A plane of symmetry: the scene is one side of it.",
+        f"{SYMMETRIC} through POINT facing VECTOR", repeats=True,
+    )  # fmt: skip
+    return {plane.name: plane, **entries_of(EnvironmentEntries)}
+
+
+def simulate_schema() -> dict[str, Entry]:
+    """The entries of simulate with the integrators there are."""
+    return with_choices(SimulateEntries, "integrator", integrators(), PROCEDURES)
+
+
+def integrators() -> dict[str, str | type]:
+    """The integrators that can be named, with what they are or by what they are described."""
+    return {
+        AUTOMATIC: "Chosen automatically; the run shows which and why.",
+        **INTEGRATORS,
+        EQUILIBRIUM: "Statics: equilibria by Newton's method, without inertia.",
+        RELAXATION: "The published procedure without inertia: nodes are relaxed.",
+    }
+
+
+declare(
+    "environment", "Global conditions: gravity, contact, damping.", 40, "single",
+    example="environment { gravity = (0, 0, -9.81) m/s^2 }", block=block(environment_entries),
+    entries_vary=True,
+)  # fmt: skip
+declare(
+    "simulate", "Duration and numerical method of the run.", 42, "single",
+    example="simulate { duration = 1 s }", block=block(simulate_schema), entries_vary=True,
+)  # fmt: skip
 
 
 def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -> Environment:
@@ -222,7 +265,7 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
     block = _single(
         "simulate", "simulate { duration = 1 s }", declarations, main, scope.findings
     )
-    entries = dict(schema.entries_of(SimulateEntries))
+    entries = entries_of(SimulateEntries)
     failures = scope.findings.failures
     values, places = schema.read(simulate_schema(), block.items, scope, what="simulate")
     is_whole = scope.findings.failures == failures  # else what is missing may be what is wrong
@@ -308,12 +351,6 @@ def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
             place,
             hint="write the time between its states instead, such as step = 10 ms",
         )
-
-
-def simulate_schema() -> dict[str, schema.Entry]:
-    """Return the entries of simulate with the integrators there are."""
-    names = (AUTOMATIC, *INTEGRATORS, *STATIC)
-    return schema.with_choices(SimulateEntries, "integrator", names)
 
 
 def _single(

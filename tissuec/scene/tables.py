@@ -9,8 +9,13 @@ from tissuec.lang import syntax as s
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Tables, WrittenLaws
+from tissuec.scene.parts import declare
 
 TABLES = ("nodes", "springs")
+declare(
+    "table", "Nodes or springs of an explicit mesh, one per row.", 53, "sentence",
+    forms=("table nodes of BODY in UNIT with columns",),
+)  # fmt: skip
 
 
 def check_table(table: s.Table, declarations: Declarations, findings: Findings) -> None:

@@ -4,7 +4,7 @@ from tissuec.core.hints import Hint, proposal
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
-from tissuec.scene.entry_meanings import left_side
+from tissuec.scene.entry_hints import left_side
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import PropertyFact
 from tissuec.scene.vocabulary import Vocabulary

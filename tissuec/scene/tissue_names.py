@@ -6,8 +6,18 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.entries import Entry, written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tissue
+
+
+def tissue_entry(about: str) -> Entry:
+    """The entry ``tissue is NAME`` of a block.
+
+    Args:
+        about: What is made of it, in one sentence.
+    """
+    return written("tissue", about, "tissue is TISSUE")
 
 
 def read_tissue(

@@ -17,9 +17,16 @@ from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE, read_appearance
 from tissuec.scene.conclusions import conclude
-from tissuec.scene.curve_evidence import is_curve, read_curve, refuse_crossing, refuse_fibres
+from tissuec.scene.curve_evidence import (
+    KNOWN_ENTRY,
+    is_curve,
+    read_curve,
+    refuse_crossing,
+    refuse_fibres,
+)
 from tissuec.scene.declarations import Declarations, Declared
-from tissuec.scene.entry_meanings import left_side, quantity_meant
+from tissuec.scene.entries import by_name, written
+from tissuec.scene.entry_hints import left_side
 from tissuec.scene.entry_overrides import SET
 from tissuec.scene.evidence import (
     KNOWN,
@@ -30,9 +37,9 @@ from tissuec.scene.evidence import (
     warn_of_words,
 )
 from tissuec.scene.expressions import Scope
-from tissuec.scene.idle_words import CONCLUDED, Answers, TissueWords
+from tissuec.scene.idle_words import Answers, TissueWords
 from tissuec.scene.known_curves import KnownCurve
-from tissuec.scene.laws import BY_ENTRY, read_law
+from tissuec.scene.laws import BY_ENTRY, LAW_ENTRIES, read_law
 from tissuec.scene.model import (
     STRETCHED,
     Appearance,
@@ -42,7 +49,9 @@ from tissuec.scene.model import (
     Tissue,
     WrittenLaw,
 )
+from tissuec.scene.parts import block, declare
 from tissuec.scene.quantities import (
+    CONCLUDED,
     FIBRE_MODULUS,
     LISTED,
     QUANTITIES,
@@ -55,10 +64,33 @@ from tissuec.scene.quantities import (
 from tissuec.scene.tissue_facts import FactReader
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
-from tissuec.scene.written_numbers import read_given
+from tissuec.scene.written_numbers import quantity_meant, read_given
 
 MOST_PARENTS = 50
 _RULES = 'use "fuzzy/soft_matter", and in the tissue first: described in soft matter'
+#: Entries of a tissue, beside the words of a vocabulary.
+ENTRIES = {
+    **by_name(
+        written(
+            "about", "Describes the tissue and the source of its numbers in one sentence.",
+            'about "TEXT"',
+        ),
+        written(
+            "described", "The rules that define the words of this tissue: described in RULES.",
+            "described in RULES",
+        ),
+    ),
+    **APPEARANCE,
+    KNOWN: KNOWN_ENTRY,
+    **LAW_ENTRIES,
+    **{key: quantity.entry for key, quantity in QUANTITIES.items()},
+}  # fmt: skip
+declare(
+    "tissue",
+    "A material of springs and nodes, given by words of a vocabulary, numbers or both.", 21,
+    forms=("tissue NAME like TISSUE",),
+    block=block(ENTRIES, "NAME is WORD", "NAME = NUMBER"), entries_vary=True,
+)  # fmt: skip
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
 

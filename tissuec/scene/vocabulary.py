@@ -6,6 +6,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.errors import Note
+from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER
@@ -19,9 +20,33 @@ from tissuec.fuzzy.sets import Word
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.entries import by_name, entry, written
 from tissuec.scene.expressions import Scope
+from tissuec.scene.parts import block, declare
 from tissuec.scene.scales import QuantityScale, ScaleReader
 from tissuec.scene.words import NamedScale, read_hedge, read_word
+
+#: What each choice of operators is for.
+_OPERATORS = {
+    "conjunction": 'The operator for "and".',
+    "disjunction": 'The operator for "or".',
+    "implication": "How the degree of a rule modifies the word that it concludes.",
+    "result": "How a number is computed from the conclusions of all rules.",
+}
+OPERATOR_ENTRIES = by_name(
+    *(
+        entry(name, OneOf(words), _OPERATORS[name], getattr(Operators(), name))
+        for name, words in CHOICES.items()
+    )
+)
+_IF = written(
+    "if", "A rule from words of properties to words of quantities.",
+    "if CONDITION then QUANTITY is WORD weighing NUMBER", repeats=True, begins=" ",
+)  # fmt: skip
+declare(
+    "rules", "Rules that conclude words of quantities from words of properties.", 13,
+    block=block({**OPERATOR_ENTRIES, "if": _IF}),
+)  # fmt: skip
 
 
 class RulesBlock(Struct, frozen=True):

@@ -15,8 +15,14 @@ from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Powered, Word
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
+from tissuec.scene.parts import declare
 
 DIRECTIONS = ("outward", "inward")
+declare(
+    "hedge",
+    "A modifier of words that shifts them along their scale or sharpens them.", 10, "sentence",
+    forms=("hedge NAME = SHAPE",), example="hedge very = shift(50 %, outward)",
+)  # fmt: skip
 
 
 class NamedScale(Struct, frozen=True):

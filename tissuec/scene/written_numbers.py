@@ -1,43 +1,43 @@
 """Physical quantities that are written as numbers, in tissues and in regions."""
 
+from contextlib import suppress
+
 from tissuec.core import units
 from tissuec.core.fields import Real
-from tissuec.core.names import key_of
+from tissuec.core.hints import did_you_mean
+from tissuec.core.units import Dimension, UnitError, parse_unit
 from tissuec.lang import syntax as s
-from tissuec.laws.stiffening import LARGEST_STIFFENING
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import AssignedQuantity
-from tissuec.scene.quantities import (
-    FIBRE_DISPERSION,
-    POISSONS_RATIO,
-    QUANTITIES,
-    SHARES,
-    STIFFENING,
-    TissueQuantity,
-)
+from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.ranges import refuse_range
 
-LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
-LARGEST_DISPERSION = 0.3  # at 1/3 fibres have no direction, along which there is a modulus
-LARGEST_POISSON = 0.4999  # at 1/2 a solid would keep its volume exactly, and never move
+#: Names of quantities in other texts.
+_OTHER_NAMES = tuple(dict.fromkeys(word for one in QUANTITIES.values() for word in one.also))
 
 
-def limits_of(quantity: TissueQuantity) -> Real:
-    """Return between which limits a quantity can be written."""
-    if quantity.name == "prestress":
-        return Real(quantity.dimension, above=-10.0, at_most=0.99)
-    if quantity.name in SHARES:
-        return Real(quantity.dimension, at_least=0.0, at_most=LARGEST_SHARE)
-    if key_of(quantity.name) == POISSONS_RATIO:
-        return Real(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
-    if key_of(quantity.name) == FIBRE_DISPERSION:
-        return Real(quantity.dimension, at_least=0.0, at_most=LARGEST_DISPERSION)
-    if quantity.name == STIFFENING:
-        return Real(quantity.dimension, above=0.0, at_most=LARGEST_STIFFENING)
-    if quantity.may_be_zero:
-        return Real(quantity.dimension, at_least=0.0)
-    return Real(quantity.dimension, above=0.0)
+def quantity_meant(item: s.Assign | s.Sentence) -> str:
+    """Return the quantity of a tissue that an entry with another name sets, if it is known."""
+    near = did_you_mean(item.name.key, _OTHER_NAMES)
+    word = near.edits[0].text if near.edits else item.name.key
+    dimension = _dimension(item)
+    known = [one for one in QUANTITIES.values() if word in one.also]
+    fitting = [one for one in known if one.dimension == dimension]
+    fitting += [one for one in known if one.also[0] == word]
+    return fitting[0].name if fitting else ""
+
+
+def _dimension(item: s.Assign | s.Sentence) -> Dimension | None:
+    match item:
+        case s.Assign(value=s.Quantity(unit=unit)):
+            with suppress(UnitError):
+                return parse_unit(unit).dimension
+        case s.Assign(value=s.Number()):
+            return units.NUMBER
+        case _:
+            pass
+    return None
 
 
 def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
@@ -52,7 +52,7 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
     """
     quantity = QUANTITIES[name]
     refuse_range(item, scope.findings)
-    value = schema.read_value(limits_of(quantity), item.value, scope, what=quantity.name)
+    value = schema.read_value(quantity.limits, item.value, scope, what=quantity.name)
     length = None
     for clause in item.clauses:
         if clause.word != "per" or not quantity.scales:

@@ -194,7 +194,7 @@ def _limits(known: KnownCurve, place: float) -> KnownQuantity:
     """Return the evidence on a curve at one place as evidence on a quantity."""
     limits = known.limits_at(place)
     assert limits is not None
-    quantity = TissueQuantity(_name(known, place), known.dimension, "", ("matter",))
+    quantity = TissueQuantity(_name(known, place), "", known.dimension)
     return KnownQuantity(quantity, limits, known.source, known.is_verified, known.span)
 
 

@@ -10,9 +10,9 @@ from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.laws_adjusted import force_with_params
 from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
+from tissuec.scene.entries import entries_of
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenForce, WrittenLaw
-from tissuec.scene.schema import entries_of
 from tissuec.script.verbs.end import without_end
 
 

@@ -1,20 +1,16 @@
-"""Entries by other words than those of the language: a diameter for a radius, ``E = 5 kPa``."""
+"""Hints about entries that are missing, or that are written in other words than those of the
+language: a diameter for a radius.
+"""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
-from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
-from tissuec.core.units import (
-    DENSITY,
-    NUMBER,
-    PRESSURE,
-    STIFFNESS,
-    VISCOSITY,
-    Dimension,
-    UnitError,
-    parse_unit,
-)
+from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
+from tissuec.core.source import Span
 from tissuec.lang import syntax as s
+
+#: What opens a block, after its head.
+_BRACE = re.compile(r"\s*\{")
 
 #: What chooses the value of an entry.
 _SIGN = re.compile(r"\s*(?:=|\bis\b)\s*\Z")
@@ -39,19 +35,7 @@ _SIZES: dict[str, dict[str, str]] = {
     "diameter": {"radius": " * 2", **dict.fromkeys(("bore", "calibre", "width", "size"), "")},
     "thickness": {"radius": " * 2", **dict.fromkeys(("diameter", "height", "depth"), "")},
 }
-
-#: Quantities of a tissue by the words and letters of other texts, each with its dimension.
-_QUANTITIES: dict[str, tuple[tuple[Dimension, str], ...]] = {
-    **dict.fromkeys(
-        ("stiffness", "k", "c", "modulus", "elastic modulus", "e", "elasticity modulus"),
-        ((PRESSURE, "Young's modulus"), (STIFFNESS, "spring constant")),
-    ),
-    **dict.fromkeys(("damping", "d", "eta", "dashpot"), ((VISCOSITY, "viscosity"),)),
-    **dict.fromkeys(("nu", "poisson", "poisson ratio"), ((NUMBER, "Poisson's ratio"),)),
-    **dict.fromkeys(("rho", "mass density"), ((DENSITY, "density"),)),
-}
-#: What is meant where the unit does not say it.
-_USUAL = {"stiffness": "spring constant", "damping": "viscosity"}
+_SHARES = {" / 2": "half", " * 2": "twice"}
 
 
 def left_side(item: s.Assign | s.Sentence | s.Block) -> str:
@@ -61,29 +45,6 @@ def left_side(item: s.Assign | s.Sentence | s.Block) -> str:
         return item.name.span.text
     written = item.span.source.text[item.span.start : value.span.start]
     return _SIGN.sub("", written)
-
-
-def quantity_meant(item: s.Assign | s.Sentence) -> str:
-    """Return the quantity of a tissue that an entry with another name sets, if it is known."""
-    near = did_you_mean(item.name.key, _QUANTITIES).edits
-    word = near[0].text if near else item.name.key
-    known = _QUANTITIES.get(word, ())
-    match item:
-        case s.Assign(value=s.Quantity(unit=unit)):
-            dimension = _dimension(unit)
-        case s.Assign(value=s.Number()):
-            dimension = NUMBER
-        case _:
-            dimension = None
-    fitting = (name for one, name in known if one == dimension)
-    return next(fitting, _USUAL.get(word, ""))
-
-
-def _dimension(unit: str) -> Dimension | None:
-    try:
-        return parse_unit(unit).dimension
-    except UnitError:
-        return None
 
 
 def unknown_entry(
@@ -134,4 +95,31 @@ def _sized(item: s.Assign, entry: str, change: str) -> Hint:
     return Hint(f'write "{sentence}"{what}', Edit(sentence, item.span))
 
 
-_SHARES = {" / 2": "half", " * 2": "twice"}
+def missing(example: str, where: Span) -> Hint:
+    """Return a hint with what can stand in a block, whose head is ``where``."""
+    opened = _BRACE.match(where.source.text, where.end)
+    text = f" {example};" if opened else f" {{ {example} }}"
+    place = Span(where.source, where.start, opened.end() if opened else where.end)
+    return Hint(f"for example: {example}", insertion(text, place))
+
+
+def blamed(reason: str, places: Mapping[str, Span], where: Span) -> Span:
+    """Return the place of the entry that a reason quotes first, or the head of the block.
+
+    Args:
+        reason: Text of an error.
+        places: Places of entries by name.
+        where: The head of the block.
+    """
+    named = [name for name in places if f'"{name}' in reason]
+    first = min(named, key=lambda name: reason.index(f'"{name}'), default="")
+    return places.get(first, where)
+
+
+def chosen(item: s.Item, entries: Iterable[str]) -> Hint:
+    """Return a hint for an entry without its "is", such as ``rupture allowed``, or none."""
+    if isinstance(item, s.Sentence) and item.phrase is None:
+        for entry in entries:
+            if item.name.key.startswith(f"{entry} "):
+                return proposal(f"{entry} is {item.name.text[len(entry) :].strip()}")
+    return Hint("")
