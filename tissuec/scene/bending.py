@@ -16,7 +16,7 @@ ELASTIC = "elastic"  # how a wall of matter resists bending
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
 _CHOICES = {
     **{
-        word: f"{part:.0%} of the spring constant and viscosity of the tissue"
+        word: f"{100 * part:.0f} % of the spring constant and viscosity of the tissue"
         for word, part in BENDING.items()
     },
     ELASTIC: "like a wall of its thickness",

@@ -47,7 +47,7 @@ from tissuec.scene.tissue_names import read_tissue, tissue_entry
 EXPLICIT = "explicit"
 ENTRIES = by_name(
     entry("mesh", OneOf(MESHES, True, MESHES), "the mesh of nodes and springs", NEEDED),
-    MADE_ENTRY, tissue_entry("The tissue of the body."), REGION_ENTRY, SPRINGS_ENTRY, RUPTURE,
+    MADE_ENTRY, tissue_entry("the tissue of the body"), REGION_ENTRY, SPRINGS_ENTRY, RUPTURE,
     BENDING_ENTRY, FIBRES_ENTRY, SECOND_FIBRES_ENTRY, DIRECTION_ENTRY, INTERFACE_ENTRY, *VALUES,
 )  # fmt: skip
 declare(

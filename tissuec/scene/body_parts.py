@@ -36,23 +36,23 @@ def _inside(tissue: str, prestress: str) -> BlockEntries:
 
 
 REGION_ENTRY = written(
-    "region", "A part of the body with its own tissue or prestress.",
+    "region", "a part of the body with its own tissue or prestress",
     "region NAME where CONDITION", repeats=True, begins=" ",
     opens=_inside(
-        "The tissue of the region; by default that of the body.",
-        "Initial strain of the springs or elements of the region.",
+        "the tissue of the region; by default that of the body",
+        "initial strain of the springs or elements of the region",
     ),
 )  # fmt: skip
 SPRINGS_ENTRY = written(
-    "springs", "Springs with their own tissue.", "springs where CONDITION", repeats=True,
-    opens=_inside("The tissue of the selected springs.", "Initial strain of these springs."),
+    "springs", "springs with their own tissue", "springs where CONDITION", repeats=True,
+    opens=_inside("the tissue of the selected springs", "initial strain of these springs"),
 )  # fmt: skip
 INTERFACE_ENTRY = entry(
     "interface", OneOf(INTERFACES), "the material of springs between two regions", "",
     more=("interface is MEAN from REGION to REGION", "interface from REGION to REGION"),
     repeats=True, begins=" ",
     opens=_inside(
-        "The tissue of the springs between two regions.", "Initial strain of these springs."
+        "the tissue of the springs between two regions", "initial strain of these springs"
     ),
 )  # fmt: skip
 

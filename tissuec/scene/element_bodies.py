@@ -25,7 +25,7 @@ ELEMENTS, SPRINGS = "elements", "springs"
 MADE_OF = (ELEMENTS, SPRINGS)
 MADE_ENTRY = written(
     "made",
-    "Whether a solid consists of finite elements or of springs.",
+    "whether a solid consists of finite elements or of springs",
     *(f"made of {word}" for word in MADE_OF),
 )
 CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells

@@ -257,12 +257,13 @@ def entry_table(entries: Entries) -> str:
 
 def _row(entry: Entry) -> tuple[str, ...]:
     forms = " or ".join(map(code, entry.forms))
-    return forms, kind_in_words(entry.kind), default_in_words(entry), sentence(entry.about)
+    about = f"{entry.about[:1].upper()}{entry.about[1:]}"
+    return forms, kind_in_words(entry.kind), default_in_words(entry), about
 
 
 def sentence(text: str) -> str:
-    """A text that begins with a capital letter."""
-    return text[:1].upper() + text[1:]
+    """A text as a sentence, with a capital letter and a full stop."""
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
 
 
 def _form(entry: Entry) -> str:
@@ -297,9 +298,8 @@ def kind_in_words(kind: Kind) -> str:
             most = "" if at_most == Whole().at_most else f" and at most {at_most}"
             return f"a whole number, at least {at_least}{most}"
         case OneOf(words):
-            if isinstance(words, Family):
-                return f"a {words.kind}"
-            return " or ".join(map(code, words)) if words else "a word"
+            is_family = isinstance(words, Family)  # the members are described elsewhere
+            return "" if is_family else " or ".join(map(code, words)) or "a word"
         case Point(dimension):
             return f"a vector: {describe(dimension)}"
         case FromTo():

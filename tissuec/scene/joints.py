@@ -22,8 +22,8 @@ from tissuec.scene.tissue_names import read_tissue, tissue_entry
 PAIRS = ("nearest", "all")
 _FORM = "springs from SET to SET"
 ENTRIES = by_name(
-    written("springs", "The sets or bodies that are joined.", _FORM),
-    tissue_entry("The tissue of the springs."),
+    written("springs", "the sets or bodies that are joined", _FORM),
+    tissue_entry("the tissue of the springs"),
     RUPTURE,
     entry(
         "reach", Real(units.LENGTH, above=0.0), "maximum distance of joined nodes as drawn"

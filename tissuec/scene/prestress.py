@@ -39,8 +39,8 @@ def _wrong_form(item: s.Sentence, scope: Scope) -> NoReturn:
 
 DIRECTION_ENTRY = written(
     PRESTRESS,
-    "The direction in which a body of elements is prestressed, or the normal of the plane in "
-    "which it is.",
+    "the direction in which a body of elements is prestressed, or the normal of the plane in "
+    "which it is",
     f"{PRESTRESS} {ALONG} VECTOR", f"{PRESTRESS} {ACROSS} VECTOR",
     begins=f" {ALONG} ", reads=read_prestress,
 )  # fmt: skip

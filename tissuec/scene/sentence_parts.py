@@ -31,7 +31,8 @@ OUTPUT_ENTRIES = by_name(
         "blocks", "A file for ParaView with the parts of bodies, beside the result.", "blocks"
     ),
     written(
-        "energy", "Energies of the whole scene and the drift of their sum.", "energy every TIME"
+        "energy", "Energies of the whole scene and the drift of their sum.",
+        "energy every TIME", "energy of MEASURED every TIME", begins=" every ",
     ),
 )  # fmt: skip
 

@@ -113,7 +113,7 @@ class SimulateEntries(Struct, frozen=True):
 def environment_entries() -> dict[str, Entry]:
     """The entries of environment."""
     plane = written(
-        SYMMETRIC, "A plane of symmetry: the scene is one side of it.",
+        SYMMETRIC, "a plane of symmetry: the scene is one side of it",
         f"{SYMMETRIC} through POINT facing VECTOR", repeats=True,
     )  # fmt: skip
     return {plane.name: plane, **entries_of(EnvironmentEntries)}

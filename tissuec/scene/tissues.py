@@ -88,7 +88,7 @@ ENTRIES = {
 declare(
     "tissue",
     "A material of springs and nodes, given by words of a vocabulary, numbers or both.", 21,
-    forms=("tissue NAME like TISSUE",),
+    forms=("tissue NAME like TISSUE",), example="tissue NAME { … }",
     block=block(ENTRIES, "NAME is WORD", "NAME = NUMBER"), entries_vary=True,
 )  # fmt: skip
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function

@@ -28,10 +28,10 @@ from tissuec.scene.words import NamedScale, read_hedge, read_word
 
 #: What each choice of operators is for.
 _OPERATORS = {
-    "conjunction": 'The operator for "and".',
-    "disjunction": 'The operator for "or".',
-    "implication": "How the degree of a rule modifies the word that it concludes.",
-    "result": "How a number is computed from the conclusions of all rules.",
+    "conjunction": 'the operator for "and"',
+    "disjunction": 'the operator for "or"',
+    "implication": "how the degree of a rule modifies the word that it concludes",
+    "result": "how a number is computed from the conclusions of all rules",
 }
 OPERATOR_ENTRIES = by_name(
     *(
