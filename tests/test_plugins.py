@@ -235,7 +235,7 @@ def test_actions_of_a_package_are_kept_for_a_run_that_goes_on(site, tmp_path):
 
 
 #: What an editor is given about a block of a package.
-ASKED = """
+ASKED = r"""
 from pathlib import Path
 from tissuec.lsp.completion import complete
 from tissuec.lsp.documents import OpenDocuments

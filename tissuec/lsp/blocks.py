@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 
-from tissuec.core.fields import OneOf
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.lsp.terms import BlockKind
@@ -33,8 +32,8 @@ def inside(head: Statement, outer: BlockKind) -> BlockKind:
     for name, entry in entries_in(*outer).items():
         block = entry.inside
         if block is not None and f"{text} ".startswith(f"{name} "):
-            chooses = isinstance(entry.kind, OneOf) and entry.kind.inside
-            member = _behind_is(head) if chooses else _chosen(head.items, block.chooser)
+            by_word = bool(entry.members)
+            member = _behind_is(head) if by_word else _chosen(head.items, block.chooser)
             return BlockKind(name, member)
     return BlockKind("unknown")
 

@@ -1,9 +1,8 @@
 """The entries of each block as terms, from their declarations."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cache
 
-from tissuec.core.fields import OneOf
 from tissuec.core.markdown import described
 from tissuec.lang.words import RESERVED
 from tissuec.lsp.terms import CHOICE, ENTRY, IN_QUOTES, MEASURE, BlockKind, Term, Terms
@@ -53,14 +52,12 @@ def _begins(name: str, forms: Iterable[str]) -> str:
 
 def _choices(entry: Entry) -> Terms | None:
     """Return the words that can be chosen, with what they mean."""
-    words = entry.words
-    about = words if isinstance(words, Mapping) else dict.fromkeys(words, "")
-    return {word: _choice(word, one, entry) for word, one in about.items()} or None
+    return {word: _choice(word, about, entry) for word, about in entry.words.items()} or None
 
 
 def _choice(word: str, about: object, entry: Entry) -> Term:
-    members = entry.kind.inside if isinstance(entry.kind, OneOf) else {}
-    own = entries_of_members({word: members[word]}, word) if word in members else {}
+    members = entry.members
+    own = entries_of_members(members, word) if word in members else {}
     needs_block = any(one.is_required for one in own.values())
     return Term(
         f'"{word}"' if "-" in word else word,

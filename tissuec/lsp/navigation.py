@@ -18,6 +18,7 @@ from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.views import View, view_of
 from tissuec.scene.imports import Program
 from tissuec.scene.library import SUFFIX, Library
+from tissuec.scene.parts import parts as text_parts
 
 
 class Place(Struct, frozen=True):
@@ -180,7 +181,7 @@ def _outlined(statement: Statement) -> Outlined | None:
         return None
     first = parts[0].text.lower()
     stop = statement.close if statement.is_head else parts[-1].stop
-    if first in parts("single") and statement.is_head:
+    if first in text_parts("single") and statement.is_head:
         inner = tuple(_lines(statement)) if first == "script" else ()
         return Outlined(
             first, first, parts[0].start, stop, parts[0].start, parts[0].stop, inner
@@ -190,7 +191,7 @@ def _outlined(statement: Statement) -> Outlined | None:
         return Outlined(
             text or first, first, parts[0].start, stop, parts[0].start, parts[-1].stop
         )
-    if first not in (*parts("named"), *NUMBERS, *SUBJECTS, "hedge", "table"):
+    if first not in (*text_parts("named"), *NUMBERS, *SUBJECTS, "hedge", "table"):
         return None
     name: list[Token] = []
     for part in parts[1:]:

@@ -246,13 +246,13 @@ COUNTED = plain(CHOICE, ["nodes", "springs", "elements", "pieces"])
 RUN = plain(CHOICE, ["run"], "The whole run.")
 COLUMNS = plain(ENTRY, ["columns"], 'The columns of the table: with columns "id x y z".')
 SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
-KNOWN_TERMS = {
+KNOWN_TERMS: dict[str, Term] = {
     key: Term(
         quantity.name, ENTRY, f"{describe(quantity.dimension)}, from a source",
         f'known {quantity.name} from … to … by "…"', " from ", quantity.dimension,
     )
     for key, quantity in KNOWABLE.items()
-} | by_label([
+} | dict(by_label([
     Term(
         STRESS, ENTRY, "Nominal stress over strain, with its scatter, from a source.",
         'known stress in tension at […] from […] to […] by "…"', " in ", PRESSURE,
@@ -261,7 +261,7 @@ KNOWN_TERMS = {
         RELAXATION, ENTRY, "The share of the stress that is left, over time, from a source.",
         'known relaxation at […] from […] to […] by "…"', " at ", NUMBER,
     ),
-])  # fmt: skip
+]))  # fmt: skip
 MODE_TERMS = plain(CHOICE, MODES, "How the tissue is loaded.")
 SOURCE_TERMS = by_label(
     [Term("unverified", CHOICE, "The source was not checked.", "", IN_QUOTES)]

@@ -8,7 +8,7 @@ and colour.
 import re
 from collections.abc import Callable, Collection, Mapping
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import msgspec
 import numpy as np
@@ -87,17 +87,25 @@ class Entry(Struct, frozen=True):
         return getattr(self.kind, "dimension", None)
 
     @property
-    def words(self) -> Collection[str]:
-        """The words of which one can be chosen; a mapping has what they mean."""
-        return self.kind.words if isinstance(self.kind, OneOf | Written) else ()
+    def words(self) -> Mapping[str, object]:
+        """The words of which one can be chosen, each with what it means or describes it."""
+        words = self.kind.words if isinstance(self.kind, OneOf | Written) else ()
+        if isinstance(words, Mapping):
+            return cast("Mapping[str, object]", words)
+        return dict.fromkeys(words, "")
 
     @property
     def inside(self) -> "BlockEntries | None":
         """The block that it can open."""
-        members = self.kind.inside if isinstance(self.kind, OneOf) else {}
+        members = self.members
         if members:
             return BlockEntries(lambda chosen: entries_of_members(members, chosen))
         return self.opens
+
+    @property
+    def members(self) -> Mapping[str, type]:
+        """The classes that have the entries of the block behind each of its words."""
+        return self.kind.inside if isinstance(self.kind, OneOf) else dict[str, type]()
 
     @property
     def example(self) -> str:

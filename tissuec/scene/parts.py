@@ -74,14 +74,22 @@ SCENE = "scene"
 PARTS: Family[TextPart] = Family("tissuec.scene", "block")
 
 
-def declare(word: str, about: str, place: int, sort: Sort = "named", **more: Any) -> None:
+def declare(
+    word: str,
+    about: str,
+    place: int,
+    sort: Sort = "named",
+    *,
+    read: "Callable[[ResolvedProgram, Declared], Any] | None" = None,
+    **more: Any,
+) -> None:
     """Declare a part.
 
     Args:
         word: That it begins with.
-        about, place, sort, more: Attributes of ``TextPart``.
+        about, place, sort, read, more: Attributes of ``TextPart``.
     """
-    PARTS.member(word)(TextPart(about=about, place=place, sort=sort, **more))
+    PARTS.member(word)(TextPart(about=about, place=place, sort=sort, read=read, **more))
 
 
 @cache

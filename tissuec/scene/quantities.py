@@ -96,8 +96,9 @@ class TissueQuantity(Struct, frozen=True):
         """The numbers that can be written for it."""
         if self.range is not None:
             return self.range
-        positive = {"at_least": 0.0} if self.may_be_zero else {"above": 0.0}
-        return Real(self.dimension, **positive)
+        if self.may_be_zero:
+            return Real(self.dimension, at_least=0.0)
+        return Real(self.dimension, above=0.0)
 
     @property
     def entry(self) -> Entry:

@@ -16,7 +16,7 @@ from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
-from tissuec.scene.entries import Entry, entries_of
+from tissuec.scene.entries import Entry, Written, entries_of
 from tissuec.scene.entry_hints import blamed, chosen, left_side, missing, unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.files import read_file
@@ -147,6 +147,8 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
                 _wrong_form(entry, item, scope)
             _no_clauses(item, scope)
             return item.name.quoted
+        case Written():
+            raise TypeError(f"{entry.name} has a form of its own")
         case kind:
             if not isinstance(item, s.Assign):
                 _wrong_form(entry, item, scope)
