@@ -11,7 +11,17 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, UnfitEntries, Whole
+from tissuec.core.fields import (
+    FileIn,
+    FromTo,
+    Named,
+    OneOf,
+    Point,
+    Real,
+    Several,
+    UnfitEntries,
+    Whole,
+)
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
