@@ -7,7 +7,7 @@ colours in editors.
 
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from msgspec import Struct
 
@@ -24,11 +24,6 @@ from tissuec.scene.entries import (
     entries_of_members,
     entry,
 )
-
-if TYPE_CHECKING:
-    from tissuec.scene.declarations import Declared
-    from tissuec.scene.resolved import ResolvedProgram
-
 
 Sort: TypeAlias = Literal["text", "named", "single", "sentence"]
 
@@ -48,8 +43,8 @@ class TextPart(Struct, frozen=True, kw_only=True):
         names: Which parts have names that must differ, since sentences use them without their
             kinds; by default only those of its kind.
         entries_vary: Whether its entries are likely to be set from outside.
-        read: Reads a named block as far as it needs no mesh. ``Scene.blocks`` holds what it
-            returns.
+        read: Reads a named block as far as it needs no mesh, from a ``ResolvedProgram`` and a
+            ``Declared``. ``Scene.blocks`` contains what it returns.
     """
 
     about: str
@@ -60,7 +55,7 @@ class TextPart(Struct, frozen=True, kw_only=True):
     block: BlockEntries | None = None
     names: str = ""
     entries_vary: bool = False
-    read: "Callable[[ResolvedProgram, Declared], Any] | None" = None
+    read: Callable[[Any, Any], Any] | None = None
 
     @property
     def clauses(self) -> frozenset[str]:
@@ -80,7 +75,7 @@ def declare(
     place: int,
     sort: Sort = "named",
     *,
-    read: "Callable[[ResolvedProgram, Declared], Any] | None" = None,
+    read: Callable[[Any, Any], Any] | None = None,
     **more: Any,
 ) -> None:
     """Declare a part.
