@@ -85,6 +85,8 @@ def declare(
         about, place, sort, read, more: Attributes of ``TextPart``.
     """
     PARTS.member(word)(TextPart(about=about, place=place, sort=sort, read=read, **more))
+    for known in (parts, blocks, _heads, entries_in):
+        known.cache_clear()
 
 
 @cache
