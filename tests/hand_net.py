@@ -9,7 +9,9 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Network, Origin, Provenance
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.springs import Springs
-from tissuec.script.verbs import VERBS, Group, Mover
+from tissuec.script import parts
+from tissuec.script.forms import forms_of
+from tissuec.script.verbs import Group, Mover
 
 
 def span(text="sentence"):
@@ -114,7 +116,7 @@ class Refused(Exception):
 
 
 class Saying(Struct):
-    """An order given in values: what stands behind the verb, and the clauses."""
+    """An order given in values: what is behind the verb, and the clauses."""
 
     words: str
     clauses: dict
@@ -126,72 +128,102 @@ class Saying(Struct):
     def has(self, word):
         return word in self.clauses
 
-    def _group(self, name):
-        return Group(name, np.asarray(self.groups[name], dtype=np.int64))
-
-    def nodes(self, *, after=""):
-        return self._group(self.words.removeprefix(after).strip())
-
-    def nodes_of(self, word):
-        return self._group(self.clauses[word])
-
-    def springs(self):
-        return self.nodes()
-
-    def springs_of(self, word):
-        return self.nodes_of(word)
-
     def names_springs(self):
         return True
-
-    def mover(self, *, after=""):
-        name = self.words.removeprefix(after).strip()
-        return Mover(name, None if name in self.tools else self._group(name).indices)
-
-    def is_tool(self):
-        return self.words in self.tools
-
-    def tool(self, word, *, kinds=()):
-        if word not in self.clauses:
-            return None
-        name = self.clauses[word]
-        if kinds and self.tools[name] not in kinds:
-            self.reject("TIS312", f"{name} is no {kinds[0]}")
-        return name
-
-    def vector(self, word, dimension):
-        return np.array(self._clause(word), dtype=float)
-
-    def number(self, word, dimension):
-        return float(self._clause(word))
-
-    def direction(self, word):
-        vector = self.vector(word, None)
-        return vector / np.linalg.norm(vector)
-
-    def is_vector(self, word):
-        return np.ndim(self.clauses[word]) == 1
-
-    def text(self, word):
-        return self._clause(word)
-
-    def profiles(self, *, default, columns=1):
-        found = self.clauses.get("using", default)
-        if not isinstance(found, str):
-            return found
-        if not found:
-            self.reject("TIS304", "the profile of the motion is missing")
-        kind = {"constant speed": "ramp", "smooth profile": "smooth"}.get(found, found)
-        stop = np.inf if self.duration is None else self.duration
-        return (TimeProfile(kind, 0.0, stop),) * columns
 
     def reject(self, code, message, *, hint="", word=None):
         raise Refused(code, message)
 
-    def _clause(self, word):
-        if word not in self.clauses:
-            self.reject("TIS304", f'"{word}" is missing')
-        return self.clauses[word]
+    def read(self, form):
+        """Return what the order says, read by the parts of its form."""
+        name = self.words
+        if form.cases is not None and not form.cases.word:
+            name = name.removeprefix(form.literal).strip()
+        for word, refusal in form.kind.refused.items():
+            if word in self.clauses and form.of_word(word) is None:
+                self.reject("TIS303", refusal.message)
+        written = [one for one in form.kind.one_of if form.parts[one].word in self.clauses]
+        if form.kind.one_of and len(written) != 1:
+            self.reject("TIS306" if written else "TIS304", "either one or the other")
+        parts = {
+            field: self._part(part, name, form, is_optional=field in form.optional)
+            for field, part in form.parts.items()
+        }
+        return form.kind(span=self.span, **parts)
+
+    def _part(self, part, name, form, *, is_optional):
+        match part:
+            case parts.LastingPart():
+                return self.duration
+            case parts.CasePart():
+                return form.literal
+            case parts.FlagPart():
+                given = self.clauses.get(part.word)
+                if given is not None and f"{part.word} {given}" != part.text:
+                    self.reject("TIS305", f"unexpected {given}")
+                return given is not None
+            case parts.ProfileClause():
+                return self._profiles(part)
+            case parts.SubjectPart() | parts.ToolClause():
+                named = self.clauses.get(part.word) if part.word else name or None
+                if named is None and not is_optional:
+                    self.reject("TIS304", "a name is missing")
+                return None if named is None else self._named(part, named)
+        if part.word not in self.clauses:
+            return None if is_optional else self.reject("TIS304", f"no {part.word}")
+        return self._value(part, self.clauses[part.word])
+
+    def _named(self, part, name):
+        if isinstance(part, parts.ToolClause):
+            if part.kind not in ("grasping", self.tools[name]):
+                self.reject("TIS312", f"{name} is no {part.kind}")
+            return name
+        if part.kind == "moved" and name in self.tools:
+            return Mover(name, None)
+        nodes = np.asarray(self.groups[name], dtype=np.int64)
+        return Mover(name, nodes) if part.kind == "moved" else Group(name, nodes)
+
+    def _value(self, part, value):
+        match part:
+            case parts.NumberClause():
+                signs = {"any": True, "positive": value > 0.0, "not negative": value >= 0.0}
+                return value if signs[part.sign] else self.reject("TIS308", f"{value}")
+            case parts.VectorClause():
+                return np.array(value, dtype=float)
+            case parts.DirectionClause():
+                return np.array(value, dtype=float) / np.linalg.norm(value)
+            case parts.DirectedClause():
+                return self._directed(part, value)
+            case _:
+                return value
+
+    def _directed(self, part, value):
+        if np.ndim(value) == (part.along in self.clauses):
+            self.reject("TIS304" if np.ndim(value) == 0 else "TIS306", "no or two directions")
+        if np.ndim(value) == 1:
+            return np.array(value, dtype=float)
+        way = np.array(self.clauses[part.along], dtype=float)
+        return value * way / np.linalg.norm(way)
+
+    def _profiles(self, part):
+        default = part.at_once if self.duration is None else part.over
+        if default is None:
+            return None
+        found = self.clauses.get("using", default)
+        if not found:
+            self.reject("TIS304", "the profile of the motion is missing")
+        if not isinstance(found, str):
+            return found if part.path else found[0]
+        kind = {"constant speed": "ramp", "smooth profile": "smooth"}.get(found, found)
+        if not default and kind == "constant":
+            self.reject("TIS306", "a jump")
+        stop = np.inf if self.duration is None else self.duration
+        profile = TimeProfile(kind, 0.0, stop)
+        if not part.path:
+            return profile
+        if part.path not in self.clauses:
+            self.reject("TIS304", "no vector")
+        return (profile,)
 
 
 def order(sentence, groups, *, tools=None, duration=None, **clauses):
@@ -199,7 +231,18 @@ def order(sentence, groups, *, tools=None, duration=None, **clauses):
     verb, _, words = sentence.partition(" ")
     named = {word.rstrip("_"): value for word, value in clauses.items()}
     saying = Saying(words, named, groups, tools or {}, duration, span(sentence))
-    return VERBS[verb].read(saying)
+    forms = {form.literal: form for form in forms_of(verb)}
+    cases = forms_of(verb)[0].cases
+    if cases is None:
+        chosen = ""
+    elif cases.word:
+        chosen = named.get(cases.word, "")
+    else:
+        fitting = [one for one in forms if one and f"{words} ".startswith(f"{one} ")]
+        chosen = max(fitting, key=len, default="")
+    if chosen not in forms:
+        saying.reject(cases.code, f"unknown {chosen}")
+    return saying.read(forms[chosen]).action(saying)
 
 
 def table(times, values):

@@ -61,26 +61,25 @@ def break_in(folder):
 #: Verbs whose actions answer what checks ask.
 VERBS_MODULE = """
 from math import inf
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from msgspec import Struct
-
-from tissuec.core import units
-from tissuec.core.source import Span
-from tissuec.script.verbs import VERBS, Group, LoggedEvent
+from tissuec.core.units import FORCE
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ChoiceClause, Nodes, NumberClause, Springs
+from tissuec.script.verbs import VERBS, LoggedEvent
 from tissuec.script.verbs.holding import Taken, sentence, take
+
+AGENTS = {"heat": "By a hot tool.", "acid": "By a fluid."}
 
 
 @VERBS.member("weaken")
-class Weaken(Struct, frozen=True):
-    forms: ClassVar[tuple[str, ...]] = ("weaken SET to FORCE",)
-    group: Group
-    force: float
-    span: Span
-
-    @classmethod
-    def read(cls, order):
-        return cls(order.springs(), order.number("to", units.FORCE), order.span)
+class Weaken(VerbSentence, frozen=True):
+    meant = "corrode"
+    group: Springs
+    force: Annotated[
+        float, NumberClause("to", FORCE, "positive", what="force", example="to 1 N")
+    ]
+    agent: Annotated[str | None, ChoiceClause("with", AGENTS, what="agent")]
 
     def breakable(self, network):
         return self.group.indices
@@ -92,14 +91,8 @@ class Weaken(Struct, frozen=True):
 
 
 @VERBS.member("clamp")
-class Clamp(Struct, frozen=True):
-    forms: ClassVar[tuple[str, ...]] = ("clamp SET",)
-    group: Group
-    span: Span
-
-    @classmethod
-    def read(cls, order):
-        return cls(order.nodes(), order.span)
+class Clamp(VerbSentence, frozen=True):
+    group: Nodes
 
     def holding(self):
         return Taken(self.group.name, self.group.indices)
@@ -110,15 +103,9 @@ class Clamp(Struct, frozen=True):
 
 
 @VERBS.member("throw")
-class Throw(Struct, frozen=True):
-    forms: ClassVar[tuple[str, ...]] = ("throw SET",)
+class Throw(VerbSentence, frozen=True):
     shift: ClassVar[float] = inf
-    group: Group
-    span: Span
-
-    @classmethod
-    def read(cls, order):
-        return cls(order.nodes(), order.span)
+    group: Nodes
 
     def apply(self, state, queue):
         state.velocity[self.group.indices] = 20.0
@@ -293,6 +280,60 @@ expect ruptured(pair) == 1 at 20 ms
 """
     )
     assert "1 of 1 hold" in call(tmp_path, clinic, "run", "pair.tis", "--strict")
+
+
+WRONG = {
+    "weaken pair": ("TIS304", "the force is missing", "for example: to 1 N"),
+    "weaken pair to 0 N": ("TIS308", "the force must be above 0", "for example: to 1 N"),
+    "weaken pair to 1 mm": ("TIS502", "must be a force (N)", "but 1 mm is a length"),
+    "weaken pair to 1 N with haet": ("TIS305", 'unknown agent "haet"', 'did you mean "heat"'),
+    "weaken pair to 1 N by 2 mm": ("TIS303", 'does not take "by"', "weaken SET to FORCE"),
+    "corrode pair to 1 N": ("TIS404", "not a verb", 'did you mean "weaken"'),
+}
+
+
+@pytest.mark.parametrize("order", WRONG)
+def test_what_is_wrong_in_a_sentence_of_a_package_follows_from_its_parts(
+    order, clinic, tmp_path
+):
+    (tmp_path / "pair.tis").write_text(f"{PAIR}script {{ at 0 s: {order} }}\n")
+    said = call(tmp_path, clinic, "check", "pair.tis", code=2)
+    for text in WRONG[order]:
+        assert text in said
+
+
+#: Prints what an editor offers, the forms, and the description of a verb of the package.
+IN_AN_EDITOR = """
+import sys
+from pathlib import Path
+from tissuec.lsp.completion import complete
+from tissuec.lsp.documents import OpenDocuments
+from tissuec.lsp.hover import hover
+from tissuec.lsp.signatures import signature
+from tissuec.lsp.views import view_of
+typed, path = sys.argv[1], Path("pair.tis")
+text = path.read_text() + "script { at 0 s: " + typed
+documents = OpenDocuments()
+documents.put(path, text + " }")
+view = view_of(documents, path)
+print(*sorted(one.label for one in complete(view, len(text))), sep=", ")
+found = signature(view, len(text))
+print(found and [form.text for form in found.forms])
+"""
+OFFERED = {
+    "weaken ": "end, pair, to, wall, with",
+    "weaken pair ": "to, with",
+    "weaken pair to 1 ": "N, kN, mN",
+    "weaken pair to 1 N with ": "acid, heat",
+}
+
+
+@pytest.mark.parametrize("typed", OFFERED)
+def test_editors_offer_the_parts_of_a_verb_of_a_package(typed, clinic, tmp_path):
+    (tmp_path / "pair.tis").write_text(PAIR)
+    said = call_python(tmp_path, clinic, IN_AN_EDITOR, typed)
+    assert OFFERED[typed] in said
+    assert "'weaken SET to FORCE', 'weaken SET to FORCE with heat'" in said
 
 
 @pytest.mark.parametrize(

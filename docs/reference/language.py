@@ -34,6 +34,7 @@ from tissuec.scene.parts import parts as text_parts
 from tissuec.scene.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.scene.vocabulary import OPERATOR_ENTRIES
+from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
@@ -238,7 +239,7 @@ def _cells(name: str, dimension: Dimension | None) -> str:
 def verb_sections() -> dict[str, str]:
     """Return a section for each verb."""
     return {
-        name: f"## `{name}`\n\n{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}"
+        name: f"## `{name}`\n\n{fenced(chr(10).join(texts_of(name)))}\n\n{described(verb)}"
         for name, verb in VERBS.items()
     }
 
@@ -246,7 +247,7 @@ def verb_sections() -> dict[str, str]:
 def verb_table(pages: Mapping[str, str]) -> str:
     """Return all verbs with what they do; ``pages`` has the page of each, if not this one."""
     rows = [
-        (f"[`{name}`]({pages.get(name, '')}#{name})", code(verb.forms[0]), summary(verb))
+        (f"[`{name}`]({pages.get(name, '')}#{name})", code(texts_of(name)[0]), summary(verb))
         for name, verb in VERBS.items()
     ]
     return table(("verb", "for example", "what it does"), rows)

@@ -328,7 +328,7 @@ MISTAKES = {
         " with shears",
         "TIS304",
         "cut strip along plane through (20, 0, 0) mm with shears",
-        "write: cut BODY along plane through POINT facing VECTOR with TOOL",
+        "for example: facing (1, 0, 0)",
     ),
     "expected after the end": M(
         "at 0.3 s\nexpect",

@@ -5,7 +5,7 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
-from tissuec.script.verbs.move import Move
+from tissuec.script.forms import texts_of
 
 SCENE = """language 1
 tissue cord {{ spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 g }}
@@ -36,7 +36,7 @@ def action(tmp_path):
     return compiled
 
 
-@pytest.mark.parametrize("form", [form for form in Move.forms if "path.csv" in form])
+@pytest.mark.parametrize("form", [form for form in texts_of("move") if "path.csv" in form])
 def test_the_forms_of_paths_can_be_written(action, form):
     moved = action(form.replace("SET", "b"))
     displacement = sum(

@@ -1,74 +1,104 @@
-"""The clauses of a sentence: words with a value behind them, such as ``by 2 mm``."""
+"""The clauses of a sentence, read by the declaration of its parts."""
 
-from collections.abc import Container, Sequence
-from typing import NoReturn
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn, TypeVar, cast
 
 import numpy as np
 
-from tissuec.core.hints import Edit, Hint, one_left, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, insertion, one_left, proposal
+from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.values import Value, unit_vector
+from tissuec.script.forms import VerbForm, VerbSentence, form_of, one_by_one, text_of, texts_of
+from tissuec.script.parts import (
+    CasePart,
+    Cases,
+    ChoiceClause,
+    ClausePart,
+    DirectedClause,
+    DirectionClause,
+    FlagPart,
+    LastingPart,
+    NumberClause,
+    Part,
+    ProfileClause,
+    SubjectPart,
+    ToolClause,
+    VectorClause,
+)
 
-#: Clauses that say all by their own words, beside another one with the same joining word.
-FLAGS = ("with caps",)
+T = TypeVar("T", bound=VerbSentence)
 
 
 class ClauseReader:
-    """Reads the clauses of one sentence, and rejects those that nobody asked for.
+    """Reads one sentence, and rejects what its form does not have.
 
-    Its methods are those of ``Order`` (see ``tissuec.script.verbs``) that need no network.
+    It is an ``Order`` (see ``tissuec.script.verbs``) for sentences that name nothing of a
+    network.
 
     Args:
         sentence: The syntax node.
         verb: Its verb.
-        forms: How sentences with this verb may be written.
-        duration: Time from its beginning to its end [s]; None without an interval.
+        forms: In which sentences with this verb may be written.
         scope: Names and findings of the scene.
+        duration: Time from its beginning to its end [s]; None without an interval.
+        texts: The forms for messages, if not those of the verb.
     """
 
     def __init__(
-        self, sentence: s.Sentence, verb: str, forms: tuple[str, ...], duration: float | None,
-        scope: Scope,
+        self, sentence: s.Sentence, verb: str, forms: Sequence[VerbForm], scope: Scope,
+        duration: float | None = None, *, texts: Sequence[str] = (),
     ):  # fmt: skip
         self.sentence = sentence
         self.verb = verb
         self.forms = forms
-        self._duration, self._lasts = duration, False
+        self.texts = texts
+        self.duration, self._lasts = duration, False
         self.scope = scope
         self.span: Span = sentence.span
-        self.object = _behind(sentence.name, verb)
+        self.object = behind(sentence.name, verb)
         self.words = self.object.text
-        self.clauses: dict[str, s.Clause] = {}
         self.asked: set[str] = set()
+        every = (part for form in forms for part in form.parts.values())
+        self._flags = {part.text for part in every if isinstance(part, FlagPart)}
+        self.clauses: dict[str, s.Clause] = {}
         for clause in sentence.clauses:
             flag = f"{clause.word} {clause.value.span.text.lower()}"
-            if flag in FLAGS and any(flag in form for form in forms):
-                self.clauses[flag] = clause
-                continue
-            if clause.word in self.clauses:
-                first = self.clauses[clause.word].span
+            word = flag if flag in self._flags else clause.word
+            if word in self.clauses:
+                first = self.clauses[word].span
                 hint = one_left(clause.span, first)
-                scope.findings.refuse_second(f'"{clause.word}"', clause.span, first, hint=hint)
-            self.clauses[clause.word] = clause
+                scope.findings.refuse_second(f'"{word}"', clause.span, first, hint=hint)
+            self.clauses[word] = clause
 
-    @property
-    def duration(self) -> float | None:
-        """Time from the beginning of the sentence to its end [s]; None without an interval."""
-        self._lasts = True
-        return self._duration
+    # --- the whole sentence -------------------------------------------------------------------
+
+    def read(self) -> VerbSentence:
+        """Return what the sentence says, by the first of its forms that fits."""
+        form = self.form = self.choose()
+        if form.cases is not None and not form.cases.word:
+            self.object = behind(self.object, form.literal)
+        for word, refusal in form.kind.refused.items():
+            is_of_sine = word == "of" and "using" in self.clauses
+            if word in self.clauses and form.of_word(word) is None and not is_of_sine:
+                self.reject("TIS303", refusal.message, hint=refusal.hint, word=word)
+        self._check_alternatives(form)
+        self._check_complete(form)
+        values = {name: self._part(name, part) for name, part in form.parts.items()}
+        return form.kind(span=self.span, **values)
 
     def finish(self) -> None:
-        """Reject clauses that the verb did not ask for, and warn of an end that it ignored."""
+        """Reject clauses that the form does not have; warn of an end that has no effect."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
                 form = Hint(f"write: {self._nearest_form()}", Edit(self._flag_for(clause)))
                 message = f'{self.verb} does not take "{word}"'
-                self.reject("TIS303", message, hint=form, word=clause.word)
-        if self._duration is not None and not self._lasts:
+                self.reject("TIS303", message, hint=form, word=word)
+        if self.duration is not None and not self._lasts:
             self.scope.findings.add(
                 "W412",
                 f"{self.verb} happens once, at the beginning: the end of the interval has no "
@@ -81,31 +111,211 @@ class ClauseReader:
         self, code: str, message: str, *, hint: str = "", word: str | None = None
     ) -> NoReturn:
         span = self.clauses[word].span if word in self.clauses else self.span
-        self.scope.findings.reject(
-            code,
-            message,
-            span,
-            hint=hint or f"write: {self._nearest_form()}",
-        )
-
-    def _flag_for(self, clause: s.Clause) -> str:
-        """Return the flag that a wrong clause means: "with caps" for "on caps", or nothing."""
-        for flag in FLAGS:
-            is_free = flag not in self.clauses and any(flag in form for form in self.forms)
-            if is_free and flag.partition(" ")[2] == clause.value.span.text.lower():
-                return flag
-        return ""
-
-    def _nearest_form(self) -> str:
-        """Return the form of the verb that shares most words with the sentence."""
-        written = set(self.span.text.split())
-        return max(self.forms, key=lambda form: len(written & set(form.split())))
+        hint = hint or f"write: {self._nearest_form()}"
+        self.scope.findings.reject(code, message, span, hint=hint)
 
     def has(self, word: str) -> bool:
         self.asked.add(word)
         return word in self.clauses
 
-    def vector(self, word: str, dimension: Dimension) -> Floats:
+    def names_springs(self) -> bool:
+        return False
+
+    def choose(self) -> VerbForm:
+        """Return the form that the words of the sentence choose."""
+        cases = self.forms[0].cases
+        if cases is None:
+            return self.forms[0]
+        by_literal = {form.literal: form for form in self.forms}
+        if cases.word:
+            if not self.has(cases.word):
+                return by_literal[""]
+            literal = self.name_in(cases.word).text.lower()
+            if literal not in by_literal:
+                known = filter(None, by_literal)
+                hint = alternatives(literal, known, what=cases.what)
+                self.reject(cases.code, cases.wrong.format(literal), hint=hint, word=cases.word)
+            return by_literal[literal]
+        key = key_of(self.words)
+        for literal in sorted(filter(None, by_literal), key=len, reverse=True):
+            form = by_literal[literal]
+            if self._fits(form, key, is_only="" not in by_literal):
+                return form
+        return by_literal[""] if "" in by_literal else self._refuse_words(cases, key)
+
+    def _fits(self, form: VerbForm, key: str, *, is_only: bool) -> bool:
+        """Return whether words choose a form; ``is_only`` if no form without words exists."""
+        if key != form.literal:
+            return bool(form.subjects) and key.startswith(f"{form.literal} ")
+        named = (part for part in form.parts.values() if isinstance(part, SubjectPart))
+        return is_only or all(part.word in self.clauses for part in named)
+
+    def _refuse_words(self, cases: Cases, key: str) -> NoReturn:
+        if any(form.subjects for form in self.forms):
+            key = key.partition(" ")[0]
+        shown = cases.shown or tuple(cases.forms)
+        if not key and cases.what:
+            hint = alternatives("", shown, what="it can be")
+            if any(form.subjects for form in self.forms):
+                kinds = {form.kind: form for form in reversed(self.forms)}
+                texts = [text_of(self.verb, form) for form in reversed(kinds.values())]
+                hint = f"write: {', or: '.join(texts)}"
+            self.reject("TIS304", f"the {cases.what} is missing", hint=hint)
+        if cases.hint is not None:
+            hint = cases.hint(self)
+        elif len(shown) == 1:
+            hint = Hint(f"write: {self.verb} {shown[0]}", Edit(f"{self.verb} {shown[0]}"))
+        else:
+            hint = alternatives(key, shown, what="it can be")
+        self.reject(cases.code, cases.wrong.format(key), hint=hint)
+
+    def _check_alternatives(self, form: VerbForm) -> None:
+        """Reject a sentence with none, or with several, of some alternative clauses."""
+        parts = [form.parts[name] for name in form.kind.one_of]
+        written = [p for p in parts if isinstance(p, ClausePart) and p.word in self.clauses]
+        if not parts or len(written) == 1:
+            return
+        either = " or ".join(f"a {part.what}" for part in parts)
+        message = f'"{self.verb} {form.literal}" needs either {either}'
+        if written:
+            places = [self.clauses[part.word].span for part in written]
+            self.reject("TIS306", message, hint=one_left(*places))
+        texts = ", or: ".join(one_by_one(self.verb, form))
+        self.reject("TIS304", message, hint=f"write: {texts}")
+
+    def _check_complete(self, form: VerbForm) -> None:
+        """Reject a sentence that lacks something, before its parts are read."""
+        for name, part in form.parts.items():
+            if name not in form.optional and isinstance(part, ClausePart | SubjectPart):
+                if part.word and part.word not in self.clauses:
+                    self.missing(part)
+                if not part.word and not self.object.text:
+                    self.reject("TIS304", f"the object of {self.verb} is missing")
+
+    def _flag_for(self, clause: s.Clause) -> str:
+        """Return the flag that a wrong clause means: "with caps" for "on caps", or nothing."""
+        for flag in sorted(self._flags - self.clauses.keys()):
+            if flag.partition(" ")[2] == clause.value.span.text.lower():
+                return flag
+        return ""
+
+    def _nearest_form(self) -> str:
+        """Return the form that shares most words with the sentence."""
+        written = set(self.span.text.split())
+        texts = self.texts or texts_of(self.verb, every=True)
+        return max(texts, key=lambda form: len(written & set(form.split())))
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _part(self, name: str, part: Part) -> Any:
+        """Return what is written for a part; None if it need not be and is not."""
+        match part:
+            case LastingPart():
+                self._lasts = True
+                return self.duration
+            case CasePart():
+                return self.form.literal
+            case FlagPart():
+                return self._flag(part)
+            case ProfileClause() | SubjectPart() | ToolClause():
+                return self._of_script(part, is_optional=name in self.form.optional)
+            case ClausePart(word=word):
+                return self._clause(part) if self.has(word) else None
+            case _:
+                raise TypeError(f"{type(part).__name__} is not a part of sentences")
+
+    def _clause(self, part: ClausePart) -> Any:
+        match part:
+            case NumberClause():
+                return self._number(part)
+            case VectorClause(word=word, dimension=dimension):
+                return self._vector(word, dimension)
+            case DirectionClause(word=word):
+                return self._direction(word)
+            case DirectedClause():
+                return self._directed(part)
+            case ChoiceClause():
+                return self._choice(part)
+            case _:
+                raise TypeError(f"{type(part).__name__} is not a clause")
+
+    def missing(self, part: Part, *, word: str | None = None) -> NoReturn:
+        """Reject a sentence without a part.
+
+        Args:
+            part: The part.
+            word: The clause to mark; the whole sentence if None.
+        """
+        examples = [part.example] if part.example else []
+        match part:
+            case ChoiceClause(word=joining, words=words):
+                examples = [f"{joining} {one}" for one in words]
+            case NumberClause(word=joining, words=words):
+                examples += [f"{joining} {one}" for one in list(words)[:1]]
+            case _:
+                pass
+        hint: str = ""
+        if examples:
+            edits = [insertion(f" {one}", self.span) for one in examples if "…" not in one]
+            hint = Hint(f"for example: {', or '.join(examples)}", *edits)
+        what = f"the {part.what} is missing"
+        if not part.what:
+            what = f'{self.verb} needs "{getattr(part, "word", "")}"'
+        self.reject("TIS304", what, hint=hint, word=word)
+
+    def _of_script(
+        self, part: ProfileClause | SubjectPart | ToolClause, *, is_optional: bool
+    ) -> Any:
+        """Return what is written for a part that only sentences of the script have."""
+        raise TypeError(f"{type(part).__name__} is a part of the script")
+
+    def _flag(self, part: FlagPart) -> bool:
+        word = part.word
+        if self.has(part.text):
+            return True
+        is_own = self.form.words.isdisjoint({word})
+        if is_own and word in self.clauses:
+            text = self.name_in(word).text
+            hint = Hint(f"write: {part.text}", Edit(part.text))
+            message = f'unexpected "{text}" after "{word}"'
+            self.reject("TIS305", message, hint=hint, word=word)
+        return False
+
+    def _choice(self, part: ChoiceClause) -> str:
+        value = self.clauses[part.word].value
+        if not isinstance(value, s.Name) or value.key not in part.words:
+            text = self.name_in(part.word).text
+            hint = alternatives(text, part.words, what=f"{part.what}s")
+            message = f'unknown {part.what} "{text}"'
+            self.reject("TIS305", message, hint=hint, word=part.word)
+        return value.key
+
+    def _directed(self, part: DirectedClause) -> Floats:
+        has_direction = self.has(part.along)
+        if self._value(part.word).is_vector:
+            if has_direction:
+                self.reject(
+                    "TIS306",
+                    f"the {part.what} already has a direction",
+                    hint=f'write an amount such as 0.1 N before "{part.along}", or remove '
+                    f'"{part.along}"',
+                    word=part.along,
+                )
+            return self._vector(part.word, part.dimension)
+        amount = self.number(part.word, part.dimension)
+        if not has_direction:
+            self.reject(
+                "TIS304",
+                f"the direction of the {part.what} is missing",
+                hint=Hint(
+                    f"write a vector such as (0, 0, -0.1) N, or add: {part.direction}",
+                    insertion(f" {part.direction}", self.span),
+                ),
+                word=part.word,
+            )
+        return amount * self._direction(part.along)
+
+    def _vector(self, word: str, dimension: Dimension) -> Floats:
         value = self._value(word)
         if not value.is_vector:
             text = self.clauses[word].value.span.text
@@ -114,50 +324,50 @@ class ClauseReader:
             hint = f"its three components, for example: {word} (0, 0, {part})"
             self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word, hint=hint)
         if np.any(value.amount) or not value.is_literal:
-            self.scope.expect(
-                value,
-                dimension,
-                self.clauses[word].value.span,
-                what=f"the value after {word}",
-            )
+            self._expect(value, word, dimension)
         return value.amount
 
     def number(self, word: str, dimension: Dimension) -> float:
+        """Return the number of a clause in SI units."""
         value = self._value(word)
         if value.is_vector:
             self.reject("TIS312", f"{word} needs a number, not a vector", word=word)
-        self.scope.expect(
-            value, dimension, self.clauses[word].value.span, what=f"the value after {word}"
-        )
+        self._expect(value, word, dimension)
         return float(value.amount)
 
-    def positive(
-        self,
-        word: str,
-        dimension: Dimension,
-        *,
-        what: str,
-        example: str,
-        words: Sequence[str] = (),
-    ) -> float:
-        node = self._clause(word).value
-        if words and isinstance(node, s.Name) and not self.scope.has(node):
-            self.scope.findings.reject(
-                "TIS305", f'there is no {what} called "{node.text}"', node.span,
-                hint=Hint(f"words: {', '.join(words)}", *map(Edit, words)),
-            )  # fmt: skip
-        number = self.number(word, dimension)
-        if number > 0.0:
+    def _expect(self, value: Value, word: str, dimension: Dimension) -> None:
+        place = self.clauses[word].value.span
+        self.scope.expect(value, dimension, place, what=f"the value after {word}")
+
+    def _number(self, part: NumberClause) -> float:
+        word, what = part.word, part.what
+        if isinstance(part.dimension, Mapping):
+            what = self.form.literal
+        node = self.clauses[word].value
+        if part.words and isinstance(node, s.Name):
+            if node.key in part.words:
+                return part.words[node.key]
+            if not self.scope.has(node):
+                self.scope.findings.reject(
+                    "TIS305", f'there is no {what} called "{node.text}"', node.span,
+                    hint=Hint(f"words: {', '.join(part.words)}", *map(Edit, part.words)),
+                )  # fmt: skip
+        number = self.number(word, self.form.dimension_of(word))
+        least = "above 0" if part.sign == "positive" else "0 or more"
+        if part.sign == "any" or number > 0.0 or (number == 0.0 and least == "0 or more"):
             return number
+        hint: str = ""
         match node:
             case s.Signed(operand=s.Number() | s.Quantity() as plain) if number < 0.0:
                 hint = proposal(f"{word} {plain.span.text}")
+            case _ if part.example:
+                hint = Hint(f"for example: {part.example}", Edit(part.example))
             case _:
-                hint = Hint(f"for example: {example}", Edit(example))
-        message = f"the {what} must be above 0, not {node.span.one_line}"
+                pass
+        message = f"the {what} must be {least}, not {node.span.one_line}"
         self.reject("TIS308", message, hint=hint, word=word)
 
-    def direction(self, word: str) -> Floats:
+    def _direction(self, word: str) -> Floats:
         value = self._value(word)
         if not value.is_vector or value.dimension != NUMBER:
             self.reject(
@@ -170,32 +380,12 @@ class ClauseReader:
             self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
         return direction
 
-    def is_vector(self, word: str) -> bool:
-        return self._value(word).is_vector
+    # --- values -------------------------------------------------------------------------------
 
-    def word(self, word: str, choices: Container[str]) -> str | None:
-        value = self.clauses[word].value if word in self.clauses else None
-        if not isinstance(value, s.Name) or value.key not in choices:
-            return None
+    def name_in(self, word: str) -> s.Name:
+        """Return the name in a clause that is written."""
         self.asked.add(word)
-        return value.key
-
-    def text(self, word: str) -> str:
-        return self._name(word).text
-
-    def _object(self, after: str) -> s.Name:
-        name = _behind(self.object, after) if after else self.object
-        if not name.text:
-            self.reject("TIS304", f"the object of {self.verb} is missing")
-        return name
-
-    def _clause(self, word: str) -> s.Clause:
-        if not self.has(word):
-            self.reject("TIS304", f'{self.verb} needs "{word}"')
-        return self.clauses[word]
-
-    def _name(self, word: str) -> s.Name:
-        value = self._clause(word).value
+        value = self.clauses[word].value
         if isinstance(value, s.Listing) and all(isinstance(n, s.Name) for n in value.items):
             message = f"{self.verb} takes one name after {word}"
             self.reject("TIS312", message, word=word, hint=self._one_each(value))
@@ -214,10 +404,28 @@ class ClauseReader:
         return Hint(f"write: {written}", edit)
 
     def _value(self, word: str) -> Value:
-        return self.scope.evaluate(self._clause(word).value)
+        return self.scope.evaluate(self.clauses[word].value)
 
 
-def _behind(name: s.Name, prefix: str) -> s.Name:
+def read_sentence(
+    sentence: s.Sentence, first: str, kind: type[T], scope: Scope, text: str
+) -> T:
+    """Return what a sentence says that is not about a network.
+
+    Args:
+        sentence: The syntax node.
+        first: Its first words.
+        kind: The class of what it says.
+        scope: Names and findings of the scene.
+        text: Its form, for messages.
+    """
+    reader = ClauseReader(sentence, first, (form_of(kind),), scope, texts=(text,))
+    said = reader.read()
+    reader.finish()
+    return cast(T, said)
+
+
+def behind(name: s.Name, prefix: str) -> s.Name:
     """Return the name without its leading words; the prefix is known to be there."""
     count = len(prefix.split())
     rest = " ".join(name.words.split(" ")[count:])

@@ -80,7 +80,7 @@ def _length_unit(clause: s.Clause, order: ClauseReader) -> Unit:
         path = clause.span
         hint = Hint(f"for example: {path.text} in mm", insertion(" in mm", path))
         order.reject("TIS304", "the unit of the path is missing", hint=hint, word=clause.word)
-    text = order.text("in")
+    text = order.name_in("in").text
     example = Hint("for example: in mm", Edit("in mm"))
     try:
         unit = parse_unit(text)

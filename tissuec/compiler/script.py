@@ -14,6 +14,7 @@ from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
+from tissuec.script.forms import synonyms
 from tissuec.script.plan import ScheduledAction, Trigger
 from tissuec.script.verbs import VERBS, Action
 
@@ -279,36 +280,12 @@ class ScriptReader:
             self.findings.reject(
                 "TIS303", '"is" is not allowed in an action', sentence.phrase.span
             )
-        member = VERBS[verb]
-        order = SentenceOrder(
-            sentence, verb, member.forms, duration, self.groups, self.tools, self.scope
-        )
-        action = member.read(order)
-        order.finish()
-        return action
-
-
-#: Verbs by other words for what they do.
-_MEANT = {
-    "move": "lift raise lower drag shift translate displace advance retract draw",
-    "turn": "rotate twist tilt spin",
-    "grasp": "clamp grip grab pinch take seize pick catch",
-    "release": "drop ungrasp unclamp",
-    "free": "unfix detach unpin",
-    "fix": "pin anchor constrain immobilise immobilize clip",
-    "cut": "slice incise transect divide sever snip resect",
-    "irrigate": "rinse flush spray wash",
-    "inflate": "fill insufflate pump blow",
-    "tie": "knot ligate",
-    "push": "load",
-    "stop": "halt pause",
-    "end": "finish quit exit",
-    "settle": "relax equilibrate",
-    "change": "set modify soften stiffen",
-}
+        return SentenceOrder(
+            sentence, verb, duration, self.groups, self.tools, self.scope
+        ).action()
 
 
 def _verb_meant(word: str) -> Hint | str:
     """Return a hint with the verb for what another word does, or an empty one."""
-    meant = next((verb for verb, others in _MEANT.items() if word in others.split()), "")
+    meant = next((name for name, verb in VERBS.items() if word in synonyms(verb)), "")
     return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

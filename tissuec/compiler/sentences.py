@@ -1,7 +1,7 @@
-"""The sentences of a script, as their verbs read them."""
+"""The sentences of a script: what in them needs a network, tools or tables."""
 
 from collections.abc import Mapping, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from tissuec.compiler.clauses import ClauseReader
 from tissuec.compiler.profiles import read_profiles
@@ -13,24 +13,63 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.scene.expressions import Scope
 from tissuec.scene.members import HOLDING
 from tissuec.scene.model import Tool
-from tissuec.script.tools import ToolKind
-from tissuec.script.verbs import Group, Mover
+from tissuec.script.forms import PATH, forms_of, text_of
+from tissuec.script.parts import ProfileClause, SubjectPart, ToolClause
+from tissuec.script.tools import grasping
+from tissuec.script.verbs import Action, Group, Mover
 
 
 class SentenceOrder(ClauseReader):
-    """An ``Order`` (see ``tissuec.script.verbs``) over a syntax node."""
+    """An ``Order`` (see ``tissuec.script.verbs``) over a syntax node.
+
+    Args:
+        sentence: The syntax node.
+        verb: Its verb.
+        duration: Time from its beginning to its end [s]; None without an interval.
+        groups: Sets and bodies by name.
+        tools: Tools by name.
+        scope: Names and findings of the scene.
+    """
 
     def __init__(
-        self, sentence: s.Sentence, verb: str, forms: tuple[str, ...], duration: float | None,
+        self, sentence: s.Sentence, verb: str, duration: float | None,
         groups: Groups, tools: Mapping[str, Tool], scope: Scope,
     ):  # fmt: skip
-        super().__init__(sentence, verb, forms, duration, scope)
+        super().__init__(sentence, verb, forms_of(verb), scope, duration)
         self.groups = groups
         self.tools = tools
 
-    def nodes(self, *, after: str = "") -> Group:
-        name = self._object(after)
-        if name.key in self.tools and not self.groups.is_known(name):
+    def action(self) -> Action:
+        """Return what the sentence does."""
+        action = self.read().action(self)
+        self.finish()
+        return action
+
+    def names_springs(self) -> bool:
+        return self.groups.is_springs(self.object)
+
+    def _of_script(
+        self, part: ProfileClause | SubjectPart | ToolClause, *, is_optional: bool
+    ) -> Any:
+        if isinstance(part, ProfileClause):
+            return self._profile(part)
+        if is_optional and not (self.has(part.word) if part.word else self.object.text):
+            return None
+        name = self.name_in(part.word) if part.word else self.object
+        if isinstance(part, ToolClause):
+            return self._tool(name, part)
+        match part.kind:
+            case "nodes":
+                return self._nodes(name, is_object=not part.word)
+            case "springs":
+                return self.groups.springs(name)
+            case "moved":
+                return self._mover(name)
+
+    # --- sets, bodies and tools ---------------------------------------------------------------
+
+    def _nodes(self, name: s.Name, *, is_object: bool) -> Group:
+        if is_object and name.key in self.tools and not self.groups.is_known(name):
             self.scope.findings.reject(
                 "TIS301",
                 f'"{name.text}" is a tool, and {self.verb} takes a set or a body',
@@ -39,20 +78,7 @@ class SentenceOrder(ClauseReader):
             )
         return self.groups.nodes(name)
 
-    def nodes_of(self, word: str) -> Group:
-        return self.groups.nodes(self._name(word))
-
-    def springs(self) -> Group:
-        return self.groups.springs(self._object(""))
-
-    def springs_of(self, word: str) -> Group:
-        return self.groups.springs(self._name(word))
-
-    def names_springs(self) -> bool:
-        return self.groups.is_springs(self._object(""))
-
-    def mover(self, *, after: str = "") -> Mover:
-        name = self._object(after)
+    def _mover(self, name: s.Name) -> Mover:
         if name.key in self.tools:
             tool = self.tools[name.key]
             if not tool.holds_nodes:
@@ -65,15 +91,11 @@ class SentenceOrder(ClauseReader):
                     "a set",
                 )
             return Mover(tool.name, None)
-        self._reject_misspelt_tool(name)
-        group = self.groups.nodes(name)
-        return Mover(group.name, group.indices)
-
-    def _reject_misspelt_tool(self, name: s.Name) -> None:
-        """Reject a name that is no set and looks like that of a tool."""
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):
             self._reject_tool(name, f'there is no set or tool called "{name.text}"')
+        group = self.groups.nodes(name)
+        return Mover(group.name, group.indices)
 
     def _reject_tool(self, name: s.Name, message: str) -> NoReturn:
         self.scope.findings.pass_over_doubtful(name.key)
@@ -82,36 +104,25 @@ class SentenceOrder(ClauseReader):
         hint = alternatives(name.text, names, what="tools")
         self.scope.findings.reject("TIS301", message, name.span, hint=hint)
 
-    def is_tool(self) -> bool:
-        if self.object.key in self.tools:
-            return True
-        self._reject_misspelt_tool(self.object)
-        return False
-
-    def tool(self, word: str, *, kinds: Sequence[str] = ()) -> str | None:
-        if not self.has(word):
-            return None
-        name = self._name(word)
+    def _tool(self, name: s.Name, part: ToolClause) -> Any:
+        """Return the name of a tool, or its entries."""
         if name.key not in self.tools:
             self._reject_tool(name, f'there is no tool called "{name.text}"')
         tool = self.tools[name.key]
-        if kinds:
-            self._check_kind(tool, kinds, word, self.clauses[word].span)
-        return tool.name
-
-    def entries_of_tool(self, word: str, kind: str) -> ToolKind:
-        if self.tool(word, kinds=(kind,)) is None:
-            self.reject("TIS304", f'{self.verb} needs "{word}"')
-        entries = self.tools[self._name(word).key].entries
-        if entries is None:
+        kinds = grasping() if part.kind == "grasping" else (part.kind,)
+        place = self.clauses[part.word].span if part.word else name.span
+        self._check_kind(tool, kinds, part.word, place)
+        if not part.entries:
+            return tool.name
+        if tool.entries is None:
             self.scope.findings.stop()
-        return entries
+        return tool.entries
 
     def _check_kind(self, tool: Tool, kinds: Sequence[str], before: str, span: Span) -> None:
         """Reject a tool of other kinds; the hint names those that fit, behind ``before``."""
         if any(map(tool.may_be, kinds)):
             return
-        fitting = [f"{before} {t.name}" for t in self.tools.values() if t.kind in kinds]
+        fitting = [f"{before} {t.name}".strip() for t in self.tools.values() if t.kind in kinds]
         kind = HOLDING if HOLDING in kinds else kinds[0]
         written = " or ".join(f'"{name}"' for name in fitting)
         self.scope.findings.reject(
@@ -124,8 +135,30 @@ class SentenceOrder(ClauseReader):
             else f"declare one: tool {kind} {{ kind is {kind} }}",
         )
 
-    def profiles(self, *, default: str, columns: int = 1) -> tuple[TimeProfile, ...]:
+    # --- profiles -----------------------------------------------------------------------------
+
+    def _profile(self, part: ProfileClause) -> Any:
+        default = part.at_once if self.duration is None else part.over
+        if default is None:
+            return None
+        if not part.path:
+            return self._profiles(default, 1)[0]
+        is_shift = part.path in self.clauses
+        if is_shift and "in" in self.clauses:
+            shift = text_of(self.verb, self.form)
+            path = shift.replace(f"{part.path} VECTOR using PROFILE", f"along {PATH}")
+            message = "a motion has a vector or a path in a table, not both"
+            self.reject("TIS306", message, hint=f"write: {shift} or: {path}", word="in")
+        profiles = self._profiles(default, 1 if is_shift else 3)
+        if not is_shift and profiles[0].kind != "table":
+            vector = self.form.of_word(part.path)
+            assert vector is not None
+            self.missing(vector)
+        return profiles
+
+    def _profiles(self, default: str, columns: int) -> tuple[TimeProfile, ...]:
         # "along" a direction belongs to a force, "along table" to a path.
+        self._lasts = True
         along = self.clauses["along"].value if "along" in self.clauses else None
         is_path = isinstance(along, s.Name) and along.words == "table"
         if is_path and "using" in self.clauses:
@@ -133,4 +166,19 @@ class SentenceOrder(ClauseReader):
             self.reject("TIS306", "a path in a table has no profile", hint=hint, word="using")
         word = "along" if is_path else "using"
         self.asked.add(word)
-        return read_profiles(self.clauses.get(word), default, columns, self)
+        profiles = read_profiles(self.clauses.get(word), default, columns, self)
+        if not default:
+            self._refuse_jump(profiles)
+        return profiles
+
+    def _refuse_jump(self, profiles: tuple[TimeProfile, ...]) -> None:
+        """Reject a path that begins elsewhere than where the nodes are."""
+        if all(profile.at(profile.start)[0] == 0.0 for profile in profiles):
+            return
+        hint: str = "change the first value to 0"
+        if profiles[0].kind == "constant":
+            smooth = [Edit(f"using {name}") for name in ("constant speed", "smooth profile")]
+            hint = Hint("write using constant speed, or using smooth profile", *smooth)
+        message = "this motion begins with a jump: its first value is not 0"
+        word = "using" if "using" in self.clauses else None
+        self.reject("TIS306", message, hint=hint, word=word)

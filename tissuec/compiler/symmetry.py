@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.compiler.clauses import ClauseReader
+from tissuec.compiler.clauses import read_sentence
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
@@ -20,7 +20,7 @@ from tissuec.scene.settings import PLANE_FORM, SYMMETRIC
 from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs.blade import Blade
 from tissuec.script.verbs.change import ChangeMotion, ChangeSurroundings
-from tissuec.script.verbs.cut import read_plane
+from tissuec.script.verbs.cut import PlaneWords
 from tissuec.script.verbs.holding import Driven, Holding, Taken
 from tissuec.script.verbs.move import Move
 from tissuec.script.verbs.push import Push
@@ -54,11 +54,9 @@ def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[Wri
         return ()
     for sentence in scene.environment.planes:
         with findings.item():
-            reader = ClauseReader(sentence, SYMMETRIC, (PLANE_FORM,), None, scene.constants)
-            plane = read_plane(reader)
-            reader.finish()
-            _refuse_angles(plane, planes, findings, reader.span)
-            planes.append(_placed(plane, network, findings, reader.span))
+            said = read_sentence(sentence, SYMMETRIC, PlaneWords, scene.constants, PLANE_FORM)
+            _refuse_angles(said.plane, planes, findings, said.span)
+            planes.append(_placed(said.plane, network, findings, said.span))
     return tuple(planes)
 
 

@@ -8,7 +8,7 @@ from tissuec.core import units
 from tissuec.core.units import Dimension, parse_unit
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.expected import NODES, SPRINGS, Expected, number
-from tissuec.lsp.forms import CHANGED, DIMENSIONS, forms_of, kinds_for
+from tissuec.lsp.forms import forms_of
 from tissuec.lsp.measured import kinds_measured, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, plain
@@ -46,8 +46,6 @@ def in_clause(prefix: Prefix) -> Expected:
         of_table = prefix.block.kind != "learn"
         return Expected(unit=True, dimension=units.LENGTH if of_table else prefix.dimension)
     found = [_meaning(prefix, content) for content in _contents(prefix)]
-    if prefix.has_verb:
-        found.append(Expected((v.kinds_of_clause(prefix.head, prefix.clause),)))
     terms = {key: term for one in found for known in one.terms for key, term in known.items()}
     names = dict.fromkeys(name for one in found for name in one.names)
     expected = Expected((terms,), tuple(names), unit=any(one.unit for one in found))
@@ -62,7 +60,7 @@ def in_clause(prefix: Prefix) -> Expected:
     return expected
 
 
-def _contents(prefix: Prefix) -> Iterator[tuple[str, ...]]:
+def _contents(prefix: Prefix) -> Iterator[tuple[str, ...] | Expected]:
     """Yield what can stand in a clause, from the forms of its sentence."""
     kind = prefix.block.kind
     for form in forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject):
@@ -70,13 +68,11 @@ def _contents(prefix: Prefix) -> Iterator[tuple[str, ...]]:
             yield from (content for word, content in form.clauses if word == prefix.clause)
 
 
-def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
+def _meaning(prefix: Prefix, content: Sequence[str] | Expected) -> Expected:
     """Return what a part of a form stands for in a sentence."""
+    if isinstance(content, Expected):
+        return content
     first = content[0] if content else ""
-    if prefix.has_verb and first.isupper() and first != "PROFILE":
-        names = kinds_for(prefix.head, prefix.object, first)
-        of_number = number()._replace(dimension=_dimension(prefix, first))
-        return Expected(names=names) if names else of_number
     if first == "FIELD":
         return Expected((v.frame_fields(),))
     if first == "MEASURED":
@@ -92,23 +88,12 @@ def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
 def stands_for(content: Sequence[str]) -> Expected:
     """Return what a part of a form stands for in any sentence."""
     first, *more = (*content, "")
-    if first == "PROFILE":
-        return Expected((v.profiles(),))
     if first.isupper():
         return _STANDS_FOR.get(first, Expected())
     if not first[:1].isalpha():
         return number()._replace(dimension=_time_of(more))
     literal = " ".join(takewhile(str.isalpha, content))
     return Expected((_DESCRIBED.get(literal) or plain(CHOICE, [literal]),))
-
-
-def _dimension(prefix: Prefix, placeholder: str) -> Dimension | None:
-    """Return the dimension of a number in a clause of an order."""
-    if prefix.head == "change":
-        return units.NUMBER if prefix.clause == "by" else CHANGED.get(prefix.object)
-    if prefix.head == "move" and prefix.clause == "by":
-        return units.LENGTH
-    return DIMENSIONS.get(placeholder)
 
 
 def _time_of(more: Sequence[str]) -> Dimension | None:

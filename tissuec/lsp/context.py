@@ -7,7 +7,7 @@ from tissuec.lsp import vocabulary as v
 from tissuec.lsp.clauses import in_clause
 from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import SPRINGS, Expected, number
-from tissuec.lsp.forms import forms_of, kinds_for
+from tissuec.lsp.forms import forms_of
 from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
@@ -47,7 +47,7 @@ def objects(prefix: Prefix) -> tuple[str, ...]:
         kind
         for form in forms_of("script", prefix.head)
         if form.literal == prefix.object
-        for kind in kinds_for(prefix.head, prefix.object, form.placeholder)
+        for kind in form.names
     )
     return tuple(dict.fromkeys(kinds))
 

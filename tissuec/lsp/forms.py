@@ -1,54 +1,43 @@
 """The forms of sentences, taken apart: what each joining word of an order or entry holds."""
 
+from collections.abc import Mapping
 from functools import cache
 from typing import NamedTuple
 
-from tissuec.core import units
-from tissuec.core.units import Dimension
+from tissuec.core.units import show
 from tissuec.lang.words import RESERVED
+from tissuec.lsp import vocabulary as v
+from tissuec.lsp.expected import Expected, number
+from tissuec.lsp.terms import CHOICE, Term, Terms, by_label, plain
 from tissuec.scene.parts import PARTS, blocks, entries_in
 from tissuec.scene.parts import forms_of as part_forms
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.script import forms as script_forms
 from tissuec.script.fit_problem import WEIGHTS, WORDS
+from tissuec.script.forms import VerbForm
+from tissuec.script.parts import (
+    ChoiceClause,
+    FlagPart,
+    NumberClause,
+    Part,
+    ProfileClause,
+    SubjectPart,
+    ToolClause,
+)
 from tissuec.script.verbs import VERBS
-from tissuec.script.verbs.change import PARAMETERS
-
-#: Kinds of names, or sorts of them, that the capital words of forms stand for.
-_PLACEHOLDERS: dict[str, tuple[str, ...]] = {
-    "SET": ("nodes", "body"), "BODY": ("body",), "TOOL": ("holding",), "THREAD": ("body",),
-    "JOINT": ("joint", "set"), "NOZZLE": ("nozzle",),
-}  # fmt: skip
-#: With which kind of tool verbs do what they do.
-_TOOLS = {
-    "grasp": "grasping", "release": "grasping", "open": "forceps", "close": "forceps",
-    "cut": "scissors",
-}  # fmt: skip
-#: What is changed of nodes, and not of springs.
-_OF_NODES = ("mass", "velocity", "spin")
-#: Dimensions of numbers that they stand for.
-DIMENSIONS: dict[str, Dimension] = {
-    "FORCE": units.FORCE, "FORCES": units.FORCE, "LENGTH": units.LENGTH, "POINT": units.LENGTH,
-    "PRESSURE": units.PRESSURE, "FLOW": units.FLOW, "VOLUME": units.VOLUME,
-    "DENSITY": units.DENSITY, "ANGLE": units.NUMBER, "FACTOR": units.NUMBER,
-}  # fmt: skip
-_CHANGES = ("to NUMBER", "by FACTOR")
-#: What ``change … to`` takes.
-CHANGED = {
-    name: quantity.dimension
-    for name, quantity in QUANTITIES.items()
-    if not quantity.is_of_matter
-} | {
-    "gravity": units.ACCELERATION, "damping": units.VISCOSITY, "velocity": units.VELOCITY,
-    "spin": units.FREQUENCY, "rest length": units.LENGTH,
-}  # fmt: skip
 
 
 class SentenceForm(NamedTuple):
-    """One form of a sentence: words and placeholders after its first ones, then clauses."""
+    """One form of a sentence.
+
+    Attributes:
+        literal: Words after its first ones, such as "spring constant".
+        names: Kinds of names that can follow them.
+        clauses: Joining words, and what is expected or written behind them in forms.
+    """
 
     literal: str
-    placeholder: str
-    clauses: tuple[tuple[str, tuple[str, ...]], ...]
+    names: tuple[str, ...]
+    clauses: tuple[tuple[str, tuple[str, ...] | Expected], ...]
 
     def fits(self, object_: str, *, of_order: bool) -> bool:
         """Return whether a sentence about something can be of this form.
@@ -70,6 +59,8 @@ def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
         block: Kind of the block that it stands in.
         entry: The part, entry or verb.
     """
+    if block == "script":
+        return tuple(map(_of_verb, script_forms.forms_of(entry))) if entry in VERBS else ()
     return tuple(_form(text, entry) for text in texts_of(block, entry))
 
 
@@ -81,10 +72,7 @@ def texts_of(block: str, entry: str) -> tuple[str, ...]:
         entry: The part, entry or verb.
     """
     if block == "script":
-        if entry == "change":  # its forms are examples of what can be changed
-            changes = (f"change {name} of SET {how}" for name in PARAMETERS for how in _CHANGES)
-            return (*VERBS[entry].forms, *changes)
-        return tuple(VERBS[entry].forms) if entry in VERBS else ()
+        return script_forms.texts_of(entry, every=True) if entry in VERBS else ()
     if not block:
         return part_forms(entry) if entry in PARTS else ()
     found = entries_in(block).get(entry)
@@ -101,23 +89,48 @@ def _form(text: str, entry: str) -> SentenceForm:
             groups.append([])
         groups[-1].append(word)
     literal = " ".join(word for word in groups[0] if word.islower())
-    placeholder = next((word for word in groups[0] if word.isupper()), "")
     return SentenceForm(
-        literal, placeholder, tuple((group[0], tuple(group[1:])) for group in groups[1:])
+        literal, (), tuple((group[0], tuple(group[1:])) for group in groups[1:])
     )
 
 
-def kinds_for(verb: str, literal: str, placeholder: str) -> tuple[str, ...]:
-    """Return kinds of names that stand for a placeholder of the forms of a verb.
+def _of_verb(form: VerbForm) -> SentenceForm:
+    """Return a form of a verb with what its declaration expects."""
+    is_literal = form.cases is not None and not form.cases.word
+    names = (name for part in form.subjects for name in _names(part))
+    clauses = (
+        (word, (part,) if isinstance(part, str) else _expected(form, word, part))
+        for word, part in form.clauses
+    )
+    literal = form.literal if is_literal else ""
+    return SentenceForm(literal, tuple(dict.fromkeys(names)), tuple(clauses))
 
-    Args:
-        verb: The verb.
-        literal: What the verb acts on, as words, such as "spring constant".
-        placeholder: Placeholder of a form, such as SET.
-    """
-    of_springs = verb == "cut" or (verb == "change" and literal not in _OF_NODES)
-    if placeholder == "SET" and of_springs:
-        return ("set", "body", "joint")
-    if placeholder == "TOOL" and verb in _TOOLS:
-        return (_TOOLS[verb],)
-    return _PLACEHOLDERS.get(placeholder, ())
+
+def _names(part: SubjectPart | ToolClause) -> tuple[str, ...]:
+    """Return the kinds of names that a part takes."""
+    if isinstance(part, ToolClause):
+        return (part.kind,)
+    return tuple(name for place in part.places for name in place.names)
+
+
+def _expected(form: VerbForm, word: str, part: Part) -> Expected:
+    """Return what can be written behind a joining word of a verb."""
+    dimension = form.dimension_of(word)
+    match part:
+        case SubjectPart() | ToolClause():
+            return Expected(names=_names(part))
+        case ProfileClause():
+            return Expected((v.profiles(),))
+        case FlagPart(text=text):
+            return Expected((plain(CHOICE, [text.removeprefix(f"{word} ")]),))
+        case ChoiceClause(words=words):
+            return Expected((_terms(words),))
+        case NumberClause(words=words):
+            terms = _terms({name: show(value, dimension) for name, value in words.items()})
+            return (number(terms) if terms else number())._replace(dimension=dimension)
+        case _:
+            return number()._replace(dimension=dimension)
+
+
+def _terms(described: Mapping[str, str]) -> Terms:
+    return by_label(Term(word, CHOICE, about) for word, about in described.items())

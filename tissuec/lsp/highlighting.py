@@ -14,6 +14,7 @@ from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.clauses import stands_for
 from tissuec.lsp.entries import entries
+from tissuec.lsp.expected import Expected
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, BlockKind, Term
 from tissuec.lsp.textmate import (
@@ -125,9 +126,8 @@ def _clauses(kind: str, first_words: Iterable[str]) -> list[Rule]:
             for word, content in form.clauses:
                 if not content or word in ("=", "is", "in"):
                     continue
-                known = [*stands_for(content).terms]
-                known += [v.kinds_of_clause(first, word)] if kind == "script" else []
-                for term in (term for terms in known for term in terms.values()):
+                known = content if isinstance(content, Expected) else stands_for(content)
+                for term in (term for terms in known.terms for term in terms.values()):
                     if term.kind in (CHOICE, ENTRY) and not term.label.startswith("table"):
                         found.setdefault((word, term.kind), set()).add(term.label)
     return [

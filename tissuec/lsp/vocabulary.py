@@ -9,7 +9,7 @@ from tissuec.compiler.profiles import PROFILES
 from tissuec.compiler.selections import CRITERIA
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
-from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe, show
+from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe
 from tissuec.forces import FORCES
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.laws.solid import SOLID_LAWS
@@ -43,10 +43,9 @@ from tissuec.scene.quantities import KNOWABLE, QUANTITIES
 from tissuec.scene.scales import SHAPES
 from tissuec.scene.words import DIRECTIONS
 from tissuec.script.fit_problem import POSITIONS, WEIGHTS, WORDS
+from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.verbs import VERBS
-from tissuec.script.verbs.preserve import FIRMNESS
-from tissuec.script.verbs.tie import KNOTS
 
 
 @cache
@@ -64,10 +63,11 @@ def verbs() -> Terms:
     """Return the verbs of a script."""
     return by_label(
         Term(
-            name, VERB, f"{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}",
-            verb.forms[0], "" if verb.forms[0] == name else " ",
+            name, VERB, f"{fenced(chr(10).join(forms))}\n\n{described(verb)}",
+            forms[0], "" if forms[0] == name else " ",
         )
         for name, verb in VERBS.items()
+        if (forms := texts_of(name))
     )  # fmt: skip
 
 
@@ -203,24 +203,6 @@ def frame_fields() -> Terms:
         for name, field in FIELDS.items()
         if not field.always
     )
-
-
-@cache
-def kinds_of_clause(verb: str, word: str) -> Terms:
-    """Return the words of which one clause of one verb takes one."""
-    match verb, word:
-        case "tie", "with":
-            return by_label(
-                Term(knot, CHOICE, f"Holds {part:.1%} of the breaking force of its thread.")
-                for knot, part in KNOTS.items()
-            )
-        case "preserve", "with":
-            return by_label(
-                Term(words, CHOICE, show(pressure, PRESSURE))
-                for words, pressure in FIRMNESS.items()
-            )
-        case _:
-            return {}
 
 
 SHAPE_TERMS = by_label(

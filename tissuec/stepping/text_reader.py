@@ -8,7 +8,7 @@ Numbers in calls are in SI units. Which unit they have is what the verb asks its
 import warnings
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, cast
+from typing import cast
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.conditions import Condition, Conditions
@@ -22,10 +22,11 @@ from tissuec.core.source import Source
 from tissuec.core.units import NUMBER, TIME, Dimension, written_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.model.network import Floats
 from tissuec.scene.overrides import Given, without_unit
+from tissuec.script.forms import forms_of
+from tissuec.script.parts import ProfileClause
 from tissuec.script.plan import ScheduledAction
-from tissuec.script.verbs import VERBS, Demanding
+from tissuec.script.verbs import Demanding
 
 ORDERED = "ordered from Python"  # what a text is called in messages
 
@@ -179,21 +180,20 @@ class TextReader:
         assert isinstance(sentence, s.Sentence)
         key = (verb, *words, "", *bare)
         if key not in self._dimensions:
-            self._dimensions[key] = self._asked_units(verb, bare, sentence, duration)
+            self._dimensions[key] = self._units(verb, bare, sentence, duration)
         return with_units(sentence, bare, self._dimensions[key])
 
-    def _asked_units(
+    def _units(
         self, verb: str, bare: Sequence[str], sentence: s.Sentence, duration: float | None
     ) -> dict[str, Dimension]:
-        """Return what a verb asks clauses with numbers for."""
-        member = VERBS[verb]
-        order = UnitsOrder(
-            bare, sentence, verb, member.forms, duration, self._compiled.groups,
-            self._compiled.scene.tools, self._scope,
+        """Return the dimensions of clauses with numbers."""
+        order = SentenceOrder(
+            sentence, verb, duration, self._compiled.groups, self._compiled.scene.tools,
+            self._scope,
         )  # fmt: skip
         with self._reporting():
-            member.read(order)
-        return order.dimensions
+            form = order.choose()
+        return {word: form.dimension_of(word) for word in bare}
 
     @contextmanager
     def _reporting(self) -> Generator[None]:
@@ -239,7 +239,7 @@ def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str
     parts = [verb, *words]
     for word, value in clauses.items():
         parts += [word.rstrip("_"), without_unit(value, word)]
-    if "using" not in clauses and _needs_profile(verb, parts):
+    if "using" not in clauses and _needs_profile(verb, clauses):
         parts.append(f"using {STEADY}")
     return " ".join(parts)
 
@@ -247,12 +247,12 @@ def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str
 def with_units(
     sentence: s.Sentence, bare: Sequence[str], dimensions: Mapping[str, Dimension]
 ) -> str:
-    """Return the text of a sentence whose bare numbers have the units that were asked for.
+    """Return the text of a sentence whose bare numbers have the units of its clauses.
 
     Args:
         sentence: The sentence.
         bare: Joining words of clauses with numbers in SI units.
-        dimensions: Of the clauses that the verb asked for.
+        dimensions: Of the clauses.
     """
     span = sentence.span
     text, begun = "", span.start
@@ -264,34 +264,12 @@ def with_units(
     return text + span.source.text[begun : span.end]
 
 
-class UnitsOrder(SentenceOrder):
-    """An order in which some clauses have numbers in SI units.
-
-    Attributes:
-        dimensions: What the verb asked these clauses for.
-    """
-
-    def __init__(self, bare: Sequence[str], sentence: s.Sentence, *more: Any):
-        super().__init__(sentence, *more)
-        self._bare, self.dimensions = bare, dict[str, Dimension]()
-
-    def vector(self, word: str, dimension: Dimension) -> Floats:
-        if word in self._bare:
-            return self._amount(word, dimension)
-        return super().vector(word, dimension)
-
-    def number(self, word: str, dimension: Dimension) -> float:
-        if word in self._bare:
-            return float(self._amount(word, dimension))
-        return super().number(word, dimension)
-
-    def _amount(self, word: str, dimension: Dimension) -> Floats:
-        self.dimensions[word] = dimension
-        return self._value(word).amount
-
-
-def _needs_profile(verb: str, parts: Sequence[str]) -> bool:
-    """Return whether every form of a verb with the same clauses names a profile."""
-    written = set(parts) - {verb}
-    forms = [form.split() for form in VERBS[verb].forms if written & set(form.split())]
-    return bool(forms) and all("PROFILE" in form for form in forms)
+def _needs_profile(verb: str, clauses: Mapping[str, Given]) -> bool:
+    """Return whether a sentence with some clauses, and without ``using``, lacks a profile."""
+    profiles = (
+        part
+        for form in forms_of(verb)
+        for part in form.parts.values()
+        if isinstance(part, ProfileClause) and not part.over
+    )
+    return any(part.path in ("", *clauses) for part in profiles)

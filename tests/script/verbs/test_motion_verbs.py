@@ -221,11 +221,6 @@ def test_a_motion_must_state_its_profile():
         order("move left", SETS, duration=1, by=(1, 0, 0))
 
 
-def test_a_motion_must_not_begin_with_a_jump():
-    with pytest.raises(Refused, match="TIS306"):
-        order("move left", SETS, duration=1, by=(1, 0, 0), using=(table([0, 1], [0.5, 1]),))
-
-
 def test_one_plan_can_be_carried_out_again(diary):
     action = order("move left", SETS, duration=1, by=(1, 0, 0), using="smooth profile")
     ends = []

@@ -41,14 +41,14 @@ def test_a_plane_is_read_and_written(text, normal, offset):
         ("z > 6 mm", ">", 'unexpected ">"; write "z = 6 mm"'),
         ("z = 6 mm and more", "and", 'write "z = 6 mm"'),
         ("through (1, 2, 3) facing (0, 0, 1)", "(1, 2, 3)", 'write "(1, 2, 3) mm"'),
-        ("through (1, 2, 3) mm", "through (1, 2, 3) mm", 'section needs "facing"'),
+        ("through (1, 2, 3) mm", "through (1, 2, 3) mm", "the direction is missing"),
         ("through (1, 2, 3) mm facing up", "up", 'write "z = 6 mm"'),
         (
             "through (0, 0, 1) mm facing (0, 0, 0)",
             "facing (0, 0, 0)",
             "a direction cannot be (0, 0, 0)",
         ),
-        ("along line through (0, 0, 1) mm facing (0, 0, 1)", "along line", "along a plane"),
+        ("along line through (0, 0, 1) mm facing (0, 0, 1)", "along line", "sections: plane"),
         ("z = 1e400 mm", "1e400 mm", "too large"),
     ],
 )

@@ -1,23 +1,22 @@
-"""Verbs of the script: one file each, with the reading and the action of its sentence.
+"""Verbs of the script: one file each, with the parts and the action of its sentences.
 
-A verb is a class registered by its word. ``read`` turns an ``Order`` (one sentence) into a
-frozen action that holds network indices and SI numbers; ``apply`` carries it out. What checks
-ask before a run, actions answer by methods of their own: ``Demanding``, ``Breaking`` and
-``Shifting`` here, and ``Holding`` in ``holding``.
+A verb is a class registered by its word. The annotations of its fields declare the parts of
+a sentence (``script.parts``), from which the compiler makes a frozen action that holds network
+indices and SI numbers; ``apply`` carries it out. What checks ask before a run, actions answer
+by methods of their own: ``Demanding``, ``Breaking`` and ``Shifting`` here, and ``Holding`` in
+``holding``.
 """
 
-from collections.abc import Container, Sequence
-from typing import ClassVar, NoReturn, Protocol, TypeGuard, TypeVar, runtime_checkable
+from collections.abc import Sequence
+from typing import NoReturn, Protocol, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
-from tissuec.core.units import Dimension
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.profiles import TimeProfile
 
 T = TypeVar("T")
 _FOLLOWS: dict[tuple[type, type], bool] = {}  # by the classes of actions and the protocols
@@ -156,110 +155,17 @@ class Mover(Struct, frozen=True, eq=False):
 
 
 class Order(Protocol):
-    """A sentence of the script, as its verb reads it.
-
-    Every method raises a located diagnostic when the text does not fit; clauses that no method
-    asked for are reported after ``read`` returns.
-    """
+    """A sentence of the script after its parts are read, for what else a verb checks."""
 
     span: Span
-    words: str  # what stands behind the verb, such as "waist" or "pushing pressed"
-
-    @property
-    def duration(self) -> float | None:
-        """Time of "from … to …" [s]; None for "at", "after" and "when"."""
-        ...
+    words: str  # what is behind the verb, such as "waist" or "pushing pressed"
 
     def has(self, word: str) -> bool:
         """Return whether a clause with this joining word was written."""
         ...
 
-    def nodes(self, *, after: str = "") -> Group:
-        """Return the set or body named behind the verb, without the prefix ``after``."""
-        ...
-
-    def nodes_of(self, word: str) -> Group:
-        """Return the set or body named in the clause ``word``."""
-        ...
-
-    def springs(self) -> Group:
-        """Return the springs of the set of springs, or of the body, named behind the verb."""
-        ...
-
-    def springs_of(self, word: str) -> Group:
-        """Return the springs of the set of springs, or of the body, named in a clause."""
-        ...
-
     def names_springs(self) -> bool:
         """Return whether the object of the verb is a set of springs."""
-        ...
-
-    def mover(self, *, after: str = "") -> Mover:
-        """Return the set, body or forceps named behind the verb, without ``after``."""
-        ...
-
-    def is_tool(self) -> bool:
-        """Return whether the words after the verb name a tool; reject a misspelt one."""
-        ...
-
-    def tool(self, word: str, *, kinds: Sequence[str] = ()) -> str | None:
-        """Return the tool named in a clause, None without the clause; it is of some kind."""
-        ...
-
-    def entries_of_tool(self, word: str, kind: str) -> object:
-        """Return the entries of the tool of a kind that is named in a clause."""
-        ...
-
-    def vector(self, word: str, dimension: Dimension) -> Floats:
-        """Return the vector of a clause in SI units, shape (3,)."""
-        ...
-
-    def number(self, word: str, dimension: Dimension) -> float:
-        """Return the number of a clause in SI units."""
-        ...
-
-    def positive(
-        self,
-        word: str,
-        dimension: Dimension,
-        *,
-        what: str,
-        example: str,
-        words: Sequence[str] = (),
-    ) -> float:
-        """Return the number of a clause in SI units, which must be above 0.
-
-        Args:
-            word: Word of the clause.
-            dimension: Dimension of the number.
-            what: Name of the number in messages, such as "volume".
-            example: The clause as it could be written, such as "to 5 ml".
-            words: Words that can stand for the number, for hints.
-        """
-        ...
-
-    def direction(self, word: str) -> Floats:
-        """Return the unit vector in the direction of a clause, dimensionless, shape (3,)."""
-        ...
-
-    def is_vector(self, word: str) -> bool:
-        """Return whether a clause is a vector."""
-        ...
-
-    def word(self, word: str, choices: Container[str]) -> str | None:
-        """Return the word of a clause if it is one of some choices."""
-        ...
-
-    def text(self, word: str) -> str:
-        """Return the words of a clause, such as "each node" in ``on each node``."""
-        ...
-
-    def profiles(self, *, default: str, columns: int = 1) -> tuple[TimeProfile, ...]:
-        """Return the profile of ``using …`` beginning at 0 s, one per column of a table.
-
-        ``default`` is the kind without that clause; "" demands one. A profile that needs an end
-        (ramp, smooth, constant speed) takes it from the duration and is refused without.
-        """
         ...
 
     def reject(
@@ -276,15 +182,6 @@ class Order(Protocol):
         ...
 
 
-class Verb(Protocol):
-    """Interface of members of ``VERBS``: sentence forms, for messages and the reference."""
-
-    forms: ClassVar[tuple[str, ...]]  # such as ("grasp SET with TOOL",)
-
-    @classmethod
-    def read(cls, order: Order) -> Action:
-        """Return the action of a sentence."""
-        ...
-
-
-VERBS: Family[type[Verb]] = Family("tissuec.script.verbs", "verb")
+#: By word: a ``VerbSentence`` of ``script.forms``, or a class with the ``cases`` of its
+#: sentences. Its docstring is the text of the reference; ``meant`` are other words for it.
+VERBS: Family[type[object]] = Family("tissuec.script.verbs", "verb")

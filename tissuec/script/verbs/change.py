@@ -1,8 +1,7 @@
 """``change``: another gravity, another tissue, another velocity."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -10,13 +9,22 @@ from msgspec.structs import replace
 
 from tissuec.core import units
 from tissuec.core.errors import counted
-from tissuec.core.hints import alternatives
-from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.mechanics.state import State
 from tissuec.model.inelastic import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import (
+    SET,
+    SPRINGS,
+    Cases,
+    Chosen,
+    NumberClause,
+    SubjectPart,
+    VectorClause,
+    factor,
+)
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 
@@ -161,6 +169,114 @@ class ChangeMotion(Struct, frozen=True):
         return share @ state.velocity[nodes] + np.cross(self.vector, arm)
 
 
+# --- sentences ----------------------------------------------------------------------------
+
+_DIMENSIONS = {name: one.dimension for name, one in PARAMETERS.items()}
+OfNodes = Annotated[Group, SubjectPart("nodes", (SET,), "of")]
+OfSprings = Annotated[Group, SubjectPart("springs", (SPRINGS,), "of")]
+
+
+def _to(sign: Literal["positive", "not negative"]) -> NumberClause:
+    return NumberClause("to", _DIMENSIONS, sign, what="new value", place="NUMBER")
+
+
+def _to_vector(dimension: Dimension, example: str) -> VectorClause:
+    return VectorClause("to", dimension, what="new value", place="VECTOR", example=example)
+
+
+class ChangeOfSprings(VerbSentence, frozen=True):
+    """Another parameter of each spring of a set or body, which may be zero."""
+
+    one_of: ClassVar[tuple[str, ...]] = ("to", "by")
+
+    what: Chosen
+    group: OfSprings
+    to: Annotated[float | None, _to("not negative")]
+    by: Annotated[float | None, factor("by", "not negative")]
+
+    def action(self, order: Order) -> Action:
+        parameter, number = PARAMETERS[self.what], self.by if self.to is None else self.to
+        assert number is not None  # one of both
+        kind = ChangeMemory if parameter.array in NAMES else ChangeParameter
+        return kind(parameter.array, self.group, number, self.to is None, self.span)
+
+
+class ChangeOfSpringsAboveZero(ChangeOfSprings, frozen=True):
+    """Another parameter of each spring, which cannot be zero."""
+
+    to: Annotated[float | None, _to("positive")]
+    by: Annotated[float | None, factor("by", "positive")]
+
+
+class ChangeOfNodes(ChangeOfSpringsAboveZero, frozen=True):
+    """Another mass of each node of a set or body."""
+
+    group: OfNodes
+
+
+class ChangeGravity(VerbSentence, frozen=True):
+    """Another gravity [m/s²]."""
+
+    to: Annotated[Floats, _to_vector(units.ACCELERATION, "to (0, 0, -9.81) m/s^2")]
+
+    def action(self, order: Order) -> Action:
+        return ChangeSurroundings(self.to, None, self.span)
+
+
+class ChangeDamping(VerbSentence, frozen=True):
+    """Another ambient damping [N s/m]."""
+
+    to: Annotated[
+        float,
+        NumberClause(
+            "to",
+            units.VISCOSITY,
+            "not negative",
+            what="new value",
+            place="NUMBER",
+            example="to 1 mN*s/m",
+        ),
+    ]
+
+    def action(self, order: Order) -> Action:
+        return ChangeSurroundings(None, self.to, self.span)
+
+
+class ChangeVelocity(VerbSentence, frozen=True):
+    """Another velocity [m/s] of nodes."""
+
+    group: OfNodes
+    to: Annotated[Floats, _to_vector(units.VELOCITY, "to (0, 0, 1) mm/s")]
+
+    def action(self, order: Order) -> Action:
+        return ChangeMotion(self.group, self.to, False, self.span)
+
+
+class ChangeSpin(VerbSentence, frozen=True):
+    """Another angular velocity [rad/s] of nodes."""
+
+    group: OfNodes
+    to: Annotated[Floats, _to_vector(units.FREQUENCY, "to (0, 0, 90) deg/s")]
+
+    def action(self, order: Order) -> Action:
+        return ChangeMotion(self.group, self.to, True, self.span)
+
+
+def _form_of(name: str) -> type[VerbSentence]:
+    """Return the class of sentences for a parameter."""
+    if name == "mass":
+        return ChangeOfNodes
+    return ChangeOfSprings if PARAMETERS[name].may_be_zero else ChangeOfSpringsAboveZero
+
+
+_OWN: dict[str, type[VerbSentence]] = {
+    "gravity": ChangeGravity,
+    "damping": ChangeDamping,
+    "velocity": ChangeVelocity,
+    "spin": ChangeSpin,
+}
+
+
 @VERBS.member("change")
 class Change:
     """Gives something a new value from this time on.
@@ -173,77 +289,14 @@ class Change:
     them; a spin turns them about their centre of mass, whose velocity does not change.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "change gravity to VECTOR",
-        "change damping to NUMBER",
-        "change spring constant of SET to NUMBER",
-        "change viscosity of SET by FACTOR",
-        "change velocity of SET to VECTOR",
-        "change spin of SET to VECTOR",
+    meant: ClassVar[str] = "set modify soften stiffen"
+    cases: ClassVar = Cases(
+        "",
+        {**_OWN, **{name: _form_of(name) for name in PARAMETERS}},
+        '"{}" cannot be changed',
+        shown=(*_OWN, *(n for n in PARAMETERS if n not in (*CONSTANTS[1:], *TIMES[1:]))),
+        what="quantity to change",
     )
-
-    @classmethod
-    def read(cls, order: Order) -> Action:
-        what = key_of(order.words)
-        if what in PARAMETERS:
-            return _read_parameter(order, PARAMETERS[what])
-        if what not in _READERS:
-            known = [name for name in PARAMETERS if name not in (*CONSTANTS[1:], *TIMES[1:])]
-            hint = alternatives(what, (*_READERS, *known), what="it can be")
-            order.reject("TIS305", f'"{what}" cannot be changed', hint=hint)
-        return _READERS[what](order)
-
-
-def _read_parameter(order: Order, parameter: ChangeableArray) -> Action:
-    if order.has("to") == order.has("by"):
-        order.reject(
-            "TIS306" if order.has("to") else "TIS304",
-            f'"change {order.words}" needs either a new value or a factor',
-            hint="remove one of them"
-            if order.has("to")
-            else "add to and a value, or by and a factor such as 50 %",
-        )
-    word, is_factor = ("by", True) if order.has("by") else ("to", False)
-    number = order.number(word, units.NUMBER if is_factor else parameter.dimension)
-    _refuse_size(order, word, number, may_be_zero=parameter.may_be_zero)
-    group = order.nodes_of("of") if parameter.array == "mass" else order.springs_of("of")
-    kind = ChangeMemory if parameter.array in NAMES else ChangeParameter
-    return kind(parameter.array, group, number, is_factor, order.span)
-
-
-def _read_gravity(order: Order) -> Action:
-    return ChangeSurroundings(order.vector("to", units.ACCELERATION), None, order.span)
-
-
-def _read_damping(order: Order) -> Action:
-    drag = order.number("to", units.VISCOSITY)
-    _refuse_size(order, "to", drag, may_be_zero=True)
-    return ChangeSurroundings(None, drag, order.span)
-
-
-def _read_velocity(order: Order) -> Action:
-    velocity = order.vector("to", units.VELOCITY)
-    return ChangeMotion(order.nodes_of("of"), velocity, False, order.span)
-
-
-def _read_spin(order: Order) -> Action:
-    spin = order.vector("to", units.FREQUENCY)
-    return ChangeMotion(order.nodes_of("of"), spin, True, order.span)
-
-
-_READERS: dict[str, Callable[[Order], Action]] = {
-    "gravity": _read_gravity,
-    "damping": _read_damping,
-    "velocity": _read_velocity,
-    "spin": _read_spin,
-}
-
-
-def _refuse_size(order: Order, word: str, number: float, *, may_be_zero: bool) -> None:
-    if number > 0.0 or (may_be_zero and number == 0.0):
-        return
-    limit = "0 or more" if may_be_zero else "more than 0"
-    order.reject("TIS308", f"{order.words} must be {limit}", word=word)
 
 
 def _changed(span: Span) -> LoggedEvent:

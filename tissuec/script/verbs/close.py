@@ -15,5 +15,4 @@ class Close(JawMotion, frozen=True):
     forces.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("close TOOL by LENGTH using PROFILE",)
     apart: ClassVar[bool] = False

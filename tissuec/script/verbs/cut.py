@@ -1,20 +1,141 @@
 """``cut``: springs that are removed."""
 
-from typing import ClassVar, Protocol, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core import units
-from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
+from tissuec.core.units import LENGTH
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import (
+    BODY,
+    Cases,
+    Lasting,
+    ProfileClause,
+    Springs,
+    SubjectPart,
+    ToolClause,
+    VectorClause,
+    direction,
+    point,
+)
+from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.blade import ON_PLANE, Blade, plane, strip, stroke
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
+
+OfBody = Annotated[Group, SubjectPart("springs", (BODY,))]
+With = Annotated[str | None, ToolClause("with", "scissors", what="tool")]
+Closing = Annotated[TimeProfile | None, ProfileClause(None, "constant speed")]
+
+
+class PlaneWords(VerbSentence, frozen=True):
+    """Where a plane is: ``through POINT facing VECTOR``."""
+
+    through: Annotated[Floats, point("through")]
+    facing: Annotated[Floats, direction("facing", "(1, 0, 0)")]
+
+    @property
+    def plane(self) -> Blade:
+        """The plane."""
+        return plane(self.through, self.facing)
+
+
+class CutSet(VerbSentence, frozen=True):
+    """A cut of all springs of a set."""
+
+    group: Springs
+    scissors: With
+    duration: Lasting
+
+    def action(self, order: Order) -> Action:
+        if not order.names_springs():
+            order.reject(
+                "TIS304",
+                '"cut" needs "along", except for a set of springs',
+                hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
+            )
+        _refuse_interval(self.duration, order)
+        return Cut(self.group, None, None, None, self.span)
+
+
+class CutPlane(VerbSentence, frozen=True):
+    """A cut of the springs that cross a plane."""
+
+    group: OfBody
+    through: Annotated[Floats, point("through")]
+    facing: Annotated[Floats, direction("facing", "(1, 0, 0)")]
+    scissors: With
+    duration: Lasting
+
+    def action(self, order: Order) -> Action:
+        _refuse_interval(self.duration, order)
+        return Cut(self.group, plane(self.through, self.facing), None, None, self.span)
+
+
+class CutStroke(VerbSentence, frozen=True):
+    """A cut of the springs that an edge crosses while it moves."""
+
+    group: OfBody
+    start: Annotated[Floats, point("from")]
+    stop: Annotated[Floats, point("to")]
+    by: Annotated[
+        Floats,
+        VectorClause("by", LENGTH, what="vector of the stroke", example="by (0, 0, -5) mm"),
+    ]
+    scissors: With
+    profile: Closing
+    duration: Lasting
+
+    def action(self, order: Order) -> Action:
+        blade = stroke(self.start, self.stop, self.by)
+        if blade is None:
+            order.reject(
+                "TIS306",
+                "this stroke does not sweep any area",
+                hint="the two points must differ, and the motion must not be parallel to the "
+                "line between them",
+                word="by",
+            )
+        return Cut(self.group, blade, self.profile, self.duration, self.span)
+
+
+class CutLine(VerbSentence, frozen=True):
+    """A cut of the springs that cross a strip of a plane."""
+
+    group: OfBody
+    start: Annotated[Floats, point("from")]
+    stop: Annotated[Floats, point("to")]
+    facing: Annotated[Floats, direction("facing", "(1, 0, 0)")]
+    scissors: With
+    profile: Closing
+    duration: Lasting
+
+    def action(self, order: Order) -> Action:
+        blade = strip(self.start, self.stop, self.facing)
+        if blade is None:
+            order.reject(
+                "TIS306",
+                "this line is not in the plane that faces the given direction",
+                hint="the points must differ, and the direction must be perpendicular to the "
+                "line",
+                word="facing",
+            )
+        return Cut(self.group, blade, self.profile, self.duration, self.span)
+
+
+def _refuse_interval(duration: float | None, order: Order) -> None:
+    """Refuse a cut that has no edge along which blades could close."""
+    if duration is not None:
+        order.reject(
+            "TIS306",
+            "a cut over an interval needs a line or a stroke",
+            hint="write at T: cut …, or: cut … along line from … to … facing …",
+        )
 
 
 @VERBS.member("cut")
@@ -33,41 +154,19 @@ class Cut(Struct, frozen=True):
     of the cut; the remaining ones at its end.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "cut SET",
-        "cut BODY along plane through POINT facing VECTOR",
-        "cut BODY along stroke from POINT to POINT by VECTOR",
-        "cut BODY along line from POINT to POINT facing VECTOR",
-        "cut BODY along plane through POINT facing VECTOR with TOOL",
-        "cut BODY along line from POINT to POINT facing VECTOR using PROFILE",
+    meant: ClassVar[str] = "slice incise transect divide sever snip resect"
+    cases: ClassVar = Cases(
+        "along",
+        {"": CutSet, "plane": CutPlane, "stroke": CutStroke, "line": CutLine},
+        'a cut cannot go along "{}"',
+        what="shapes of a cut",
     )
+
     group: Group
     blade: Blade | None
     profile: TimeProfile | None  # of the closing blades, None where all is cut at once
     duration: float | None  # [s]
     span: Span
-
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        group = order.springs()
-        order.tool("with", kinds=("scissors",))
-        blade = _read_blade(order) if order.has("along") else None
-        if blade is None and not order.names_springs():
-            order.reject(
-                "TIS304",
-                '"cut" needs "along", except for a set of springs',
-                hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
-            )
-        if order.duration is None:
-            return cls(group, blade, None, None, order.span)
-        if blade is None or not blade.limited[0]:
-            order.reject(
-                "TIS306",
-                "a cut over an interval needs a line or a stroke",
-                hint="write at T: cut …, or: cut … along line from … to … facing …",
-            )
-        profile = order.profiles(default="constant speed")[0]
-        return cls(group, blade, profile, order.duration, order.span)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if self.profile is not None:
@@ -148,58 +247,3 @@ def when(profile: TimeProfile, share: float, start: float, stop: float) -> float
         middle = 0.5 * (start + stop)
         start, stop = (middle, stop) if profile.at(middle)[0] < share else (start, middle)
     return stop
-
-
-def _read_blade(order: Order) -> Blade:
-    shape = order.text("along").lower()
-    if shape not in _BLADES:
-        hint = alternatives(shape, _BLADES, what="shapes of a cut")
-        order.reject("TIS305", f'a cut cannot go along "{shape}"', hint=hint, word="along")
-    return _BLADES[shape](order)
-
-
-class PlaneWords(Protocol):
-    """What of a sentence says where its plane is; see ``Order``."""
-
-    def vector(self, word: str, dimension: units.Dimension) -> Floats:
-        """Return the vector behind a word, in SI units, shape (3,)."""
-        ...
-
-    def direction(self, word: str) -> Floats:
-        """Return the unit vector behind a word, shape (3,)."""
-        ...
-
-
-def read_plane(order: PlaneWords) -> Blade:
-    """Return the plane of a sentence with "through" and "facing"."""
-    return plane(order.vector("through", units.LENGTH), order.direction("facing"))
-
-
-def _read_stroke(order: Order) -> Blade:
-    ends = (order.vector(word, units.LENGTH) for word in ("from", "to", "by"))
-    blade = stroke(*ends)
-    if blade is None:
-        order.reject(
-            "TIS306",
-            "this stroke does not sweep any area",
-            hint="the two points must differ, and the motion must not be parallel to the "
-            "line between them",
-            word="by",
-        )
-    return blade
-
-
-def _read_strip(order: Order) -> Blade:
-    start, stop = (order.vector(word, units.LENGTH) for word in ("from", "to"))
-    blade = strip(start, stop, order.direction("facing"))
-    if blade is None:
-        order.reject(
-            "TIS306",
-            "this line is not in the plane that faces the given direction",
-            hint="the points must differ, and the direction must be perpendicular to the line",
-            word="facing",
-        )
-    return blade
-
-
-_BLADES = {"plane": read_plane, "stroke": _read_stroke, "line": _read_strip}

@@ -1,23 +1,31 @@
 """``end the run``: nothing happens any more after this time."""
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
-from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.source import Span
 from tissuec.mechanics.state import State
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Cases
 from tissuec.script.plan import Plan, ScheduledAction
-from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 
-OBJECT = "the run"
 #: Of the event; "end" is that of the end of a motion.
 KIND = "end the run"
 
 
+class End(VerbSentence, frozen=True):
+    """The end of the run."""
+
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        ended = LoggedEvent(KIND, (), sentence(self.span), self.span)
+        queue.end(ended)
+        return (ended,)
+
+
 @VERBS.member("end")
-class End(Struct, frozen=True):
+class EndVerb:
     """Ends the run at this time, after all other events of this time.
 
     With ``when``, a run ends as soon as a condition is true: ``when count(pieces of vessel) >
@@ -25,19 +33,8 @@ class End(Struct, frozen=True):
     interval are evaluated up to this time; expectations about later times are not reached.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("end the run",)
-    span: Span
-
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        if order.words.lower() != OBJECT:
-            order.reject("TIS404", "only the run can be ended")
-        return cls(order.span)
-
-    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        ended = LoggedEvent(KIND, (), sentence(self.span), self.span)
-        queue.end(ended)
-        return (ended,)
+    meant: ClassVar[str] = "finish quit exit"
+    cases: ClassVar = Cases("", {"the run": End}, "only the run can be ended", "TIS404")
 
 
 def without_end(plan: Plan) -> Plan:

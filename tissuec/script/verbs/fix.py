@@ -1,29 +1,24 @@
 """``fix``: nodes that stay where they are until they are freed."""
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
-from msgspec import Struct
-
-from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Nodes
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import FIX, Fixed, sentence, take
 
 
 @VERBS.member("fix")
-class Fix(Struct, frozen=True):
+class Fix(VerbSentence, frozen=True):
     """Holds nodes in place from this time on; only ``free`` ends this.
 
     Moving nodes stop where they are.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("fix SET",)
-    group: Group
-    span: Span
+    meant: ClassVar[str] = "pin anchor constrain immobilise immobilize clip"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        return cls(order.nodes(), order.span)
+    group: Nodes
 
     def holding(self) -> Fixed:
         return Fixed(self.group.indices)

@@ -1,29 +1,24 @@
 """``free``: the end of every hold."""
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
-from msgspec import Struct
-
-from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Nodes
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import Freed, let_go, sentence
 
 
 @VERBS.member("free")
-class Free(Struct, frozen=True):
+class Free(VerbSentence, frozen=True):
     """Ends every hold on nodes, whether they are fixed, held, grasped or moved.
 
     Nodes that were moved along a path continue with the velocity of the path.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("free SET",)
-    group: Group
-    span: Span
+    meant: ClassVar[str] = "unfix detach unpin"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        return cls(order.nodes(), order.span)
+    group: Nodes
 
     def holding(self) -> Freed:
         return Freed(self.group.indices)

@@ -1,36 +1,27 @@
 """``grasp``: a tool takes hold of nodes."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
-from msgspec import Struct
-
-from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.tools import grasping
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Nodes, ToolClause
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import Taken, sentence, take
 from tissuec.script.verbs.motion import joined
 
 
 @VERBS.member("grasp")
-class Grasp(Struct, frozen=True):
+class Grasp(VerbSentence, frozen=True):
     """Takes nodes into the rigid grip of a tool, in addition to those that it already holds.
 
     The tool must be forceps, a clamp or a needle. Moving nodes stop; if the tool is moving,
     they move with it from now on.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("grasp SET with TOOL",)
-    group: Group
-    tool: str
-    span: Span
+    meant: ClassVar[str] = "clamp grip grab pinch take seize pick catch"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        tool = order.tool("with", kinds=grasping())
-        if tool is None:
-            order.reject("TIS304", '"grasp" needs a tool', hint="write: grasp SET with TOOL")
-        return cls(order.nodes(), tool, order.span)
+    group: Nodes
+    tool: Annotated[str, ToolClause("with", "grasping", what="tool")]
 
     def holding(self) -> Taken:
         return Taken(self.tool, self.group.indices)

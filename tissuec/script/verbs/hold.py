@@ -1,12 +1,12 @@
 """``hold``: nodes that stay where they are for a while."""
 
-from typing import ClassVar, Self
-
 from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Lasting, Nodes
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import Taken, held_by, let_go, sentence, take
 
 
@@ -28,20 +28,14 @@ class EndHold(Struct, frozen=True):
 
 
 @VERBS.member("hold")
-class Hold(Struct, frozen=True):
+class Hold(VerbSentence, frozen=True):
     """Holds nodes where they are, for the interval or until ``release`` or ``free``.
 
     It ends motions of these nodes. A later ``hold`` or ``move`` of the same set replaces it.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("hold SET",)
-    group: Group
-    duration: float | None  # [s]
-    span: Span
-
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        return cls(order.nodes(), order.duration, order.span)
+    group: Nodes
+    duration: Lasting
 
     def holding(self) -> Taken:
         return Taken(self.group.name, self.group.indices)

@@ -1,24 +1,32 @@
 """``irrigate``: jets of fluid on surfaces."""
 
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self, cast
+from typing import TYPE_CHECKING, Annotated, ClassVar, Protocol
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core import units
-from tissuec.core.hints import Hint, insertion
 from tissuec.core.source import Span
+from tissuec.core.units import FLOW
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import (
+    BODY,
+    SET,
+    STEADY,
+    NumberClause,
+    Refusal,
+    SubjectPart,
+    ToolClause,
+)
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:  # annotations only: scenes without jets load faster
     from tissuec.forces.jets import Jet
 
-FLOW = "with 5 ml/s"
 NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction = (0, 0, -1) }"
 
 
@@ -51,7 +59,7 @@ class EndJet(Struct, frozen=True):
 
 
 @VERBS.member("irrigate")
-class Irrigate(Struct, frozen=True):
+class Irrigate(VerbSentence, frozen=True):
     """Emits a jet of fluid from a nozzle, for the interval or until ``stop irrigating``.
 
     The jet pushes the surface that it meets: that of the named body or set of nodes, or of all
@@ -62,42 +70,31 @@ class Irrigate(Struct, frozen=True):
     recoil.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "irrigate BODY with FLOW through NOZZLE",
-        "irrigate SET with FLOW through NOZZLE",
-        "irrigate with FLOW through NOZZLE",
-        "irrigate BODY with FLOW through NOZZLE using PROFILE",
-    )
-    group: Group | None  # None for all that has a surface
-    nozzle: str
-    opening: Opening
-    flow: float  # [m³/s]
-    profile: TimeProfile
-    span: Span
+    meant: ClassVar[str] = "rinse flush spray wash"
+    refused: ClassVar = {
+        word: Refusal(
+            f'irrigate does not take "{word}": the nozzle determines the direction',
+            f"write: through NOZZLE, with {NOZZLE}",
+        )
+        for word in ("along", "of")
+    }
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        if not order.has("with"):
-            hint = Hint(f"for example: {FLOW}", insertion(f" {FLOW}", order.span))
-            order.reject("TIS304", "the flow is missing", hint=hint)
-        for word in ("along", "of"):
-            if order.has(word) and not (word == "of" and order.has("using")):
-                order.reject(
-                    "TIS303",
-                    f'irrigate does not take "{word}": the nozzle determines the direction',
-                    hint=f"write: through NOZZLE, with {NOZZLE}",
-                    word=word,
-                )
-        nozzle = order.tool("through", kinds=("nozzle",))
-        if nozzle is None:
-            order.reject(
-                "TIS304", "the nozzle is missing", hint=f"add: through …, with {NOZZLE}"
-            )
-        flow = order.positive("with", units.FLOW, what="flow", example=FLOW)
-        group = order.nodes() if order.words else None
-        opening = cast(Opening, order.entries_of_tool("through", "nozzle"))
-        profile = order.profiles(default="constant")[0]
-        return cls(group, nozzle, opening, flow, profile, order.span)
+    group: Annotated[Group | None, SubjectPart("nodes", (BODY, SET))]  # None: all surfaces
+    flow: Annotated[
+        float,
+        NumberClause("with", FLOW, "positive", what="flow", example="with 5 ml/s"),
+    ]
+    nozzle: Annotated[
+        str,
+        ToolClause(
+            "through",
+            "nozzle",
+            what="nozzle",
+            example=f"through …, with {NOZZLE}",
+        ),
+    ]
+    opening: Annotated[Opening, ToolClause("through", "nozzle", entries=True)]
+    profile: Annotated[TimeProfile, STEADY]
 
     def flaw(self, network: Network) -> str:
         """Return why nothing could ever be pushed, empty if something can."""

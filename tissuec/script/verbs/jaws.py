@@ -1,27 +1,26 @@
 """Relative motion of the jaws of forceps."""
 
 import re
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.core import units
 from tissuec.core.hints import Edit, Hint
-from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, show
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network, ToolPart
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent, Mover, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import MOVING, Lasting, NumberClause, ToolClause
+from tissuec.script.verbs import Action, ActionFailed, EventQueue, LoggedEvent, Mover, Order
 from tissuec.script.verbs.holding import JawsMoved, sentence
 from tissuec.script.verbs.motion import EndMotion, schedule, set_off
-from tissuec.script.verbs.move import refuse_jump
 
 JAWS = ("upper jaw", "lower jaw")
 
 
-class JawMotion(Struct, frozen=True):
+class JawMotion(VerbSentence, frozen=True):
     """Moves both jaws by half of a length each, along the line between their centres.
 
     Attributes:
@@ -33,16 +32,14 @@ class JawMotion(Struct, frozen=True):
     """
 
     apart: ClassVar[bool]
-    tool: str
-    way: float
-    profile: TimeProfile
-    duration: float | None
-    span: Span
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        tool, way = order.mover().name, order.number("by", units.LENGTH)
-        if way <= 0.0:
+    tool: Annotated[str, ToolClause("", "forceps", what="tool")]
+    way: Annotated[float, NumberClause("by", LENGTH, what="length", example="by 2 mm")]
+    profile: Annotated[TimeProfile, MOVING]
+    duration: Lasting
+
+    def action(self, order: Order) -> Action:
+        if self.way <= 0.0:
             hint = Hint(
                 "for the opposite direction, write close instead of open, or open instead of "
                 "close",
@@ -51,9 +48,7 @@ class JawMotion(Struct, frozen=True):
             order.reject(
                 "TIS308", "the length of a motion of jaws must be above 0", hint=hint, word="by"
             )
-        profiles = order.profiles(default="")
-        refuse_jump(order, profiles)
-        return cls(tool, way, profiles[0], order.duration, order.span)
+        return self
 
     def flaw(self, network: Network) -> str:
         """Return why a tool has no jaws, empty if it has."""
@@ -93,7 +88,7 @@ class JawMotion(Struct, frozen=True):
         gap = float(np.linalg.norm(upper - lower)) - 2.0 * part.shapes[0].radius
         if self.apart or self.way <= gap * (1.0 + 1e-9):
             return (done,)
-        over = units.show(self.way - gap, units.LENGTH)
+        over = show(self.way - gap, LENGTH)
         told = f"{sentence(self.span)}: the jaws pass through each other, by {over}"
         return done, LoggedEvent("note", (), told, self.span)
 

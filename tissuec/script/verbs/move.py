@@ -1,18 +1,18 @@
 """``move``: nodes that follow a prescribed path."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.core import units
-from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.source import Span
+from tissuec.core.units import LENGTH
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Lasting, Moved, ProfileClause, Refusal, VectorClause
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover
 from tissuec.script.verbs.holding import Driven, sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
 
@@ -21,7 +21,7 @@ SHIFT = "by (0, 0, 1) mm"
 
 
 @VERBS.member("move")
-class Move(Struct, frozen=True):
+class Move(VerbSentence, frozen=True):
     """Moves a set, or everything that a tool holds, by a vector multiplied by a profile.
 
     With ``table "path.csv"`` and without ``by``, the table gives the displacements, in columns
@@ -31,49 +31,32 @@ class Move(Struct, frozen=True):
     up. If the motions of two sets or tools drive the same node, the later order applies.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "move SET by VECTOR using PROFILE",
-        "move TOOL by VECTOR using PROFILE",
-        'move SET using table "path.csv" in mm',
-        'move SET along table "path.csv" in mm',
-    )
-    mover: Mover
-    vectors: tuple[Floats, ...]  # [m], one per profile, each of shape (3,)
-    profiles: tuple[TimeProfile, ...]
-    duration: float | None  # [s]
-    span: Span
+    meant: ClassVar[str] = "lift raise lower drag shift translate displace advance retract draw"
+    refused: ClassVar = {
+        "to": Refusal(
+            "a motion is given by how far it goes, not by where to", f"for example: {SHIFT}"
+        )
+    }
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        is_shift = order.has("by")
-        if is_shift and order.has("in"):
-            order.reject(
-                "TIS306",
-                "a motion has a vector or a path in a table, not both",
-                hint=f"write: {cls.forms[0]} or: {cls.forms[3]}",
-                word="in",
-            )
-        vectors = (order.vector("by", units.LENGTH),) if is_shift else tuple(np.eye(3))
-        profiles = order.profiles(default="", columns=len(vectors))
-        if not is_shift and order.has("to"):
-            message = "a motion is given by how far it goes, not by where to"
-            order.reject("TIS303", message, word="to", hint="for example: by (0, 0, 1) mm")
-        if not is_shift and profiles[0].kind != "table":
-            order.reject(
-                "TIS304",
-                "the vector of the motion is missing",
-                hint=Hint(f"for example: {SHIFT}", insertion(f" {SHIFT}", order.span)),
-            )
-        refuse_jump(order, profiles)
-        return cls(order.mover(), vectors, profiles, order.duration, order.span)
+    mover: Moved
+    by: Annotated[
+        Floats | None, VectorClause("by", LENGTH, what="vector of the motion", example=SHIFT)
+    ]
+    profiles: Annotated[tuple[TimeProfile, ...], ProfileClause("", "", path="by")]
+    duration: Lasting
 
     def holding(self) -> Driven:
         return Driven(self.mover, self.duration)
 
     @property
+    def vectors(self) -> tuple[Floats, ...]:
+        """What each profile is multiplied by [m], shape (3,) each; axes for a path."""
+        return tuple(np.eye(3)) if self.by is None else (self.by,)
+
+    @property
     def shift(self) -> float:
         """Return the length of the vector [m]; infinite for a path in a table."""
-        return float(np.linalg.norm(self.vectors[0])) if len(self.vectors) == 1 else np.inf
+        return np.inf if self.by is None else float(np.linalg.norm(self.by))
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if not len(driven_by(state, self.mover)):
@@ -84,23 +67,6 @@ class Move(Struct, frozen=True):
         if np.isfinite(stop):
             queue.add(stop, EndMotion(self.mover.name, stop, self.span))
         return (LoggedEvent("move", (), sentence(self.span), self.span),)
-
-
-_SMOOTH = (Edit("using constant speed"), Edit("using smooth profile"))
-
-
-def refuse_jump(order: Order, profiles: tuple[TimeProfile, ...]) -> None:
-    """Refuse a path that begins elsewhere than where the nodes are."""
-    if any(profile.at(profile.start)[0] != 0.0 for profile in profiles):
-        is_constant = profiles[0].kind == "constant"
-        order.reject(
-            "TIS306",
-            "this motion begins with a jump: its first value is not 0",
-            hint=Hint("write using constant speed, or using smooth profile", *_SMOOTH)
-            if is_constant
-            else "change the first value to 0",
-            word="using" if order.has("using") else None,
-        )
 
 
 def nothing_to_move(mover: Mover, span: Span) -> LoggedEvent:

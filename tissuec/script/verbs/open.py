@@ -15,5 +15,4 @@ class Open(JawMotion, frozen=True):
     forces.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("open TOOL by LENGTH using PROFILE",)
     apart: ClassVar[bool] = True

@@ -1,23 +1,35 @@
 """``preserve`` and ``inflate``: volumes that are kept, or changed, by pressure."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core import units
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.core.units import VOLUME, show
+from tissuec.core.units import DENSITY, PRESSURE, VOLUME, show
 from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network, numbers_in
 from tissuec.model.profiles import TimeProfile
+from tissuec.script.forms import VerbSentence
 from tissuec.script.measures.enclosed import capped_surface_of
+from tissuec.script.parts import (
+    BODY,
+    CHANGING,
+    SET,
+    Cases,
+    Chosen,
+    FlagPart,
+    Lasting,
+    NumberClause,
+    SubjectPart,
+)
 from tissuec.script.verbs import (
     VERBS,
+    Action,
     ActionFailed,
     EventQueue,
     Flaw,
@@ -29,9 +41,58 @@ from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 FILLED = "a fluid can fill a closed wall, a tube with caps, or a space inside of a solid"
-EXAMPLE, CAPS = "with 10 kPa", "with caps"
 #: Bulk moduli in words [Pa].
 FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
+
+
+class PreserveWords(VerbSentence, frozen=True):
+    """A sentence with ``preserve``.
+
+    Attributes:
+        modulus: [Pa].
+        density: [kg/m³].
+    """
+
+    what: Chosen
+    group: Annotated[Group, SubjectPart("nodes", (BODY, SET), "of", what="body")]
+    modulus: Annotated[
+        float,
+        NumberClause(
+            "with",
+            PRESSURE,
+            "positive",
+            FIRMNESS,
+            what="pressure",
+            example="with 10 kPa",
+        ),
+    ]
+    has_caps: Annotated[bool, FlagPart("with caps")]
+    density: Annotated[
+        float | None,
+        NumberClause(
+            "weighing", DENSITY, "positive", what="density", example="weighing 1 g/ml",
+        ),
+    ]  # fmt: skip
+
+    def action(self, order: Order) -> Action:
+        is_inside = self.what == "volume inside"
+        density = self.density or 0.0
+        return Preserve(self.group, self.modulus, self.span, is_inside, self.has_caps, density)
+
+
+def _volume_meant(order: Order) -> Hint:
+    """Return a hint with the volume that can be meant by other words after the verb."""
+    if not order.words or order.words.lower() == "volume":
+        return Hint("for example: preserve volume of BODY with 10 kPa")
+    # "preserve bag with …", "preserve volume bag with …", "preserve pressure of bag with …"
+    has_body, place, name = order.has("of"), "volume", order.words.removeprefix("volume ")
+    if name.startswith("inside "):
+        place, name = "volume inside", name.removeprefix("inside ")
+    text = "volume" if has_body else f"{place} of {name}"
+    start = order.span.start + order.span.text.index(order.words, len("preserve"))
+    written = Span(order.span.source, start, start + len(order.words))
+    whole = f"{text} of …" if has_body else text
+    return Hint(f"write preserve {whole}", Edit(text, written))
 
 
 @VERBS.member("preserve")
@@ -61,30 +122,20 @@ class Preserve(Struct, frozen=True):
     again, also after ``inflate``.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "preserve volume of BODY with PRESSURE",
-        "preserve volume of BODY with gentle pressure",
-        "preserve volume of BODY with PRESSURE with caps",
-        "preserve volume of BODY with PRESSURE weighing DENSITY",
-        "preserve volume inside of BODY with PRESSURE",
-        "preserve volume of SET with PRESSURE",
+    cases: ClassVar = Cases(
+        "",
+        {"volume": PreserveWords, "volume inside": PreserveWords},
+        "only the volume of a body can be preserved",
+        "TIS312",
+        hint=_volume_meant,
     )
+
     group: Group
     modulus: float  # [Pa]
     span: Span
     is_inside: bool = False
     has_caps: bool = False
     density: float = 0.0  # [kg/m³]
-
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        is_inside = _expect_volume(order)
-        density = 0.0
-        if order.has("weighing"):
-            example = "weighing 1 g/ml"
-            density = order.positive("weighing", units.DENSITY, what="density", example=example)
-        group, modulus = order.nodes_of("of"), _modulus(order)
-        return cls(group, modulus, order.span, is_inside, order.has(CAPS), density)
 
     def is_fluid(self, network: Network) -> bool:
         """Return whether this fills cavities, rather than cells or a closed surface."""
@@ -175,7 +226,7 @@ class Preserve(Struct, frozen=True):
 
 
 @VERBS.member("inflate")
-class Inflate(Struct, frozen=True):
+class Inflate(VerbSentence, frozen=True):
     """Sets the volume that a body preserves, gradually within the interval or at once.
 
     This is the target volume. The actual volume and the pressure follow from the stiffness of
@@ -184,22 +235,15 @@ class Inflate(Struct, frozen=True):
     target changes from its value at that time.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "inflate BODY to VOLUME",
-        "inflate BODY to VOLUME using PROFILE",
-    )
-    group: Group
-    volume: float  # [m³]
-    profile: TimeProfile
-    duration: float | None  # [s]
-    span: Span
+    meant: ClassVar[str] = "fill insufflate pump blow"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        volume = order.positive("to", units.VOLUME, what="volume", example="to 5 ml")
-        default = "constant" if order.duration is None else "ramp"
-        profile = order.profiles(default=default)[0]
-        return cls(order.nodes(), volume, profile, order.duration, order.span)
+    group: Annotated[Group, SubjectPart("nodes", (BODY,))]
+    volume: Annotated[
+        float,
+        NumberClause("to", VOLUME, "positive", what="volume", example="to 5 ml"),
+    ]
+    profile: Annotated[TimeProfile, CHANGING]
+    duration: Lasting
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         """Change the volume that is preserved.
@@ -252,33 +296,3 @@ def _flaw(network: Network, body: str, span: Span) -> str:
     except ValueError as error:
         return str(error)
     return ""
-
-
-def _expect_volume(order: Order) -> bool:
-    """Return whether the volume inside of a body is meant; reject anything else."""
-    has_body = order.has("of")
-    if order.words.lower() in ("volume", "volume inside") and has_body:
-        return order.words.lower() != "volume"
-    hint = Hint(f"for example: preserve volume of BODY {EXAMPLE}")
-    if order.words and order.words.lower() != "volume":
-        # "preserve bag with …", "preserve volume bag with …", "preserve pressure of bag with …"
-        place, name = "volume", order.words.removeprefix("volume ")
-        if name.startswith("inside "):
-            place, name = "volume inside", name.removeprefix("inside ")
-        text = "volume" if has_body else f"{place} of {name}"
-        start = order.span.start + order.span.text.index(order.words, len("preserve"))
-        written = Span(order.span.source, start, start + len(order.words))
-        whole = f"{text} of …" if has_body else text
-        hint = Hint(f"write preserve {whole}", Edit(text, written))
-    order.reject("TIS312", "only the volume of a body can be preserved", hint=hint)
-
-
-def _modulus(order: Order) -> float:
-    if not order.has("with"):
-        hint = f"for example: {EXAMPLE}, or with {next(iter(FIRMNESS))}"
-        order.reject("TIS304", "the pressure is missing", hint=hint)
-    if (word := order.word("with", FIRMNESS)) is not None:
-        return FIRMNESS[word]
-    return order.positive(
-        "with", units.PRESSURE, what="pressure", example=EXAMPLE, words=[*FIRMNESS]
-    )

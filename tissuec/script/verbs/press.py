@@ -1,26 +1,34 @@
 """``press``: a prescribed pressure on surfaces."""
 
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from msgspec import Struct
 
-from tissuec.core import units
-from tissuec.core.hints import Hint, insertion
 from tissuec.core.source import Span
+from tissuec.core.units import PRESSURE
 from tissuec.forces.pressed_sides import NoSide, Pressed, pressed_faces
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import (
+    BODY,
+    SET,
+    STEADY,
+    Cases,
+    FlagPart,
+    Lasting,
+    NumberClause,
+    SubjectPart,
+    direction,
+)
+from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
     from tissuec.forces.pressure import SurfacePressure
 
-EXAMPLE = "with 16 kPa"
-CAPS = "with caps"
-INSIDE = "inside"
 _FROM = " from "
 
 
@@ -37,60 +45,27 @@ class EndPress(Struct, frozen=True):
         return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
-@VERBS.member("press")
-class Press(Struct, frozen=True):
-    """Applies a pressure to a surface, for the interval or until ``stop pressing``.
+class Press(VerbSentence, frozen=True):
+    """A pressure on the surface of a body or set, from outside if it is solid.
 
-    The pressure always acts normal to the faces as they move. It pushes a wall
-    outwards, from the space that the wall encloses. It pushes a solid from outside; ``inside
-    of`` a solid is the part of its skin that faces a space within, such as the lumen of a thick
-    tube. A wall that encloses nothing, such as a sheet, needs the direction ``along`` which
-    it is pushed. For a set, the pressure acts on the surface triangles all of whose corners are
-    in the set.
-
-    The pressure is relative to that on the other side, and may be negative. It is
-    constant or follows the profile after ``using``. Pressures on one surface add up. With
-    caps, each open end is closed by a light plug that passes the force of the pressure on to
-    the rim.
+    Attributes:
+        is_inside: Whether it is on the surface of a space within.
+        along: Unit vector, shape (3,).
+        amount: [Pa].
+        duration: Of the sentence [s]; None without an end.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "press BODY with PRESSURE",
-        "press SET with PRESSURE",
-        "press inside of BODY with PRESSURE",
-        "press BODY with PRESSURE with caps",
-        "press SET with PRESSURE along VECTOR",
-        "press BODY with PRESSURE using PROFILE",
-    )
-    group: Group
-    is_inside: bool
-    along: Floats | None  # unit vector, shape (3,)
-    amount: float  # [Pa]
-    has_caps: bool
-    profile: TimeProfile
-    duration: float | None  # [s]
-    span: Span
+    is_inside: ClassVar[bool] = False
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        is_inside = order.words.lower() == INSIDE and order.has("of")
-        group = order.nodes_of("of") if is_inside else order.nodes()
-        if not order.has("with"):
-            hint = Hint(f"for example: {EXAMPLE}", insertion(f" {EXAMPLE}", order.span))
-            order.reject("TIS304", "the pressure is missing", hint=hint)
-        amount = order.number("with", units.PRESSURE)
-        along = order.direction("along") if order.has("along") else None
-        profile = order.profiles(default="constant")[0]
-        return cls(
-            group,
-            is_inside,
-            along,
-            amount,
-            order.has(CAPS),
-            profile,
-            order.duration,
-            order.span,
-        )
+    group: Annotated[Group, SubjectPart("nodes", (BODY, SET))]
+    amount: Annotated[
+        float,
+        NumberClause("with", PRESSURE, what="pressure", example="with 16 kPa"),
+    ]
+    has_caps: Annotated[bool, FlagPart("with caps")]
+    along: Annotated[Floats | None, direction("along")]
+    profile: Annotated[TimeProfile, STEADY]
+    duration: Lasting
 
     @property
     def _pressed(self) -> Pressed:
@@ -140,6 +115,34 @@ class Press(Struct, frozen=True):
         while f"{name} #{count}" in state.blocks:
             count += 1
         return f"{name} #{count}"
+
+
+class PressInside(Press, frozen=True):
+    """A pressure on the surface of the space within a body."""
+
+    is_inside: ClassVar[bool] = True
+
+    group: Annotated[Group, SubjectPart("nodes", (BODY,), "of", what="body")]
+
+
+@VERBS.member("press")
+class PressVerb:
+    """Applies a pressure to a surface, for the interval or until ``stop pressing``.
+
+    The pressure always acts normal to the faces as they move. It pushes a wall
+    outwards, from the space that the wall encloses. It pushes a solid from outside; ``inside
+    of`` a solid is the part of its skin that faces a space within, such as the lumen of a thick
+    tube. A wall that encloses nothing, such as a sheet, needs the direction ``along`` which
+    it is pushed. For a set, the pressure acts on the surface triangles all of whose corners are
+    in the set.
+
+    The pressure is relative to that on the other side, and may be negative. It is
+    constant or follows the profile after ``using``. Pressures on one surface add up. With
+    caps, each open end is closed by a light plug that passes the force of the pressure on to
+    the rim.
+    """
+
+    cases: ClassVar = Cases("", {"": Press, "inside": PressInside}, "")
 
 
 def stop_pressing(state: State, name: str) -> bool:

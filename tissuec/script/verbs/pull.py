@@ -10,6 +10,4 @@ from tissuec.script.verbs.push import Push
 class Pull(Push, frozen=True):
     """Applies an external force to nodes, exactly as ``push`` does."""
 
-    forms: ClassVar[tuple[str, ...]] = tuple(
-        form.replace("push", "pull", 1) for form in Push.forms
-    )
+    meant: ClassVar[str] = ""

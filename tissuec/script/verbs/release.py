@@ -1,18 +1,16 @@
 """``release``: the end of a hold or of a grip."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
-from msgspec import Struct
-
-from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.tools import grasping
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Moved, ToolClause
+from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import FIX, Released, gripped, let_go, sentence
 
 
 @VERBS.member("release")
-class Release(Struct, frozen=True):
+class Release(VerbSentence, frozen=True):
     """Releases the nodes of a set, or all nodes that a tool holds.
 
     ``release SET from TOOL`` releases the set from this tool only, ``release SET`` from
@@ -21,32 +19,43 @@ class Release(Struct, frozen=True):
     (``free`` releases them). Releasing nodes that are not held has no effect.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("release SET", "release SET from TOOL", "release TOOL")
-    group: Group | None  # None: everything that the tool holds
-    tool: str | None  # None: whoever holds it
-    span: Span
+    meant: ClassVar[str] = "drop ungrasp unclamp"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        if not order.is_tool():
-            return cls(order.nodes(), order.tool("from", kinds=grasping()), order.span)
-        if order.has("from"):
+    released: Moved  # of a tool: all that it holds
+    holder: Annotated[
+        str | None, ToolClause("from", "grasping", what="tool")
+    ]  # None: whatever holds it
+
+    def action(self, order: Order) -> Action:
+        if self.group is None and self.holder is not None:
             order.reject(
                 "TIS306",
-                f'"{order.words}" is a tool and cannot be released from one',
+                f'"{self.released.name}" is a tool and cannot be released from one',
                 hint="write: release SET from TOOL, or: release TOOL",
                 word="from",
             )
-        return cls(None, order.mover().name, order.span)
+        return self
+
+    @property
+    def group(self) -> Group | None:
+        """The released nodes; None for all that the tool holds."""
+        name, nodes = self.released.name, self.released.nodes
+        return None if nodes is None else Group(name, nodes)
+
+    @property
+    def tool(self) -> str | None:
+        """The tool that releases them; None for everything that holds them."""
+        return self.released.name if self.released.nodes is None else self.holder
 
     def holding(self) -> Released:
         return Released(self.group, self.tool)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        nodes = gripped(state, self.tool or "") if self.group is None else self.group.indices
+        group = self.group
+        nodes = gripped(state, self.released.name) if group is None else group.indices
         text = sentence(self.span)
         if not len(let_go(state, nodes, self._concerns)):
-            if self.group and state.hold_ends.get(self.group.name) == state.time:
+            if group is not None and state.hold_ends.get(group.name) == state.time:
                 return ()
             return (LoggedEvent("note", (), f"{text}: no longer held", self.span),)
         return (LoggedEvent("release", (), text, self.span),)

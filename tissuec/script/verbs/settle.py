@@ -1,19 +1,27 @@
 """``settle``: nodes that go to their equilibrium at once."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.verbs import VERBS, ActionFailed, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import SET, Lasting, SubjectPart
+from tissuec.script.verbs import (
+    VERBS,
+    Action,
+    ActionFailed,
+    EventQueue,
+    Group,
+    LoggedEvent,
+    Order,
+)
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.static_interval import StaticInterval
 
 
 @VERBS.member("settle")
-class Settle(Struct, frozen=True):
+class Settle(VerbSentence, frozen=True):
     """Moves nodes, of a set or of everything, to static equilibrium, where all forces balance.
 
     The forces are those of this moment: springs, weight, pressure, tools and pushes. Dashpots
@@ -31,15 +39,21 @@ class Settle(Struct, frozen=True):
         starts from rest in the last equilibrium.
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")
-    group: Group | None  # None for all nodes
-    span: Span
+    meant: ClassVar[str] = "relax equilibrate"
 
-    @classmethod
-    def read(cls, order: Order) -> Self | StaticInterval:
-        if order.duration is not None:
-            return StaticInterval.read(order)
-        return cls(order.nodes() if order.words else None, order.span)
+    group: Annotated[Group | None, SubjectPart("nodes", (SET,))]  # None for all nodes
+    duration: Lasting
+
+    def action(self, order: Order) -> Action:
+        if self.duration is None:
+            return self
+        if self.group is not None:
+            order.reject(
+                "TIS403",
+                "a part of the scene cannot settle over an interval",
+                hint="write settle alone, which is everything, or: at T: settle SET",
+            )
+        return StaticInterval(self.duration, self.span)
 
     def chosen(self, state: State) -> np.ndarray:
         """Return which nodes may move unless they are held, without a unit, shape (node,)."""

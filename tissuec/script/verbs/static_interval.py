@@ -1,13 +1,11 @@
 """``from … to …: settle``: an interval in which the whole scene is static."""
 
-from typing import Self
-
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent, Order
+from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 
 
@@ -29,22 +27,6 @@ class StaticInterval(Struct, frozen=True):
 
     duration: float  # [s]
     span: Span
-
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        """Return the interval of a sentence that has one.
-
-        Raises:
-            CompileError: It names a set or body.
-        """
-        assert order.duration is not None
-        if order.words:
-            order.reject(
-                "TIS403",
-                "a part of the scene cannot settle over an interval",
-                hint="write settle alone, which is everything, or: at T: settle SET",
-            )
-        return cls(order.duration, order.span)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         """Begin the interval.

@@ -1,13 +1,14 @@
 """``stop``: the end of a force, of a jet or of a motion."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
-from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import SET, Cases, Chosen, Moved, Nodes, SubjectPart
+from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import Stopped, sentence
 from tissuec.script.verbs.irrigate import stop_irrigating
 from tissuec.script.verbs.motion import stop_shifting, stop_turning
@@ -24,6 +25,36 @@ _STOPS = {
 }
 
 
+class StopForces(VerbSentence, frozen=True):
+    """The end of forces or pressures on nodes."""
+
+    what: Chosen
+    group: Nodes
+
+    def action(self, order: Order) -> Action:
+        return Stop(self.what, self.group.name, self.span)
+
+
+class StopMotion(VerbSentence, frozen=True):
+    """The end of a motion or turn of a set or tool."""
+
+    what: Chosen
+    mover: Moved
+
+    def action(self, order: Order) -> Action:
+        return Stop(self.what, self.mover.name, self.span)
+
+
+class StopJets(VerbSentence, frozen=True):
+    """The end of the jets on nodes, or of all jets."""
+
+    what: Chosen
+    group: Annotated[Group | None, SubjectPart("nodes", (SET,))]
+
+    def action(self, order: Order) -> Action:
+        return Stop(self.what, "" if self.group is None else self.group.name, self.span)
+
+
 @VERBS.member("stop")
 class Stop(Struct, frozen=True):
     """Ends all forces on a set, or stops the motion or turn of a set or tool where it is.
@@ -34,36 +65,24 @@ class Stop(Struct, frozen=True):
     all jets.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "stop pushing SET",
-        "stop pulling SET",
-        "stop moving SET",
-        "stop moving TOOL",
-        "stop turning SET",
-        "stop turning TOOL",
-        "stop pressing SET",
-        "stop irrigating SET",
-        "stop irrigating",
+    meant: ClassVar[str] = "halt pause"
+    cases: ClassVar = Cases(
+        "",
+        {
+            "pushing": StopForces,
+            "pulling": StopForces,
+            "pressing": StopForces,
+            "moving": StopMotion,
+            "turning": StopMotion,
+            "irrigating": StopJets,
+        },
+        '"{}" cannot be stopped',
+        what="action to stop",
     )
+
     what: str  # such as "pushing"
     name: str  # of the set or mover; empty for all jets
     span: Span
-
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        what = (order.words.lower().split() or [""])[0]
-        if what not in _STOPS:
-            hint = alternatives(what, _STOPS, what="it can be")
-            if not what:
-                hint = f"write: {', or: '.join(cls.forms[i] for i in (0, 2, 6))}"
-            if not what:
-                order.reject("TIS304", "the action to stop is missing", hint=hint)
-            order.reject("TIS305", f'"{what}" cannot be stopped', hint=hint)
-        if what == "irrigating" == order.words.lower():
-            return cls(what, "", order.span)
-        is_mover = what in ("moving", "turning")
-        named = order.mover(after=what) if is_mover else order.nodes(after=what)
-        return cls(what, named.name, order.span)
 
     def holding(self) -> Stopped | None:
         return Stopped(self.name) if self.what in ("moving", "turning") else None

@@ -1,18 +1,16 @@
 """``tie``: knots."""
 
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.core import units
-from tissuec.core.hints import alternatives
-from tissuec.core.source import Span
 from tissuec.core.units import FORCE, LENGTH, show
 from tissuec.mechanics.state import State
 from tissuec.model.knots import Knot
 from tissuec.model.network import Indices, Network
-from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import JOINT, THREAD, ChoiceClause, NumberClause, SubjectPart
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.tighten import is_of_joints, not_to_be_drawn
 
@@ -24,10 +22,14 @@ from tissuec.script.verbs.tighten import is_of_joints, not_to_be_drawn
 #: one in several materials (E. Rosin, G. M. Robinson, Veterinary Surgery 18 (1989) 269-273),
 #: and how much depends on the material.
 KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
+_DESCRIBED = {
+    knot: f"Holds {part:.1%} of the breaking force of its thread."
+    for knot, part in KNOTS.items()
+}
 
 
 @VERBS.member("tie")
-class Tie(Struct, frozen=True):
+class Tie(VerbSentence, frozen=True):
     """Ties the ends of a thread, a loop where it is closed, or the stitches of a joint.
 
     The knot is a piece of thread between the ends at their present positions, without
@@ -45,31 +47,20 @@ class Tie(Struct, frozen=True):
     force of the knot and the breaking force that the scene gives the stitch.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "tie THREAD with square knot",
-        "tie THREAD with surgeons knot",
-        "tie THREAD with granny knot of FORCE",
-        "tie JOINT with square knot",
-    )
-    group: Group  # of springs
-    kind: str
-    force: float | None  # [N]
-    span: Span
+    meant: ClassVar[str] = "knot ligate"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        group, kind = order.springs(), order.word("with", KNOTS)
-        if kind is None:
-            hint = alternatives("", KNOTS, what="knots")
-            if not order.has("with"):
-                order.reject("TIS304", "the kind of knot is missing", hint=hint)
-            text = order.text("with")
-            order.reject("TIS305", f'unknown knot "{text}"', hint=hint, word="with")
-        force = None
-        if order.has("of"):
-            what = "force of a knot"
-            force = order.positive("of", units.FORCE, what=what, example="of 1 N")
-        return cls(group, kind, force, order.span)
+    group: Annotated[Group, SubjectPart("springs", (THREAD, JOINT))]
+    kind: Annotated[str, ChoiceClause("with", _DESCRIBED, what="knot")]
+    force: Annotated[
+        float | None,
+        NumberClause(
+            "of",
+            FORCE,
+            "positive",
+            what="force of a knot",
+            example="of 1 N",
+        ),
+    ]
 
     def flaw(self, network: Network) -> str:
         """Return why it can never be tied, empty if it can."""

@@ -1,42 +1,45 @@
 """``tighten`` and ``loosen``: threads and joints that are drawn in or paid out."""
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
 from tissuec.forces.rest_length import ChangingRestLengths
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import (
-    VERBS,
-    Action,
-    ActionFailed,
-    EventQueue,
-    Group,
-    LoggedEvent,
-    Order,
-)
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import CHANGING, JOINT, THREAD, Lasting, NumberClause, SubjectPart
+from tissuec.script.verbs import VERBS, ActionFailed, EventQueue, Group, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 
-class ChangeRestLength(Struct, frozen=True):
+class ChangeRestLength(VerbSentence, frozen=True):
     """Another length for a thread, or for every spring of a joint.
 
     A thread gets it by shares of the lengths that its pieces have.
+
+    Attributes:
+        shorter: Whether springs can only become shorter; otherwise only longer.
+        length: [m].
+        duration: Of the sentence [s]; None at once.
     """
 
-    group: Group  # of springs
-    length: float  # [m]
-    shorter: bool  # whether it is to become so
-    profile: TimeProfile
-    duration: float | None  # [s]
-    span: Span
+    shorter: ClassVar[bool]
+
+    group: Annotated[Group, SubjectPart("springs", (THREAD, JOINT))]
+    length: Annotated[
+        float,
+        NumberClause(
+            "to", LENGTH, "positive", what="length without tension", example="to 10 mm",
+        ),
+    ]  # fmt: skip
+    profile: Annotated[TimeProfile, CHANGING]
+    duration: Lasting
 
     def flaw(self, network: Network) -> str:
         """Return why it cannot be done, empty if it can."""
@@ -100,7 +103,7 @@ class EndRestLengthChange(Struct, frozen=True):
 
 
 @VERBS.member("tighten")
-class Tighten:
+class Tighten(ChangeRestLength, frozen=True):
     """Shortens a thread or joint to a rest length, gradually within the interval or at once.
 
     The length is that without tension. For a thread, it is the total length of all intact
@@ -111,41 +114,14 @@ class Tighten:
     Parts that are already shorter do not change. If nothing changes, a note says so.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "tighten THREAD to LENGTH",
-        "tighten THREAD to LENGTH using PROFILE",
-        "tighten JOINT to LENGTH using PROFILE",
-    )
-
-    @classmethod
-    def read(cls, order: Order) -> Action:
-        return _read(order, shorter=True)
+    shorter: ClassVar[bool] = True
 
 
 @VERBS.member("loosen")
-class Loosen:
+class Loosen(ChangeRestLength, frozen=True):
     """Lengthens a thread or joint to a rest length: the opposite of ``tighten``."""
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "loosen THREAD to LENGTH",
-        "loosen THREAD to LENGTH using PROFILE",
-        "loosen JOINT to LENGTH using PROFILE",
-    )
-
-    @classmethod
-    def read(cls, order: Order) -> Action:
-        return _read(order, shorter=False)
-
-
-def _read(order: Order, *, shorter: bool) -> ChangeRestLength:
-    length = order.positive(
-        "to", units.LENGTH, what="length without tension", example="to 10 mm"
-    )
-    default = "constant" if order.duration is None else "ramp"
-    profile = order.profiles(default=default)[0]
-    return ChangeRestLength(
-        order.springs(), length, shorter, profile, order.duration, order.span
-    )
+    shorter: ClassVar[bool] = False
 
 
 def is_of_joints(network: Network, group: Group) -> bool:

@@ -1,25 +1,25 @@
 """``turn``: nodes that are turned about an axis."""
 
 from math import inf
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.core import units
-from tissuec.core.source import Span
+from tissuec.core.units import NUMBER
 from tissuec.mechanics.state import PrescribedRotation as Path
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import MOVING, Lasting, Moved, NumberClause, direction, point
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import Driven, sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
-from tissuec.script.verbs.move import nothing_to_move, refuse_jump
+from tissuec.script.verbs.move import nothing_to_move
 
 
 @VERBS.member("turn")
-class Turn(Struct, frozen=True):
+class Turn(VerbSentence, frozen=True):
     """Turns a set, or everything that a tool holds, about an axis by an angle times a profile.
 
     The axis passes through the mean position of the turned nodes at the beginning of the turn,
@@ -29,31 +29,14 @@ class Turn(Struct, frozen=True):
     and ends the first.
     """
 
-    forms: ClassVar[tuple[str, ...]] = (
-        "turn SET by ANGLE around VECTOR using PROFILE",
-        "turn TOOL by ANGLE around VECTOR through POINT using PROFILE",
-    )
-    mover: Mover
-    angle: float  # [rad]
-    axis: Floats  # unit vector, shape (3,)
-    centre: Floats | None  # [m], shape (3,); None: the mean position
-    profile: TimeProfile
-    duration: float | None  # [s]
-    span: Span
+    meant: ClassVar[str] = "rotate twist tilt spin"
 
-    @classmethod
-    def read(cls, order: Order) -> Self:
-        profiles = order.profiles(default="")
-        refuse_jump(order, profiles)
-        return cls(
-            order.mover(),
-            order.number("by", units.NUMBER),
-            order.direction("around"),
-            order.vector("through", units.LENGTH) if order.has("through") else None,
-            profiles[0],
-            order.duration,
-            order.span,
-        )
+    mover: Moved
+    angle: Annotated[float, NumberClause("by", NUMBER, what="angle", example="by 90 deg")]
+    axis: Annotated[Floats, direction("around")]  # unit vector, shape (3,)
+    centre: Annotated[Floats | None, point("through")]  # None: the mean position
+    profile: Annotated[TimeProfile, MOVING]
+    duration: Lasting
 
     def holding(self) -> Driven:
         return Driven(self.mover, self.duration)

@@ -1,11 +1,11 @@
 """The plane of a section as it is written: an axis and a place, or in the words of cuts."""
 
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import numpy as np
 
-from tissuec.compiler.clauses import ClauseReader
+from tissuec.compiler.clauses import read_sentence
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
@@ -14,15 +14,23 @@ from tissuec.lang.parser import parse
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.values import Value
-from tissuec.script.verbs.cut import read_plane as plane_of_cut
+from tissuec.script.parts import ChoiceClause
+from tissuec.script.verbs.cut import PlaneWords
 from tissuec.view.section.plane import SectionPlane
 
+FORM = "through POINT facing VECTOR"
 FORMS = 'write "z = 6 mm" or "through (0, 0, 6) mm facing (0, 1, 1)"'
 _AXES = ("x", "y", "z")
 #: What a cut has before the words of a text, by the first of them.
 _BEFORE = {"through": "cut body along plane ", "plane": "cut body along ", "along": "cut body "}
 #: Findings whose hints are about whole scenes: the grammar, and names of numbers.
 _OF_SCENES = ("TIS100", "TIS107", "TIS301")
+
+
+class SectionWords(PlaneWords, frozen=True):
+    """The plane of a section: ``along plane through POINT facing VECTOR``."""
+
+    along: Annotated[str, ChoiceClause("along", {"plane": "A plane."}, what="section")]
 
 
 class NoNames(Scope):
@@ -67,11 +75,7 @@ def _plane(items: tuple[s.Item, ...], scope: Scope) -> SectionPlane:
             normal = np.eye(3)[_AXES.index(name.key)]
             offset = _length(found, value, f"the place along {name.key}", scope)
         case (s.Sentence(phrase=None) as cut,) if cut.name.key == "cut body":
-            reader = ClauseReader(cut, "section", ("through POINT facing VECTOR",), None, scope)
-            if reader.word("along", ("plane",)) is None:
-                reader.reject("TIS305", "a section is along a plane", hint=FORMS, word="along")
-            blade = plane_of_cut(reader)
-            reader.finish()
+            blade = read_sentence(cut, "section", SectionWords, scope, FORM).plane
             normal, offset = blade.normal, float(blade.normal @ blade.origin)
         case _:
             scope.findings.reject("TIS312", "this is not a plane", items[0].span, hint=FORMS)
@@ -93,7 +97,7 @@ def _wrong(text: str, before: int, finding: Diagnostic) -> ValueError:
 
     Args:
         text: As it was written.
-        before: Number of characters before it in what was read.
+        before: NumberClause of characters before it in what was read.
         finding: The error.
     """
     assert finding.span is not None

@@ -1,0 +1,289 @@
+"""Sentences of verbs: their base class, and the forms in which they can be written."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from itertools import product
+from types import MappingProxyType
+from typing import Any, ClassVar, cast, get_args, get_type_hints
+
+from msgspec import Struct
+from msgspec.structs import fields
+
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension
+from tissuec.script.parts import (
+    Cases,
+    ChoiceClause,
+    ClausePart,
+    DirectedClause,
+    DirectionClause,
+    FlagPart,
+    NumberClause,
+    Part,
+    ProfileClause,
+    Refusal,
+    SubjectPart,
+    ToolClause,
+    VectorClause,
+)
+from tissuec.script.verbs import VERBS, Action, Order
+
+#: What follows ``using`` or ``along`` for a path, and the joining words that can be there.
+PATH, PATH_WORDS = 'table "path.csv" in mm', ("using", "along")
+
+
+class VerbSentence(Struct, frozen=True):
+    """What one sentence says; the annotations of the fields of a subclass are its parts.
+
+    Attributes:
+        span: The sentence.
+        one_of: Fields of which exactly one is written.
+        refused: Clauses that are not taken, although they might be expected, by joining word.
+    """
+
+    one_of: ClassVar[tuple[str, ...]] = ()
+    refused: ClassVar[Mapping[str, Refusal]] = MappingProxyType({})
+
+    span: Span
+
+    def action(self, order: Order) -> Action:
+        """Return what the sentence does, which is this value itself unless a subclass differs.
+
+        What no declaration can say is checked here, and refused by ``order.reject``.
+        """
+        return cast(Action, self)
+
+
+class VerbForm(Struct, frozen=True, eq=False):
+    """A class of sentences with its parts, in the order in which they are written.
+
+    Attributes:
+        kind: The class.
+        parts: By field.
+        optional: Fields that need not be written.
+        cases: Where its words are chosen; None for a verb with one form.
+        literal: The words; empty for a form without them.
+    """
+
+    kind: type[VerbSentence]
+    parts: Mapping[str, Part]
+    optional: frozenset[str]
+    cases: Cases | None = None
+    literal: str = ""
+
+    @property
+    def subjects(self) -> list[SubjectPart | ToolClause]:
+        """The parts that can stand directly behind the verb or the words of the form."""
+        parts = self.parts.values()
+        return [p for p in parts if isinstance(p, SubjectPart | ToolClause) and not p.word]
+
+    @property
+    def clauses(self) -> Iterator[tuple[str, Part | str]]:
+        """Joining words and what is behind them, for editors."""
+        if self.cases is not None and self.cases.word and self.literal:
+            yield self.cases.word, self.literal
+        for part in self.parts.values():
+            match part:
+                case DirectedClause():
+                    yield part.word, part
+                    yield part.along, DirectionClause(part.along)
+                case ProfileClause(path=path) if path:
+                    yield from (("using", part), ("along", "table"))
+                case ProfileClause() | FlagPart():
+                    yield part.word, part
+                case SubjectPart(word=word) | ClausePart(word=word) if word:
+                    yield word, part
+                case _:
+                    pass
+
+    @property
+    def words(self) -> set[str]:
+        """The joining words of its clauses, flags as a whole."""
+        found = {word for word, part in self.clauses if not isinstance(part, FlagPart)}
+        return found | {part.text for part in self.parts.values() if isinstance(part, FlagPart)}
+
+    def of_word(self, word: str) -> Part | None:
+        """The part behind a joining word; None without it."""
+        return next((p for w, p in self.clauses if w == word and isinstance(p, Part)), None)
+
+    def dimension_of(self, word: str) -> Dimension:
+        """The dimension of the numbers behind a joining word; that of a ratio without any."""
+        match self.of_word(word):
+            case NumberClause(dimension=Dimension() as dimension):
+                return dimension
+            case NumberClause(dimension=Mapping() as of_case):
+                return of_case[self.literal]
+            case VectorClause(dimension=dimension) | DirectedClause(dimension=dimension):
+                return dimension
+            case _:
+                return NUMBER
+
+
+@cache
+def form_of(kind: type[VerbSentence]) -> VerbForm:
+    """Return the form of a class of sentences."""
+    hints = get_type_hints(kind, include_extras=True)
+    with_default = {one.name for one in fields(kind) if not one.required}
+    parts, optional = dict[str, Part](), set[str]()
+    for name in kind.__struct_fields__:
+        found = getattr(hints[name], "__metadata__", ())
+        part = next((one for one in found if isinstance(one, Part)), None)
+        if part is None:
+            continue
+        parts[name] = part
+        may_miss = type(None) in get_args(hints[name].__origin__) or name in with_default
+        if (
+            may_miss
+            or isinstance(part, FlagPart)
+            or (isinstance(part, ProfileClause) and part.over)
+        ):
+            optional.add(name)
+    return VerbForm(kind, parts, frozenset(optional))
+
+
+@cache
+def forms_of(verb: str) -> tuple[VerbForm, ...]:
+    """Return the forms of a verb."""
+    member: Any = VERBS[verb]
+    cases: Cases | None = getattr(member, "cases", None)
+    if cases is None:
+        return (form_of(member),)
+    return tuple(
+        VerbForm(kind, (form := form_of(kind)).parts, form.optional, cases, literal)
+        for literal, kind in cases.forms.items()
+    )
+
+
+def synonyms(verb: type[object]) -> list[str]:
+    """Return other words for what a verb does, which hints recognise."""
+    return str(getattr(verb, "meant", "")).split()
+
+
+# --- as text ------------------------------------------------------------------------------
+
+
+@cache
+def texts_of(verb: str, *, every: bool = False) -> tuple[str, ...]:
+    """Return the forms of a verb as the reference has them: "move SET by VECTOR".
+
+    Args:
+        verb: The verb.
+        every: Whether to return all parts of each form with each choice, also of those that
+            hints leave out.
+    """
+    lines, seen = dict[str, None](), set[str]()
+    for form in forms_of(verb):
+        shown = form.cases.shown if form.cases is not None else ()
+        usual = _usual(form)
+        if every:
+            for chosen in _choices(form, usual):
+                lines |= dict.fromkeys(_lines(verb, form, chosen, set()))
+        elif not shown or form.literal in shown:
+            lines |= dict.fromkeys(_lines(verb, form, usual, seen))
+    return tuple(lines)
+
+
+def text_of(verb: str, form: VerbForm) -> str:
+    """Return the usual text of a form."""
+    return _line(verb, form, _usual(form))
+
+
+def one_by_one(verb: str, form: VerbForm) -> Iterator[str]:
+    """Yield the usual text of a form with each of its alternative clauses."""
+    rest = {name: text for name, text in _usual(form).items() if name not in form.kind.one_of}
+    for name in form.kind.one_of:
+        yield _line(verb, form, {**rest, name: _written(form.parts[name])[0]})
+
+
+def _choices(form: VerbForm, usual: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """Yield the usual text of each part, with each choice."""
+    chosen = [name for name in usual if isinstance(form.parts[name], ChoiceClause)]
+    for texts in product(*(_written(form.parts[name]) for name in chosen)):
+        yield {**usual, **dict(zip(chosen, texts, strict=True))}
+
+
+def _lines(
+    verb: str, form: VerbForm, usual: Mapping[str, str], seen: set[str]
+) -> Iterator[str]:
+    """Yield a text of a form, and those in which one part is written otherwise.
+
+    Args:
+        verb: The verb.
+        form: The form.
+        usual: Texts of parts by field.
+        seen: Clauses that were shown before and need not be again; the new ones are added.
+    """
+    yield _line(verb, form, usual)
+    for name, part in form.parts.items():
+        texts = _written(part)
+        for text in (one for one in texts if one != usual.get(name)):
+            rest = {n: t for n, t in usual.items() if not _excludes(form, name, n, text)}
+            if text not in seen or isinstance(part, SubjectPart):
+                yield _line(verb, form, {**rest, name: text})
+            seen.add(text)
+        if isinstance(part, SubjectPart) and name in form.optional & usual.keys():
+            yield _line(verb, form, {n: t for n, t in usual.items() if n != name})
+
+
+def _usual(form: VerbForm) -> dict[str, str]:
+    """Return the usual text of each part that is needed, and of the subject."""
+    profiles = (part for part in form.parts.values() if isinstance(part, ProfileClause))
+    paths = [profile.path for profile in profiles if profile.path]
+    left_out = form.optional - set(form.kind.one_of[:1])
+    texts = {
+        name: _written(part)[0]
+        for name, part in form.parts.items()
+        if _written(part) and (name not in left_out or _word(part) in paths)
+    }
+    subject = {
+        name: _written(part)[0]
+        for name, part in form.parts.items()
+        if part in form.subjects and name in left_out and texts
+    }
+    return {**subject, **texts}
+
+
+def _excludes(form: VerbForm, name: str, other: str, text: str) -> bool:
+    """Return whether one part with some text stands in place of another part."""
+    path = getattr(form.parts[name], "path", "")
+    is_path = text.endswith(PATH) and _word(form.parts[other]) == path
+    return is_path or {name, other} <= set(form.kind.one_of)
+
+
+def _line(verb: str, form: VerbForm, texts: Mapping[str, str]) -> str:
+    """Return a text of a form with some of its parts."""
+    written = [name for name in form.parts if name in texts]
+    subjects = [texts[name] for name in written if form.parts[name] in form.subjects]
+    clauses = [texts[name] for name in written if form.parts[name] not in form.subjects]
+    literal = [form.literal] if form.literal else []
+    if form.cases is not None and form.cases.word and literal:
+        return " ".join((verb, *subjects, form.cases.word, *literal, *clauses))
+    return " ".join((verb, *literal, *subjects, *clauses))
+
+
+def _word(part: Part) -> str:
+    return getattr(part, "word", "")
+
+
+def _written(part: Part) -> list[str]:
+    """Return how a part can be written, the usual way first; nothing if it is not written."""
+    match part:
+        case SubjectPart(word=word, places=places):
+            return [f"{word} {place.text}".strip() for place in places]
+        case ToolClause(word=word, entries=False):
+            return [f"{word} {part.placeholder}".strip()]
+        case NumberClause(word=word, words=words):
+            return [f"{word} {text}" for text in (part.placeholder, *list(words)[:1])]
+        case VectorClause(word=word) | DirectionClause(word=word):
+            return [f"{word} {part.placeholder}"]
+        case DirectedClause(word=word, along=along):
+            return [f"{word} {part.placeholder}S", f"{word} {part.placeholder} {along} VECTOR"]
+        case ChoiceClause(word=word, words=words):
+            return [f"{word} {one}" for one in words]
+        case FlagPart(text=text):
+            return [text]
+        case ProfileClause(path=path):
+            paths = [f"{word} {PATH}" for word in PATH_WORDS] if path else []
+            return ["using PROFILE", *paths]
+        case _:
+            return []

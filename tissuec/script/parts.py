@@ -1,0 +1,227 @@
+"""Parts of sentences, as the classes of verbs declare them in the annotations of their fields.
+
+From one declaration follow what a sentence is read to, the messages about what is missing,
+strange or wrong in it, what editors offer at each place, and the forms of the reference. A
+part is required unless its type includes None or its field has a default.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Literal
+
+from msgspec import Struct
+
+from tissuec.core.hints import Hint
+from tissuec.core.units import LENGTH, NUMBER, Dimension
+from tissuec.script.verbs import Group, Mover, Order
+
+
+class Placeholder(Struct, frozen=True):
+    """A capital word of forms, and the kinds of names that can be written for it.
+
+    Attributes:
+        names: Kinds of declarations such as "body", or sorts of them: "nodes" are sets of
+            nodes, "holding" tools that can be moved, others kinds of tools.
+    """
+
+    text: str
+    names: tuple[str, ...] = ()
+
+
+SET = Placeholder("SET", ("nodes", "body"))
+SPRINGS = Placeholder("SET", ("set", "body", "joint"))
+BODY = Placeholder("BODY", ("body",))
+TOOL = Placeholder("TOOL", ("holding",))
+THREAD = Placeholder("THREAD", ("body",))
+JOINT = Placeholder("JOINT", ("joint", "set"))
+
+
+class Part(Struct, frozen=True, kw_only=True):
+    """What is written at one place of a sentence.
+
+    Attributes:
+        what: Its name in messages, such as "vector of the motion".
+        example: The part as it could be written, such as "by (0, 0, 1) mm".
+        place: What it is called in forms; without it, the first word of ``what``: VECTOR.
+    """
+
+    what: str = ""
+    example: str = ""
+    place: str = ""
+
+    @property
+    def placeholder(self) -> str:
+        """The capital word for it in forms."""
+        return self.place or self.what.partition(" ")[0].upper()
+
+
+class ClausePart(Part, frozen=True):
+    """A part with a joining word before it.
+
+    Attributes:
+        word: The joining word; empty directly behind the verb.
+    """
+
+    word: str
+
+
+class SubjectPart(Part, frozen=True):
+    """The name of what a verb acts on.
+
+    Attributes:
+        kind: "nodes" of a set or body, "springs" of a set, body or joint, or a set or tool
+            that is "moved".
+        places: What it can be, in forms.
+        word: The joining word; empty directly behind the verb.
+    """
+
+    kind: Literal["nodes", "springs", "moved"]
+    places: tuple[Placeholder, ...]
+    word: str = ""
+
+
+class ToolClause(ClausePart, frozen=True):
+    """The name of a tool of a kind.
+
+    Attributes:
+        kind: Kind of the tool; "grasping" for all kinds that hold nodes.
+        entries: Whether its entries are read instead of its name.
+    """
+
+    kind: str
+    entries: bool = False
+
+
+class NumberClause(ClausePart, frozen=True):
+    """A number.
+
+    Attributes:
+        dimension: Its dimension, or that for each word of the case in which it is written.
+        sign: Which numbers are accepted: all, those above 0, or 0 and those above.
+        words: Words that can be written instead, with their values in SI units.
+    """
+
+    dimension: Dimension | Mapping[str, Dimension]
+    sign: Literal["any", "positive", "not negative"] = "any"
+    words: Mapping[str, float] = {}
+
+
+class VectorClause(ClausePart, frozen=True):
+    """A vector of three components."""
+
+    dimension: Dimension
+
+
+class DirectionClause(ClausePart, frozen=True):
+    """A vector without a unit, which is read to a unit vector."""
+
+
+class DirectedClause(ClausePart, frozen=True):
+    """A vector, or an amount followed by a clause with a direction.
+
+    Attributes:
+        along: The joining word of the direction.
+        direction: The clause of the direction as it could be written.
+    """
+
+    dimension: Dimension
+    along: str
+    direction: str
+
+
+class ChoiceClause(ClausePart, frozen=True):
+    """One of some words.
+
+    Attributes:
+        words: The words, with a description of each.
+        what: Name of the kind of word, in the singular.
+    """
+
+    words: Mapping[str, str]
+
+
+class FlagPart(Part, frozen=True):
+    """Words that are written or not, such as "with caps"."""
+
+    text: str
+
+    @property
+    def word(self) -> str:
+        """The joining word."""
+        return self.text.partition(" ")[0]
+
+
+class ProfileClause(Part, frozen=True):
+    """A time profile after ``using``.
+
+    Attributes:
+        at_once: The profile without the clause, if there is no interval; without a default
+            (None), the clause is not allowed then, and an empty one must be written.
+        over: The same for an interval.
+        path: Joining word of the clause without which a table has the columns of a path.
+    """
+
+    at_once: str | None
+    over: str
+    path: str = ""
+
+    word = "using"
+
+
+class LastingPart(Part, frozen=True):
+    """How long the sentence lasts [s]; None if it happens at once."""
+
+
+class CasePart(Part, frozen=True):
+    """The words by which the form of the sentence was chosen."""
+
+
+class Cases(ClausePart, frozen=True):
+    """Words that decide on the rest of a sentence.
+
+    Attributes:
+        forms: The class of the sentence for each; an empty text for a sentence without them.
+        wrong: Message for other words, with a pair of braces for them.
+        code: Its code.
+        shown: Those that hints name; all if empty.
+        hint: The remedy for a wrong sentence, if it is not one of the words.
+    """
+
+    forms: Mapping[str, type[Any]]
+    wrong: str
+    code: str = "TIS305"
+    shown: tuple[str, ...] = ()
+    hint: Callable[[Order], Hint] | None = None
+
+
+class Refusal(Struct, frozen=True):
+    """Why a verb does not take a clause that might be expected of it."""
+
+    message: str
+    hint: str
+
+
+#: Time profiles of forces, of motions, and of changes that happen at once without an interval.
+STEADY, MOVING = ProfileClause("constant", "constant"), ProfileClause("", "")
+CHANGING = ProfileClause("constant", "ramp")
+
+Nodes = Annotated[Group, SubjectPart("nodes", (SET,))]
+Springs = Annotated[Group, SubjectPart("springs", (SPRINGS,))]
+Moved = Annotated[Mover, SubjectPart("moved", (SET, TOOL))]
+Lasting = Annotated[float | None, LastingPart()]
+Chosen = Annotated[str, CasePart()]
+
+
+def point(word: str, what: str = "point") -> VectorClause:
+    """Return a clause with a position."""
+    example = f"{word} (10, 0, 0) mm"
+    return VectorClause(word, LENGTH, what=what, example=example)
+
+
+def direction(word: str, example: str = "(0, 0, 1)") -> DirectionClause:
+    """Return a clause with a direction."""
+    return DirectionClause(word, what="direction", example=f"{word} {example}", place="VECTOR")
+
+
+def factor(word: str, sign: Literal["positive", "not negative"]) -> NumberClause:
+    """Return a clause with a number without a dimension."""
+    return NumberClause(word, NUMBER, sign, what="factor", example=f"{word} 50 %")
