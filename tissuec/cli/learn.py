@@ -252,9 +252,8 @@ def _fit_data(task: _Task, compiled: "Compiled", problem: "FitProblem") -> Repor
     from tissuec.learn.fit.session import prepare
     from tissuec.learn.presets.placing import place
     from tissuec.learn.presets.preset import compose
-    from tissuec.learn.report.data import as_dict
+    from tissuec.learn.report.learnt import as_dict, judged_parts, learnt_parts
     from tissuec.learn.report.passes import Passes
-    from tissuec.learn.report.text import judged_parts, learnt_parts
     from tissuec.learn.report.words import differences, drifts
 
     order, request, target, scene = task.order, task.request, task.target, compiled.scene
@@ -302,7 +301,7 @@ def _doubt(
         strict: Whether what a note doubts is a failure.
         identified: Whether to take parameters as identified.
     """
-    from tissuec.learn.report.data import is_identified
+    from tissuec.learn.report.learnt import is_identified
 
     if learnt.failure:
         return learnt.failure
@@ -354,8 +353,8 @@ def _fit_words(task: _Task, fit: "VocabularyFit") -> Report:
     )
     from tissuec.learn.presets.placing import place
     from tissuec.learn.report.fitted_words import as_dict, fitted_parts
+    from tissuec.learn.report.learnt import judged_parts
     from tissuec.learn.report.passes import Passes
-    from tissuec.learn.report.text import judged_parts
     from tissuec.learn.report.words import unified
     from tissuec.learn.words_fit.fitting import fit_words
     from tissuec.pipeline import read_words

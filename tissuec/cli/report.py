@@ -173,7 +173,7 @@ def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     """Return what ``validate --json`` printed of the scene of a run; TissueError if not."""
     import json
 
-    from tissuec.view.report.validation import misfit
+    from tissuec.view.report.outcome import misfit
 
     try:
         document = json.loads(path.read_text(encoding="utf-8"))

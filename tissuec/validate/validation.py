@@ -19,13 +19,12 @@ from tissuec.validate.compare import QuantityError
 from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
-from tissuec.validate.judge import Judge, Verdict
+from tissuec.validate.judge import Judge, Verdict, reasons
 from tissuec.validate.reference import WITHOUT_PROMISE
 from tissuec.validate.solution import Reference
 from tissuec.validate.static_run import MINIMISERS
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
-from tissuec.validate.wording import reasons
 
 
 class RunComparison(Struct, frozen=True, eq=False):

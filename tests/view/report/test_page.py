@@ -19,8 +19,8 @@ from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
 from tissuec.view.report import again, pictures
+from tissuec.view.report.drawings import chosen
 from tissuec.view.report.listing import stretches
-from tissuec.view.report.motion import chosen
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,97 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
+from msgspec import Struct
+
 from tissuec.analysis.result_scene import RecompiledScene, recompile
 from tissuec.compiler.prediction import Prediction, predict
 from tissuec.core.errors import counted
 from tissuec.results.doubts import Doubt, kinds
 from tissuec.results.info import summary
+from tissuec.results.manifest import RUNNING
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.report import VERDICTS
-from tissuec.view.report.texts import Texts, file_name
-from tissuec.view.report.verdict import Headline, Kind, Tone, kind_of
+from tissuec.view.report.markup import Html, element, html, link
+
+
+def file_name(path: str) -> str:
+    """Return the last part of a path of any system."""
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
+class Texts:
+    """The scene and its imports, by name.
+
+    Attributes:
+        texts: The scene first.
+        linked: The lines that the page leads to, by name; they must be shown.
+    """
+
+    def __init__(self, scene: str, text: str, used: Mapping[str, str]):
+        self.scene = scene
+        self.texts = {scene: text} | {name: used[name] for name in used if name != scene}
+        self.linked: dict[str, set[int]] = {name: set() for name in self.texts}
+        self._lines = {name: text.count("\n") + 1 for name, text in self.texts.items()}
+        self._keys = {name: f"text-{number}" for number, name in enumerate(self.texts)}
+
+    def key(self, name: str) -> str:
+        """Return the anchor of a text."""
+        return self._keys[name]
+
+    def anchor(self, name: str, line: int) -> str:
+        """Return the anchor of a line."""
+        return f"{self._keys[name]}-{line}"
+
+    def link(self, place: str) -> Html:
+        """Return ``file:line`` as a link to that line; as text if it is not on the page.
+
+        The scene is shown without the folder that it lay in.
+        """
+        name, _, digits = place.rpartition(":")
+        if name not in self.texts or not digits.isdecimal():
+            return html(place)
+        line = int(digits)
+        if not 1 <= line <= self._lines[name]:
+            return html(place)
+        self.linked[name].add(line)
+        shown = f"{file_name(name)}:{line}" if name == self.scene else place
+        return element("span", link(self.anchor(name, line), shown), class_="place")
+
+
+Kind = Literal["done", "stopped", "unfinished"]
+Tone = Literal["good", "bad", "warned", "open"]
+SIGNS: Mapping[Tone, str] = {"good": "✓", "bad": "✗", "warned": "!", "open": "…"}
+
+
+class Headline(Struct, frozen=True):
+    """The headline of a report.
+
+    Attributes:
+        tone: Also shown by a colour.
+        word: A few words.
+        reasons: Why, each with the section of the page that tells more.
+    """
+
+    tone: Tone
+    word: str
+    reasons: tuple[tuple[str, str], ...]
+
+    @property
+    def sign(self) -> str:
+        """Return the sign that says the same as the colour."""
+        return SIGNS[self.tone]
+
+
+def kind_of(manifest: Mapping[str, Any]) -> Kind:
+    """Return whether a run reached its end, failed, or can be resumed."""
+    if manifest["finished"]:
+        return "done"
+    outcome = str(manifest["outcome"])
+    is_open = manifest.get("kind") == "interrupted" or outcome.startswith("interrupted")
+    return "unfinished" if is_open or outcome == RUNNING else "stopped"
+
 
 #: Verdicts of a validation that nobody has to be warned of.
 _FINE = ("kept", "nothing promised")

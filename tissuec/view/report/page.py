@@ -5,21 +5,7 @@ from pathlib import Path
 
 from tissuec.core import palette
 from tissuec.core.version import __version__
-from tissuec.view.report import (
-    again,
-    citing,
-    curves,
-    events,
-    expectations,
-    listing,
-    manifest,
-    motion,
-    plan,
-    run,
-    tissues,
-    validation,
-    warnings,
-)
+from tissuec.view.report import drawings, listing, origins, outcome, reproducing
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.head import head
 from tissuec.view.report.markup import Html, Section, element, link
@@ -82,20 +68,20 @@ def document(title: str, header: Html, parts: Sequence[Section]) -> str:
 
 def _sections(content: ReportContent) -> list[Section]:
     every: list[Section | None] = [
-        motion.section(content),
-        expectations.section(content),
-        curves.section(content),
-        events.section(content),
-        tissues.section(content),
-        plan.section(content),
-        run.run(content),
-        run.exactness(content),
-        validation.section(content),
-        warnings.section(content),
-        listing.section(content),  # behind all that leads to its lines
-        again.section(content),
-        citing.section(content),
-        manifest.section(content),
+        drawings.motion(content),
+        outcome.expectations(content),
+        drawings.logs(content),
+        outcome.events(content),
+        origins.numbers(content),
+        origins.plan(content),
+        outcome.run(content),
+        outcome.exactness(content),
+        outcome.validation(content),
+        reproducing.warnings(content),
+        listing.section(content),  # after all that has links to its lines
+        reproducing.again(content),
+        reproducing.citing(content),
+        reproducing.manifest(content),
     ]
     return [section for section in every if section is not None]
 

@@ -15,10 +15,10 @@ from tissuec.studies.rows import DONE, ENDED
 from tissuec.studies.summary import doubts_in_words, promises, range_of, values_of
 from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw
+from tissuec.view.report.drawings import inline, lacking
 from tissuec.view.report.markup import Content, Html, Section, element, html, row
 from tissuec.view.report.markup import table as table_of
 from tissuec.view.report.page import document
-from tissuec.view.report.pictures import inline, lacking
 
 MOST_ROWS = 500  # of the table on the page
 

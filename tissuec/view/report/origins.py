@@ -1,15 +1,17 @@
-"""The origin of every number: params and tissues, as in ``tissuec explain``."""
+"""The origin of every number, and the plan of the run, as in ``tissuec explain``."""
 
 from collections.abc import Iterable
 
 from tissuec.compiler.provenance import SET, ProvenanceRow, Reason, tissue_rows, used_tissues
+from tissuec.core.report import FactSection
 from tissuec.scene.model import Tissue
 from tissuec.scene.resolved import ResolvedProgram
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, Section, element, html, row, table
+from tissuec.view.report.markup import Content, Html, Section, element, html, row, shown, table
+from tissuec.view.summaries.plan import plan_sections
 
 
-def section(content: ReportContent) -> Section:
+def numbers(content: ReportContent) -> Section:
     """Return params, and the table of each tissue that bodies are made of."""
     words = content.recompiled.words
     if words is None:
@@ -85,3 +87,14 @@ def _reason(content: ReportContent, reason: Reason) -> Html:
     facts = element("small", reason.facts) if reason.facts else None
     because = element("td", bar, reason.said, " " if facts else None, facts)
     return html((because, element("td", content.texts.link(reason.place))))
+
+
+def plan(content: ReportContent) -> Section:
+    """Return the plan; that in the file where the scene cannot be compiled."""
+    plan = content.prediction
+    if plan is not None:
+        return Section("plan", "Plan", shown(plan_sections(plan)))
+    text = "Arrays and cost are unknown, because the scene could not be compiled again."
+    skipped = content.manifest.get("plan", {}).get("skipped") or ["nothing"]
+    parts = (element("p", text), shown([FactSection("skipped", skipped)]))
+    return Section("plan", "Plan", html(parts))
