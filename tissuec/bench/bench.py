@@ -30,7 +30,12 @@ class Rivals(NamedTuple):
     judges: Judges
 
 
-NONE = Rivals(lambda problem, position: ((), ()), lambda problem, position: ())
+def _nobody(_: BenchProblem, __: Floats) -> tuple[()]:
+    """Return no solvers."""
+    return ()
+
+
+NONE = Rivals(lambda *_: ((), ()), _nobody)
 
 
 class BenchResult(Struct, frozen=True, eq=False):

@@ -1,7 +1,7 @@
 """``tissuec learn``: Fit parameters or words of a scene to measured data."""
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -206,7 +206,7 @@ class _Task(Struct, frozen=True):
             code = exit_code(getattr(error, "signal", None))
             return Report(parts, {"error": "interrupted", "again": again}, code)
 
-    def keep(self, sources: "Sequence[Source]", planned: Sequence[Path]) -> None:
+    def keep(self, sources: "Sequence[Source]", planned: Iterable[Path]) -> None:
         """Refuse to lose a text of the scene, or another file, before time is spent.
 
         Args:

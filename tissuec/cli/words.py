@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
+NAME = "proposed tissue"  # of a tissue that is made of numbers
 DEFAULT, OF_MATTER = "fuzzy/soft_tissue", "fuzzy/soft_matter"
 
 
@@ -159,9 +160,6 @@ def _parts(listing: dict[str, Any]) -> list[Part]:
         parts.append(FactSection(title, [table]))
     parts += (f"\nrules {name}: {count}" for name, count in listing["rules"].items())
     return parts
-
-
-NAME = "proposed tissue"  # of a tissue that is made of numbers
 
 
 def propose_words(words: "ResolvedProgram", wanted: str, libraries: tuple[Path, ...]) -> Report:

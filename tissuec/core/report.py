@@ -7,7 +7,7 @@ as plain data, and ``view.report.markup.shown`` as HTML. Commands only return re
 
 from collections.abc import Iterable, Iterator, Sequence
 from sys import maxsize
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 from msgspec import Struct
 
@@ -110,8 +110,9 @@ class Report(Struct, frozen=True):
         """Return the document with ``ok``, unless it is a table or a list."""
         if self.is_table or not isinstance(self.document, dict):
             return self.document
+        document = cast("dict[str, Any]", self.document)
         found = {"diagnostics": [*map(as_dict, self.findings)]} if self.findings else {}
-        return {"ok": self.code == DONE, **self.document, **found}
+        return {"ok": self.code == DONE, **document, **found}
 
 
 def failed(error: Exception | str, code: int, **facts: Any) -> Report:

@@ -1,9 +1,9 @@
-"""What tests of reports share: a made-up result, and pages without pictures."""
+"""What tests of reports share: a made-up result, and pages without drawings."""
 
 import pytest
 
 from tests.results.conftest import example
-from tissuec.view.report import pictures
+from tissuec.view.report import drawings
 
 __all__ = ["example"]
 
@@ -11,4 +11,4 @@ __all__ = ["example"]
 @pytest.fixture
 def without_pictures(monkeypatch):
     """Pictures take time, and have tests of their own."""
-    monkeypatch.setattr(pictures, "lacking", lambda: "there is no time for pictures")
+    monkeypatch.setattr(drawings, "lacking", lambda: "there is no time for pictures")

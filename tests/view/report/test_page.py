@@ -18,7 +18,7 @@ from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
-from tissuec.view.report import again, pictures
+from tissuec.view.report import drawings, reproducing
 from tissuec.view.report.drawings import chosen
 from tissuec.view.report.listing import stretches
 
@@ -356,7 +356,7 @@ def test_without_matplotlib_the_page_says_what_brings_it(result, monkeypatch):
     def missing():
         raise TissueError('a plot needs matplotlib; install it: pip install "tissuec[plot]"')
 
-    monkeypatch.setattr(pictures, "need_matplotlib", missing)
+    monkeypatch.setattr(drawings, "need_matplotlib", missing)
     page = Page(page_of(result))
     assert 'install it: pip install "tissuec[plot]".' in page.section("curves").text
     assert not page.root.all("svg") and not page.root.all("img")
@@ -388,7 +388,7 @@ def test_long_texts_show_their_beginning_and_what_is_led_to():
 def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
     result, monkeypatch
 ):
-    monkeypatch.setattr(again, "LONGEST", 1000)
+    monkeypatch.setattr(reproducing, "LONGEST", 1000)
     section = Page(page_of(result)).section("again")
     saved = [link.attributes["download"] for link in section.all("a")]
     assert saved == ["words.tis"]
