@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.bench.points import MeasuredPoint, MissingPoint, Tell, measure
 from tissuec.bench.problem import BenchProblem
 from tissuec.bench.solver import BenchSolver, EngineSolver
-from tissuec.bench.truth import BestSolution, Judges, find_truth
+from tissuec.bench.truth import BestSolution, Judges, find_truth, no_judges
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
@@ -30,12 +30,11 @@ class Rivals(NamedTuple):
     judges: Judges
 
 
-def _nobody(_: BenchProblem, __: Floats) -> tuple[()]:
-    """Return no solvers."""
-    return ()
+def _no_solvers(_: BenchProblem, __: Floats) -> tuple[tuple[()], tuple[()]]:
+    return (), ()
 
 
-NONE = Rivals(lambda *_: ((), ()), _nobody)
+NONE = Rivals(_no_solvers, no_judges)
 
 
 class BenchResult(Struct, frozen=True, eq=False):

@@ -32,6 +32,11 @@ FINEST = 1e-12
 Judges = Callable[[BenchProblem, Floats], Sequence[BenchSolver]]
 
 
+def no_judges(_: BenchProblem, __: Floats) -> tuple[()]:
+    """Return no solvers."""
+    return ()
+
+
 class Unknown(TissueError):
     """No solution came out that anything could be measured against."""
 
@@ -64,7 +69,7 @@ def find_truth(
     budget: float,
     patience: float = PATIENCE,
     tell: Tell = lambda text: None,
-    judges: Judges = lambda problem, position: (),
+    judges: Judges = no_judges,
 ) -> BestSolution:
     """Return the solution of the first method that reaches the end, and a second solution.
 

@@ -56,7 +56,7 @@ def command(
         reason = "" if within is None else _objection(found, within)
         document, parts = as_dict(found), parts_of(found)
     if within is not None:
-        document["within"] = within
+        document |= {"within": within, "reason": reason}
     if reason:
         parts.append(Fact(f"not within {within:g}", reason, "remark"))
     return Report(parts, document, FAILED if reason else DONE)

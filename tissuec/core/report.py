@@ -108,9 +108,10 @@ class Report(Struct, frozen=True):
 
     def as_json(self) -> Any:
         """Return the document with ``ok``, unless it is a table or a list."""
-        if self.is_table or not isinstance(self.document, dict):
-            return self.document
-        document = cast("dict[str, Any]", self.document)
+        document = self.document
+        if self.is_table or not isinstance(document, dict):
+            return document
+        document = cast("dict[str, Any]", document)
         found = {"diagnostics": [*map(as_dict, self.findings)]} if self.findings else {}
         return {"ok": self.code == DONE, **document, **found}
 
