@@ -64,7 +64,7 @@ class Shipped:
     def _words(
         self, fields: Iterable[RecordField], values: Sequence[Any]
     ) -> tuple[list[float], list[RecordTable]]:
-        """Return what the function for C takes, and what must be kept until it returns."""
+        """Return the arguments of the function in C, and objects to keep until it returns."""
         tables: list[RecordTable] = []
         words: list[float] = []
         for field, value in zip(fields, values, strict=True):

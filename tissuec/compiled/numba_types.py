@@ -36,7 +36,7 @@ register_model(RecordType)(models.OpaqueModel)
 
 
 def kind_of(field: RecordField) -> types.Type:
-    """Return what Numba calls the type of a field."""
+    """Return the Numba type of a field."""
     if field.dtype is not None:
         return types.Array(numba.from_dtype(field.dtype), field.axes, "C")
     return SCALARS.get(field.kind) or RecordType(field.kind)
@@ -165,7 +165,7 @@ def caller(name: str, own: Signature) -> Callable[..., Any]:
 
 @cache
 def partial_caller(name: str) -> Callable[..., Any]:
-    """Return what calls one of the laws that it is given, in compiled code."""
+    """Return a function that calls one of the given laws, in compiled code."""
     return _caller(PARTIALS[name], _TABLES[0], layout(Laws)[0][name].place)
 
 
@@ -206,7 +206,7 @@ def law_caller() -> Callable[..., Any]:
 
 
 def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]:
-    """Return what calls a function whose address is a word of a table among its arguments."""
+    """Return a function that calls another by an address in a table among its arguments."""
 
     def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
         kinds = [context.get_value_type(kind) for kind in own.args]
@@ -219,7 +219,7 @@ def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]
 
 
 def _typed(own: Signature, generate: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what compiled code calls as a function of its own, from how it is generated."""
+    """Return a function that compiled code can call, from its generator."""
 
     def typed(context: object, *arguments: object) -> tuple[Signature, Any]:
         return own, generate

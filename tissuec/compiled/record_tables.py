@@ -152,7 +152,7 @@ def tabulated(record: R) -> R:
 
 @cache
 def _numbers(record: Record) -> struct.Struct | None:
-    """Return what packs the values of a record; None if it has anything but numbers."""
+    """Return a packer of the values of a record; None if it has anything but numbers."""
     kinds = [field.kind for field in layout(record)[0].values()]
     if not all(kind in (float, int, bool) for kind in kinds):
         return None

@@ -39,7 +39,7 @@ def cache_folder() -> Path | None:
 
 
 def recalled(name: str, make: Callable[[], bytes]) -> bytes:
-    """Return what is kept under a name; it is made if it is not there, or is damaged.
+    """Return the value kept under a name; it is made if it is missing or damaged.
 
     Args:
         name: Path below the folder, with a digest of all that the content depends on.

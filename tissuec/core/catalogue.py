@@ -22,7 +22,7 @@ class CodeEntry(Struct, frozen=True):
         text: What it means, why it is refused, and what to do.
         before: A piece of text that earns the code.
         after: The same without the mistake.
-        frame: The rest of the scene around the piece, which stands for ``<here>``. Without
+        frame: The rest of the scene around the piece, which replaces ``<here>``. Without
             that mark the piece belongs on the command line; empty if the piece is a whole text.
         frame_name: What the frame is called; empty without one.
     """
@@ -47,7 +47,7 @@ class CodeEntry(Struct, frozen=True):
         return "\n".join(lines) + "\n"
 
     def override(self, piece: str) -> str | None:
-        """Return what ``piece`` sets on the command line; None if it belongs into the text."""
+        """Return how the command line sets ``piece``; None if it belongs in the text."""
         if not self.frame or _HERE in self.frame:
             return None
         return piece.removeprefix("--set").strip().strip('"')
@@ -114,7 +114,7 @@ def _place(entry: CodeEntry) -> str:
     return f"In the {scene}" if _HERE in entry.frame else f"On the command line of the {scene}"
 
 
-#: What stands for ``<here>`` on the page.
+#: What replaces ``<here>`` on the page.
 HERE_IN_PAGE = "# here"
 _SURROUNDINGS = f"""## Scenes of the examples
 

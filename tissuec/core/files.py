@@ -27,7 +27,7 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0) | _NO_LINK
 _FLOCK = struct.Struct("hhqqi0q")  # kind, from where, start, length, process
 _register: set[tuple[int, int]] = set()  # device and inode of what this process is writing
-_registering = RLock()  # a file may be closed by whoever collects garbage
+_registering = RLock()  # a file may be closed by the garbage collector
 
 
 def open_regular(path: Path) -> BufferedReader:

@@ -89,7 +89,7 @@ def _cell(text: str) -> str:
 def _grid(text: str) -> str:
     """Return a table whose columns are underlined with equal signs, as Markdown.
 
-    A line that is blank under the first column goes on with the row above.
+    A line that is blank under the first column continues the row above.
     """
     border, *lines = text.split("\n")
     starts = [found.start() for found in re.finditer(r"=+", border)]

@@ -1,6 +1,6 @@
 """Colours that every picture shares: pages, plots and animations.
 
-They can be told apart with any colour vision: neighbours differ in lightness, and nothing is
+They can be distinguished with any colour vision: neighbours differ in lightness, and nothing is
 said by colour alone. The colours of series are those of M. Okabe and K. Ito, "Color universal
 design" (2008), without the yellow, which paper swallows.
 """

@@ -22,7 +22,7 @@ class ProgressLine:
     """A line on stderr that is rewritten; off a terminal nothing, or a new line now and then.
 
     Args:
-        meanwhile: Tells what goes on while nothing else is heard, "" for nothing.
+        meanwhile: Returns what is under way while nothing else is reported, "" for nothing.
         anywhere: Whether it is also shown off a terminal, such as in a notebook.
         logged: Whether new lines are written off a terminal, such as to a file.
     """
@@ -67,7 +67,7 @@ class ProgressLine:
         self._write(line(now))
 
     def _watch(self) -> None:
-        """Say what goes on while nothing else is heard."""
+        """Show what is under way while nothing else is reported."""
         assert self.meanwhile is not None
         while not self.ended.wait(EVERY):
             if clock.monotonic() - self.heard > SILENCE and (what := self.meanwhile()):
@@ -131,7 +131,7 @@ class RunProgress(ProgressLine):
         self.first: tuple[float, float] | None = None
 
     def _before_steps(self) -> str:
-        """Tell what goes on while no time is told."""
+        """Show what is under way while no time is reported."""
         if getattr(sys.modules.get(LOADER), "translating", False):
             return "compiling kernels"
         return "preparing" if self.first is None else ""
@@ -149,7 +149,7 @@ class RunProgress(ProgressLine):
         speed = (time - self.first[1]) / max(now - self.first[0], 1e-9)
         left = f", {minutes((self.duration - time) / speed)} left" if speed > 0.0 else ""
         done = f"{show(time, TIME)} of {show(self.duration, TIME)}"
-        # Narrow terminals cut the beginning: the time stands behind the speed.
+        # Narrow terminals cut the beginning: the time follows the speed.
         return f"{self.name} [{bar:<{WIDTH}}] {speed:.2g} x real time, {done}{left}"
 
 

@@ -259,7 +259,7 @@ def si_unit(dimension: Dimension) -> str:
 
 
 def written_unit(dimension: Dimension) -> str:
-    """Return the SI unit of a dimension as it can stand behind a number."""
+    """Return the SI unit of a dimension as it can follow a number."""
     # A number cannot be followed by the 1 of 1/s.
     return "Hz" if dimension == FREQUENCY else si_unit(dimension)
 

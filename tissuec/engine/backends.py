@@ -115,12 +115,12 @@ def with_python(
 
 @cache
 def interpreter(integrator: type[Integrator]) -> Binder:
-    """Return what binds the stepping code of an integrator, to run as Python."""
+    """Return a function that binds the stepping code of an integrator, to run as Python."""
     return Binder(names_in_python(integrator))
 
 
 def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
-    """Return what names in stepping code mean where it runs as Python."""
+    """Return the meanings of names in stepping code that runs as Python."""
     from tissuec.compiled.calls import VECTORS
 
     return method_names(integrator) | VECTORS | OPERATIONS
@@ -144,7 +144,7 @@ def loop_operations(integrator: type[Integrator], features: Features) -> Operati
 
 @cache
 def bound_inside(integrator: type[Integrator]) -> Inside:
-    """Return what looks into the steps of an integrator."""
+    """Return the interpolation within steps of an integrator."""
     from tissuec.compiled.bundles import of_method
     from tissuec.compiled.calls import Shipped
     from tissuec.compiled.loading import is_shipped

@@ -244,7 +244,7 @@ class Engine:
         """Go on to the end of a viewed step, so that its samples are recorded.
 
         ``look`` remains possible, and so is a checkpoint then, unless something interrupts in
-        the step: samples up to there are recorded when the run goes on.
+        the step: samples up to there are recorded when the run continues.
         """
         if self._viewed is None or self._viewed[1] is not None:
             return
@@ -309,7 +309,7 @@ class Engine:
         return None
 
     def _at_once(self, state: State, watch: Watch | None) -> Interruption | None:
-        """Return what interrupts at the start already, before any step."""
+        """Return the interruption at the start, before any step."""
         time = state.time
         if self.method.watch_strength:
             broken = failures.overloaded(state)

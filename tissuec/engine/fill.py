@@ -2,7 +2,7 @@
 
 Nodes that a spring or an item of a field joins are neighbours in a graph, whose matrix of
 one number for each pair has the pattern of the 3 × 3 blocks of S. The size of its factor gives
-that of S: each of c numbers in a column stands for 9, in 3 columns.
+that of S: each of c numbers in a column represents 9, in 3 columns.
 """
 
 from typing import TYPE_CHECKING, NamedTuple, Self

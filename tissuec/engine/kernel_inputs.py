@@ -252,7 +252,7 @@ class KernelInputs:
     def _effects(
         self, integrator: type[Integrator], needed: Features, near: dict[str, Floats]
     ) -> dict[str, Any]:
-        """Return what only some scenes have, None for what a scene has nothing of."""
+        """Return the records of optional features, None for those that are missing."""
         fields, acting = self.fields(), self.acting
         kept = cast(tuple[RecordTable, ...], fields.kept)
         records = (table.record for table in kept)
@@ -296,7 +296,7 @@ class KernelInputs:
         return bool(moving) or self.state.contact is not None
 
     def fields(self) -> Fields:
-        """Return what acts on nodes beside springs, around the positions ``around``."""
+        """Return the forces on nodes other than springs, around the positions ``around``."""
         groups = [group for field in self.state.fields for group in self._passes(field)]
         found = [(kernel, RecordTable(table)) for group in groups for kernel, table in group]
         places = [kernel_address(kernel, table) for kernel, table in found]
@@ -337,7 +337,7 @@ class KernelInputs:
         return reels(list(state.reelings.values()), row, ends, first)
 
     def internal(self) -> InternalVariables:
-        """Return what springs remember."""
+        """Return the internal variables of springs."""
         network = self.state.network
         nodes = network.remembering(SPRINGS)
         assert self.springs.inelastic is not None

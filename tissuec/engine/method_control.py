@@ -149,7 +149,7 @@ class MethodControl:
         return True
 
     def _candidate(self, state: State, pace: float) -> tuple[str, float] | None:
-        """Return what may come further, and the predicted time of its trial [s].
+        """Return the methods that may come further, and the predicted time of their trial [s].
 
         Args:
             state: Of the run.

@@ -3,10 +3,10 @@
 Whether a scene is stiff is not to be seen from its fastest rates: what counts is how much
 larger than these allow the steps could be, and that shows in trying. So where stability limits
 the steps of an explicit method, the other kind is tried for a while, where accuracy limits
-those of a low order, order 8, and the one goes on that comes further in its time. That time is
-predicted from counts, not taken by a clock, so that a run gives the same bytes again; the costs
-were measured. Each look is later than the last by a factor, so that trials stay a small part of
-the whole.
+those of a low order, order 8, and the one that comes further in its time continues. That time
+is predicted from counts, not taken by a clock, so that a run gives the same bytes again; the
+costs were measured. Each look is later than the last by a factor, so that trials stay a small
+part of the whole.
 """
 
 from collections.abc import Callable, Mapping
@@ -44,7 +44,7 @@ class MethodTrial(Struct):
 
     Attributes:
         look: Force evaluations at which to look again.
-        length: Of the next window of the method that goes on, in force evaluations.
+        length: Of the next window of the continuing method, in force evaluations.
         window: Of the window under way; short in a trial, whose evaluations may cost more.
         end: Force evaluations at which it ends.
         allowance: What each window of a trial may cost if it falls behind [s], 0 outside of
@@ -159,7 +159,7 @@ class MethodTrial(Struct):
 
     @classmethod
     def restore(cls, saved: Mapping[str, Any]) -> "MethodTrial":
-        """Return what ``state`` gave; numbers may come back as those of NumPy."""
+        """Return the value of ``state``; numbers may be those of NumPy."""
         fresh = cls()
         return cls(**{name: type(value)(saved[name]) for name, value in asdict(fresh).items()})
 

@@ -236,7 +236,7 @@ def _budget(
 
 
 def _least_energy(network: Network, floor: float, duration: float) -> float:
-    """Return what a displacement too small to measure errors by stores or carries [J]."""
+    """Return the energy of a displacement too small to measure errors by [J]."""
     stored = most_stored(network, floor)
     mass = float(network.mass[: network.body_nodes].sum())
     speed = floor / duration if duration else 0.0
@@ -244,7 +244,7 @@ def _least_energy(network: Network, floor: float, duration: float) -> float:
 
 
 def most_stored(network: Network, displacement: float) -> float:
-    """Return what the stiffest spring stores if it is stretched by a displacement [J].
+    """Return the energy of the stiffest spring if it is stretched by a displacement [J].
 
     Args:
         network: The network.
@@ -254,7 +254,7 @@ def most_stored(network: Network, displacement: float) -> float:
 
 
 def least_pressure(state: State, floor: float) -> float:
-    """Return what enclosed volumes store by a displacement too small to measure by [J]."""
+    """Return the energy of enclosed volumes by a displacement too small to measure by [J]."""
     strain = 3.0 * floor / (state.network.extent or 1.0)
     parts = (part.modulus * float(part.drawn.sum()) for part in state.kept_volumes)
     return 0.5 * sum(parts) * strain * strain

@@ -200,7 +200,7 @@ class Stepper:
         return reason
 
     def acting(self) -> RecordTable:
-        """Return what acts, with the operations on it."""
+        """Return the acting forces, with the operations on them."""
         if self._net is None:
             inputs, needed = self.inputs, self.inputs.features
             if needed.touched:

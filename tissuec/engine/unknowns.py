@@ -38,7 +38,7 @@ def cost_of_springs(solver: Solver, springs: int) -> SolvingCost:
 
 
 def no_solver() -> Solver:
-    """Return what explicit methods have."""
+    """Return an empty solver, as explicit methods have."""
     return Solver(
         slot=np.zeros(0, dtype=np.int64),
         band=np.zeros((0, 0)),

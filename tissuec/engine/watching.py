@@ -102,7 +102,7 @@ def first_interruption(
     start = stepper.work.x[stepper.progress.current]
     if loads is not None and may_break(loads, stepper, start, 1):
         ruptures.append(within.first_rupture(LoadedElements(loads), looks))
-    # What breaks at the same time as the first does so as the run goes on from there.
+    # What breaks at the same time as the first does so as the run continues from there.
     found = (one for one in ruptures if one is not None)
     rupture = min(found, key=lambda one: one[0], default=None)
     if watch is None:

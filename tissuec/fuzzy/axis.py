@@ -110,7 +110,7 @@ class Axis(Struct, frozen=True, dict=True):
         return Piecewise(xs, shape.ys).within(*self.bounds)
 
     def value_of(self, shape: AnyShape) -> float:
-        """Return what a word given as a fact stands for: the middle of its core."""
+        """Return the value of a word given as a fact: the middle of its core."""
         return self.from_scale(shape.middle)
 
     def reach_of(self, shape: Shape) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 Whether a rule fires depends only on which of its words are fully false, fully true, or between;
 all conjunctions and disjunctions on offer agree about that. Between two corners of the sets
-none of these changes, so that finitely many cells stand for every combination of facts.
+none of these changes, so that finitely many cells represent every combination of facts.
 
 Cells of an axis are parts on which the logic of its sets does not change. What is true to a
 negligible degree counts as false.

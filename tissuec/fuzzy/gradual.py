@@ -7,7 +7,7 @@ H. Prade, Gradual inference rules in approximate reasoning, Information Sciences
 S. Fukami, M. Mizumoto, K. Tanaka, Some considerations on fuzzy conditional inference, Fuzzy
 Sets and Systems 4:243, 1980.)
 
-A word that is given as a fact stands for the middle of its core, which for an outer word lies
+A word that is given as a fact means the middle of its core, which for an outer word lies
 beyond its shoulder. Facts are therefore stretched first, so that this middle comes to the
 shoulder: from "soft" on, every step counts, outward to the end as inward to the next word.
 """

@@ -66,7 +66,7 @@ class Piecewise(Struct, frozen=True):
 
     @property
     def middle(self) -> float:
-        """Return the middle of the core: what the word stands for as a fact."""
+        """Return the middle of the core: the value of the word as a fact."""
         low, high = self.core
         return low + (high - low) / 2
 

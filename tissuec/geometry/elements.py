@@ -79,7 +79,7 @@ class Measures(Struct, frozen=True, eq=False):
     Attributes:
         gradients: ∂N_a/∂X at each point [1/m], shape (element, point, node, 3); see ``spread``
             of the shape.
-        volume: That each point stands for [m³], shape (element, point); negative where an
+        volume: Integration weight of each point [m³], shape (element, point); negative where an
             element is inverted.
     """
 

@@ -135,7 +135,7 @@ class Runs(NamedTuple):
     width: int  # nodes of a block
     stiffness: Floats  # [N/m]
     damping: Floats  # [N s/m]
-    rest: Floats  # [m], shape (spring,), or (0,) where they are told by the next two
+    rest: Floats  # [m], shape (spring,), or (0,) where the next two give them
     # Bits of a length, and how many numbers of this precision further that of each spring is;
     # ``forces.runs_kernel.NO_STEP`` of what is none
     base: Integers  # shape (run,) or (0,)
@@ -295,7 +295,7 @@ class Work(NamedTuple):
     # Accelerations of the stages [m/s²], from row 2 on, as ``kernels.stages`` combines them,
     # and scratch of methods, shape (row, 3 node)
     rows: Rows
-    end_row: int  # which stands for the acceleration at the end of the step
+    end_row: int  # of the acceleration at the end of the step
     power: Rows  # of work and of dissipation at the stages [W], shape (row, 2)
     trial_x: Floats  # shape (3 node,)
     trial_v: Floats  # shape (3 node,)
@@ -324,7 +324,7 @@ class Work(NamedTuple):
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
     errors: Floats  # estimates, of positions [m] and of velocities [m/s], shape (2,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
-    # Largest rate of the motion, or one over the time step that a method goes on with [1/s],
+    # Largest rate of the motion, or one over the next time step of a method [1/s],
     # where it wants one, shape (1,)
     rate: Floats
     solver: Solver

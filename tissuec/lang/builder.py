@@ -216,7 +216,7 @@ class Builder:
         """Return a phrase: a word, ``not`` a word, or ``between`` words."""
         span = self._span(children[0], children[-1])
         if isinstance(children[0], Token) and children[0].type == "ON":
-            # No entry takes it: whoever reads the entry says what it takes.
+            # No entry takes it: the reader of the entry says what it takes.
             return s.Predicate("word", (s.Name("on", None, span),), span)
         if len(children) == 1:
             return s.Predicate("word", tuple(children), span)

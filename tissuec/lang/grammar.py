@@ -66,7 +66,7 @@ class StatementParser:
         }
 
     def parse(self, statement: Iterable[Token], rule: str = "statement") -> Any:
-        """Return what the builder makes of a statement.
+        """Return the result of the builder for a statement.
 
         Args:
             statement: Its tokens, and the brace of its block.

@@ -101,12 +101,12 @@ class Mistake(NamedTuple):
 
     @property
     def blank(self) -> Span:
-        """Return what stands between the wrong token and the one before it."""
+        """Return the text between the wrong token and the one before it."""
         return Span(self.source, self.behind.start, self.span(self.found).start)
 
     @property
     def line_before(self) -> str:
-        """Return what stands before the wrong token on its line."""
+        """Return the text before the wrong token on its line."""
         span = self.span(self.found)
         return span.source.line_text(span.line)[: span.column - 1]
 
@@ -138,7 +138,7 @@ class Mistake(NamedTuple):
         return Span(self.source, token.start, token.stop)
 
     def text(self, first: Token, last: Token) -> str:
-        """Return what is written from one token to another, with single blanks."""
+        """Return the text from one token to another, with single blanks."""
         written = self.source.text[first.start : last.stop]
         lines = (
             line.split("#")[0] if '"' not in line else line for line in written.split("\n")

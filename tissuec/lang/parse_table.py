@@ -37,7 +37,7 @@ def grammar_text() -> str:
 
 
 def digest(text: str, version: str = lark.__version__) -> str:
-    """Return what tells a table from others.
+    """Return the digest of a table.
 
     Args:
         text: The grammar.

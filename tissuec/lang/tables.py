@@ -153,7 +153,7 @@ def cell_span(table: Table, row: int, column: int) -> Span:
 
 
 def _problems(table: Table, columns: Sequence[ColumnSpec]) -> list[Diagnostic]:
-    """Return what is wrong with rows and cells, in order."""
+    """Return the mistakes in rows and cells, in order."""
     rows = quoted_rows(table.rows)
     # A row that is wrong as a whole is known by column -1.
     fits = [len(row) == len(columns) and not _has_commas(row) for row in rows]

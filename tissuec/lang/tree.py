@@ -29,7 +29,7 @@ class Statement(Struct, eq=False):
         parts: Its tokens, without comments and line ends.
         stop: Offset of the separator behind it.
         close: Offset behind the closing brace of its block; ``stop`` without one.
-        is_behind_block: Whether it stands behind the brace of a block without a separator.
+        is_behind_block: Whether it follows the brace of a block without a separator.
         is_head: Whether a block, or a table that is closed, follows.
         items: Of the block that it is the head of.
         rows: Of the table that it is the head of, closed or not.
@@ -83,7 +83,7 @@ class Statement(Struct, eq=False):
 
     @property
     def is_table(self) -> bool:
-        """Return whether raw rows can stand behind it."""
+        """Return whether raw rows can follow it."""
         types = [part.type for part in self.readable]
         return types[:1] == ["TABLE"] or ("IS", "TABLE") in pairwise(types)
 

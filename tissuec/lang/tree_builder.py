@@ -277,7 +277,7 @@ class _TreeBuilder:
             self._report("TIS102", message, token.start, token.start + 1, hint)
 
     def _unmatched(self, token: Token) -> None:
-        # Of more, nobody would be told, so that the search would be in vain.
+        # More would not be reported, so that the search would be in vain.
         is_told = len(self.problems) + len(self.strays) < MOST_PROBLEMS
         if token.text == "}" and is_told and (place := self._unopened_here(token)) is not None:
             self._never_opened(*place, token)
@@ -288,7 +288,7 @@ class _TreeBuilder:
             return
         if token.text == "}":
             if len(self.strays) < MOST_PROBLEMS:
-                self.strays.append(token.start)  # told at the end, by all lines
+                self.strays.append(token.start)  # reported at the end, by all lines
             return
         self._stray(token.text[0], token.start)
 

@@ -1,4 +1,4 @@
-"""Syntax errors where "=" stands for "is", for "==" or in vain, and the other way round.
+"""Syntax errors where "=" is written for "is", for "==" or in vain, and the other way round.
 
 Each function looks for one kind of mistake, as those of :mod:`tissuec.lang.classify` do.
 """

@@ -59,7 +59,7 @@ LINEAR = Law("linear", C * E, D * W)
 def of_stress(stress: Formula) -> Formula:
     """Return the force of a spring of matter [N].
 
-    A spring of stiffness c stands for a bar with the section c L0 / E.
+    A spring of stiffness c represents a bar with the section c L0 / E.
 
     Args:
         stress: Of ``strain``, which is e/L0, and ``modulus``, which is E [Pa].

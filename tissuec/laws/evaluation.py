@@ -140,7 +140,7 @@ class Behaviour:
     ) -> Floats:
         """Return values of linear springs with those of others put in their places.
 
-        What is too large becomes infinite, which whoever asks has to look for.
+        Too large values become infinite, which callers have to check.
         """
         with np.errstate(all="ignore"):
             for law, chosen in self._curved:

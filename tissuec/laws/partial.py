@@ -25,7 +25,7 @@ def constant_name(number: int) -> str:
 
 
 def formulas(laws: Sequence[Law], constants: int) -> dict[str, list[Formula]]:
-    """Return what kernels ask of laws, of every law.
+    """Return the functions of every law for kernels.
 
     Of ``by_constant``, there is one for each constant of each law.
 

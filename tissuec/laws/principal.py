@@ -144,7 +144,7 @@ def _gauss_jacobi(alpha: float, beta: float) -> tuple[NDArray[np.float64], NDArr
 
 @cache
 def _remainder(power: int) -> tuple[_Polynomial, _Polynomial, _Polynomial]:
-    """Return what x^power is of 1, x and x² where x³ = I1 x² - I2 x + 1."""
+    """Return the coefficients of 1, x and x² in x^power where x³ = I1 x² - I2 x + 1."""
     rows: list[dict[tuple[int, int], int]] = [{(0, 0): 1}, {}, {}]
     for _ in range(abs(power)):
         a, b, c = rows

@@ -66,7 +66,7 @@ def fitted_block(lattice: Lattice, mesh: Mesh, fibres: Fibres | None = None) -> 
     first, last = BESIDE * steps, BESIDE * steps + shift
     start = fine[mesh.ends[:, 0]]
     inside = first + (start - first) % (steps * period)
-    # A spring is looked up by where it starts and how it goes on.
+    # A spring is looked up by its start and its direction.
     place = np.where(start < first, start, np.where(start >= last, start - shift, inside))
     place = np.where(kept == cells, start, place)
     site = _numbered(sample.position, low, steps / lattice.cell, kept * steps + 1)

@@ -70,7 +70,7 @@ def coarseness(
         ends: Node pair of each spring, shape (spring, 2).
         constant: dT/dL of each spring [N/m], shape (spring,).
         cells: √(K/V) ∂V/∂x of cells that keep their volume [(N/m)^½], shape (3 node, cell).
-        solid: What the nodes stand for.
+        solid: The solid that the nodes represent.
         skin: Triangles that face outwards, shape (triangle, 3).
         matrix: C in Voigt's order [Pa], shape (6, 6).
     """

@@ -249,7 +249,7 @@ def evenly_as_tube(position: Floats, grid: Grid) -> Floats:
 
 
 def _relaxed(rows: "csr_matrix", constant: Floats, even: Floats) -> Floats:
-    """Return what two even strains store together after unknowns have found their balance [J].
+    """Return the common energy of two even strains after unknowns are balanced [J].
 
     Args:
         rows: From unknowns to elongations, shape (spring, unknown).
@@ -342,7 +342,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _constants(matrix: Floats, unit: Unit, directions: tuple[str, ...]) -> Elasticity:
-    """Return what a stiffness in Voigt's order means."""
+    """Return the moduli of a stiffness in Voigt's order."""
     compliance, count = _compliance(matrix), len(directions)
     moduli = _resisting(1.0 / np.diag(compliance), matrix)
     young, shear, tried = moduli[:count], moduli[count:], young_around(matrix)

@@ -8,7 +8,7 @@ indices (Cauchy):
 
 Stretched evenly by ε, they pull at a node with Σ k L n_i n_j n_k ε_jk. A solid that is
 stretched evenly rests under the traction C_ijkl ε_jk N_l of its boundary, N being the outward
-area that a node stands for there, and without any inside. So a net passes the patch test of
+area that a node represents there, and without any inside. So a net passes the patch test of
 finite elements (B. M. Irons and A. Razzaque, 1972) for every ε if
 
     Σ k L n_i n_j n_k = - μ (δ_ij N_k + δ_ik N_j + δ_jk N_i)    at every node.
@@ -62,7 +62,7 @@ def fitted(
     Args:
         position: [m], shape (node, 3).
         ends: Node pair of each spring, shape (spring, 2).
-        solid: What the nodes stand for.
+        solid: The solid that the nodes represent.
         fibres: In it, if there are any.
         weight: Of the even share.
     """
@@ -87,7 +87,7 @@ def _equations(
 ) -> tuple["csr_matrix", Floats]:
     """Return the equations of the patch test for multiples of some spring constants.
 
-    They are divided by the area of what a node stands for, and count by its volume.
+    They are divided by the area that a node represents, and count by its volume.
     """
     from scipy.sparse import csr_matrix
 

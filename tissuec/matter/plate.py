@@ -80,8 +80,8 @@ _EDGES = ((1, 0), (0, 1), (1, -1), (1, 1))
 def _along(grid: Grid, step: tuple[int, int], edge: tuple[int, int]) -> tuple[Indices, Floats]:
     """Return the hinges with tips a step away on either hand, and the share of each.
 
-    Those along a free border stand for half of a cell. Where tips lead across both rows and
-    columns there are none on the border, and those next to it stand for its half cells too, as
+    Those along a free border represent half of a cell. Where tips lead across both rows and
+    columns there are none on the border, and those next to it represent its half cells too, as
     twist does not end there.
     """
     row, column = (

@@ -37,7 +37,7 @@ class Solid(Struct, frozen=True, eq=False):
 
         Args:
             position: [m], shape (node, 3).
-            volume: What each node stands for [m³], shape (node,).
+            volume: Volume that each node represents [m³], shape (node,).
             skin: Triangles that face outwards, shape (triangle, 3).
         """
         a, b, c = position[skin].swapaxes(0, 1)

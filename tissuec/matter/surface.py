@@ -45,7 +45,7 @@ class Surface(Struct, frozen=True, eq=False):
     """A net as a surface.
 
     Attributes:
-        area: What each node stands for [m²], shape (node,).
+        area: Area that each node represents [m²], shape (node,).
         constant: Of each spring per Young's modulus and thickness, shape (spring,).
         range: The least and the largest Young's modulus of all directions, per the one given.
     """

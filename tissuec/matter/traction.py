@@ -71,7 +71,7 @@ def measured(
         position: [m], shape (node, 3).
         ends: Node pair of each spring, shape (spring, 2).
         constant: Of each spring per Young's modulus [m], shape (spring,).
-        solid: What the nodes stand for.
+        solid: The solid that the nodes represent.
         poisson: Poisson's ratio of the body.
         fibres: In it, if there are any.
 

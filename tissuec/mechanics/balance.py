@@ -229,7 +229,7 @@ class Balance:
         return total, ROUNDING * float(sizes)
 
     def noise(self, bars: Bars) -> float:
-        """Return what rounding may leave of a force that balances [N]."""
+        """Return the residual that rounding may leave of balanced forces [N]."""
         place = float(np.abs(self._position).max(initial=0.0))
         return ROUNDING * self.springs.noise(bars, place) + ROUNDING * sum(
             acting.noise(self._time, bars.position) for acting in self._fields

@@ -93,7 +93,7 @@ def inner_forces(
 
 
 def _spring_forces(state: State, position: Floats, velocity: Floats) -> NodeForces:
-    """Return what springs do, summed in their order: it does not depend on the batch."""
+    """Return sums over springs, in their order: they do not depend on the batch."""
     network = state.network
     total = np.zeros(position.shape)
     tension = np.empty((*position.shape[:-2], network.spring_count))

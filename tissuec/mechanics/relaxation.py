@@ -1,9 +1,9 @@
 """Relaxation: nodes move with their forces, layer by layer, until nothing changes.
 
 The first approach of the paper, after propagation in Hopfield networks: a sweep starts at the
-node with the greatest force and goes on layer by layer, a layer being what springs join to the
-one before. The next sweep starts at the node whose force has changed most, as long as that is
-more than a threshold. (Nürnberger, Radetzky & Kruse 1998, section 3.1.4.)
+node with the greatest force and continues layer by layer, a layer being what springs join to
+the one before. The next sweep starts at the node whose force has changed most, as long as that
+is more than a threshold. (Nürnberger, Radetzky & Kruse 1998, section 3.1.4.)
 
 The paper does not say how a node gives way. Here it moves by F / Σ c, where springs to a node
 of the same layer count twice: the minimum of Σ ½ c |r' - L0 u|² with the present directions u.

@@ -1,8 +1,8 @@
 """Equilibration: nodes are moved to where all forces balance, and rest there.
 
-Newton's method goes first; where it ends short of an equilibrium, relaxation goes on from there
-and Newton's method again. Where the equilibrium is unstable, the net is pushed off along the
-motion in which it buckles, and goes on from there.
+Newton's method goes first; where it ends short of an equilibrium, relaxation continues from
+there and Newton's method again. Where the equilibrium is unstable, the net is pushed off along
+the motion in which it buckles, and continues from there.
 """
 
 import numpy as np
@@ -132,7 +132,7 @@ def _minimum(
 
 
 def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
-    """Return what is said of pieces that can move as a whole without any force."""
+    """Return notes on pieces that can move as a whole without any force."""
     if not neutral.freedoms:
         return ()
     held = all(freedom.pivot is not None for freedom in neutral.freedoms)

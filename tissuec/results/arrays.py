@@ -105,13 +105,13 @@ def write_network(store: Store, network: Network) -> None:
     if network.marks:
         rows = np.array([_range(part.springs) for part in network.marks], dtype=np.int64)
         text = (
-            "of each body whose elements can break: the first spring that stands for one of "
+            "of each body whose elements can break: the first spring that represents one of "
             "them, without any force, and the one after the last"
         )
         store.array(f"{NETWORK}/marks/springs", rows, text)
         _write_names(store, f"{NETWORK}/marks", "such body", network.marks)
     if network.skin_marks is not None:
-        text = "of each triangle of the skin: the spring that stands for its element, or -1"
+        text = "of each triangle of the skin: the spring that represents its element, or -1"
         store.array(f"{NETWORK}/marks/skin", network.skin_marks, text)
     shown = np.array([network.shown_nodes, network.node_count])
     text = "first internal node, which only stores state, and the one after the last"
@@ -300,7 +300,7 @@ def write_recording(store: Store, recording: Recording) -> None:
 
 
 def read_recording(file: ResultGroup) -> Recording:
-    """Return what is recorded in ``file``."""
+    """Return the arrays recorded in ``file``."""
     group = access.group(file, RECORDING)
     logs: list[LogChannel] = [read_channel(file, path) for path in read_channels(file).values()]
     return Recording(

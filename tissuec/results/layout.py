@@ -37,7 +37,7 @@ def mark_layout(file: h5py.File) -> None:
 
 
 def open_result(path: Path) -> access.ResultGroup:
-    """Return the result file at ``path``, open for reading, also while its run goes on.
+    """Return the result file at ``path``, open for reading, also during its run.
 
     Raises:
         ResultError: There is none, or it is truncated, or no result, or of another layout.
@@ -54,7 +54,7 @@ def open_result(path: Path) -> access.ResultGroup:
 
 
 def _state(path: Path) -> tuple[int, int] | None:
-    """Return what changes whenever a file is written; None if there is none."""
+    """Return a mark that changes whenever a file is written; None if there is no file."""
     if not path.is_file():
         return None
     with suppress(OSError):

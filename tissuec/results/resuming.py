@@ -47,7 +47,7 @@ def find_checkpoint(
 
 
 def _changes(begun: Trajectory, text: str, manifest: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what is no longer as it was when a run began."""
+    """Yield the changes since a run began."""
     if begun.text != text:
         yield f'"{manifest["scene"]}" has changed since'
     for kind in ("sources", "files"):

@@ -115,7 +115,7 @@ class ResultWriter:
 
     @classmethod
     def resume(cls, path: Path, checkpoint: Checkpoint) -> Self:
-        """Return a writer that goes on with a partial file from its checkpoint.
+        """Return a writer that continues a partial file from its checkpoint.
 
         Whatever was written after the checkpoint is cut off, so that the file becomes the one
         that an uninterrupted run would have written.

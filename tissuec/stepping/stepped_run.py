@@ -102,7 +102,7 @@ class SteppedRun:
         return [*super().__dir__(), *VERBS]
 
     def __getattr__(self, name: str) -> Any:
-        """Return what orders a verb of the script."""
+        """Return a method that orders a verb of the script."""
         if name.startswith("_") or name not in VERBS:
             raise AttributeError(f'a stepped run has no "{name}", and the script no such verb')
         return partial(self._order_verb, name)
@@ -228,11 +228,11 @@ class SteppedRun:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """Return what has happened so far."""
+        """Return the events so far."""
         return self._run.events
 
     def log(self, name: str) -> tuple[Floats, Floats]:
-        """Return what a log of the output block has recorded so far.
+        """Return the rows of a log of the output block so far.
 
         Args:
             name: Such as "force of forceps A".
@@ -287,7 +287,7 @@ class SteppedRun:
         return bool(self._texts.condition(what)(self.snapshot))
 
     def quantity(self, what: str) -> ObservedExpression:
-        """Return what is measured, read and checked once, to be evaluated on snapshots.
+        """Return a measure, read and checked once, to be evaluated on snapshots.
 
         Args:
             what: See ``measure``.
@@ -302,7 +302,7 @@ class SteppedRun:
     def order(self, sentence: str, *, over: str | float | None = None) -> None:
         """Order what a sentence of the script says, from the present time on.
 
-        It is carried out when the run goes on or is looked at.
+        It is carried out when the run continues or is looked at.
 
         Args:
             sentence: Such as "grasp tip with forceps A".

@@ -110,7 +110,7 @@ class TextReader:
         return found
 
     def events(self, text: str, ordered: Sequence[ScheduledAction]) -> list[ScheduledAction]:
-        """Return what a sentence with its time orders, checked with the rest of the script.
+        """Return the actions of a sentence with its time, checked with the rest of the script.
 
         Args:
             text: The sentence.
@@ -215,7 +215,7 @@ class TextReader:
 
 
 def _value(text: str) -> s.Assign:
-    """Return what is written as the value of an entry."""
+    """Return the text of the value of an entry."""
     items = parse(Source(ORDERED, f"value = {text}"), has_heading=False).items
     if len(items) != 1:
         raise ValueError(f'"{text}" is not one value but {len(items)}')

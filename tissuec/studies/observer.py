@@ -111,7 +111,7 @@ class Observer(MemoryRecording):
     def samples_and_jumps(self, channel: str) -> tuple[Floats, Floats]:
         """Return times [s] and values, in SI units, of samples and of both sides of events.
 
-        They ascend in time, shape (row,) each; what is after an event stands behind what is
+        They ascend in time, shape (row,) each; rows after an event follow those
         before it.
         """
         time, values = self.samples(channel)

@@ -1,4 +1,4 @@
-"""A study from its text to its table: what is done before, while and after it goes on."""
+"""A study from its text to its table: before, during and after its runs."""
 
 import hashlib
 import json
@@ -327,7 +327,7 @@ def _planned(study: Study, points: Sequence[Point], digest: Digest) -> Iterator[
 
 
 def _own(factor: Factor) -> Cell:
-    """Return what the scene has by itself, as the table shows it."""
+    """Return the values of the scene itself, as the table shows them."""
     if factor.own is None:
         return "" if factor.is_text else math.nan
     return factor.own

@@ -1,7 +1,7 @@
 """Tables of studies as CSV, which is also the journal of a study under way.
 
 The first line is a comment with all facts of the study as JSON, the second the names of the
-columns. Lines of runs follow in any order while the study goes on, in that of its design at the
+columns. Lines of runs follow in any order during the study, in that of its design at the
 end. Numbers have all their digits, and nothing depends on time or machine: the same study gives
 the same bytes. A last line that is cut short is left out.
 """
@@ -73,7 +73,7 @@ def read_csv(path: Path) -> StudyTable:
 
 
 def read_rows(path: Path) -> tuple[StudyHead, list[Row]]:
-    """Return what a file holds, rows in its order.
+    """Return the content of a file, rows in its order.
 
     Raises:
         ResultError: It cannot be read, or is not a table of a study.
@@ -87,7 +87,7 @@ def read_rows(path: Path) -> tuple[StudyHead, list[Row]]:
 
 
 def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
-    """Return what the bytes of a file hold, rows in their order.
+    """Return the content of the bytes of a file, rows in their order.
 
     Args:
         data: The bytes.

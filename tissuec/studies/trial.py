@@ -75,7 +75,7 @@ def row_of(job: Job, planned: PlannedRun) -> Row:
     """Return the row of a run; what goes wrong is its reason.
 
     Raises:
-        KeyboardInterrupt: The worker was told to stop.
+        KeyboardInterrupt: The worker was asked to stop.
     """
     try:
         compiled, measures, ledger = _compiled(job, planned)
@@ -164,7 +164,7 @@ def _value(
     observer: Observer,
     events: Sequence[tuple[float, str, Sequence[int]]],
 ) -> float | tuple[float, ...]:
-    """Return what was measured; NaN if there is nothing."""
+    """Return the measured value; NaN if there is none."""
     match measure.kind:
         case "time":
             found = (

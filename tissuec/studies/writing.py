@@ -104,7 +104,7 @@ def _is_named(item: s.Item, name: str) -> bool:
 
 
 def _subject(item: s.Item) -> str:
-    """Return what a sentence of a study is about; those with the same replace each other."""
+    """Return the subject of a sentence of a study, which one with the same subject replaces."""
     if not isinstance(item, s.Assign | s.Sentence | s.Function):
         return item.span.text
     words = item.name.key.split(" ")

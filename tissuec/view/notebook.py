@@ -127,7 +127,7 @@ def _player(trajectory: results.Trajectory) -> str:
 
 
 def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
-    """Return what there is to say: heads and texts."""
+    """Return headings and texts."""
     network = trajectory.network
     rows = [
         ("outcome", trajectory.outcome),

@@ -14,7 +14,7 @@ from tissuec.workers.workers import Common, Item, Lost, Result, Work
 
 PATIENCE = 10.0  # for an answer of a scheduler [s]
 LOOK = 5.0  # at the number of workers, which may come and go [s]
-REMINDER = 60.0  # after which it is told again that there are none [s]
+REMINDER = 60.0  # after which it is reported again that there are none [s]
 
 
 def warn(text: str) -> None:
@@ -27,7 +27,7 @@ class Cluster:
 
     Args:
         address: Of the scheduler, such as "tcp://127.0.0.1:8786".
-        tell: Is told a sentence again and again while all workers are gone.
+        tell: Called with a sentence again and again while all workers are gone.
 
     Raises:
         TissueError: It does not answer, has no workers, or these have another version.
@@ -117,7 +117,7 @@ def _client(address: str) -> Any:
 
 
 def _asked(call: Any, address: str) -> Any:
-    """Return what a scheduler answers.
+    """Return the answer of a scheduler.
 
     Raises:
         TissueError: It does not.

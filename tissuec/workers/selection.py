@@ -17,7 +17,7 @@ def workers_of(
     Args:
         count: Number of processes; one is this process. By default one for each processor.
         scheduler: Address of a dask scheduler, instead.
-        tell: Is told if a scheduler has lost all workers; a warning by default.
+        tell: Called if a scheduler has lost all workers; a warning by default.
 
     Raises:
         TypeError, ValueError: The count is no whole number of 1 or more.

@@ -271,7 +271,7 @@ class TestBench:
         return TestReading(values, time, compiled.network, stopped)
 
     def _tissues(self) -> Iterator[str]:
-        """Yield what coupons and their tabs are made of."""
+        """Yield the materials of coupons and their tabs."""
         standing_in = [
             texts[not self.is_of_matter] for what, texts in _NEEDED.items() if self.lacks(what)
         ]

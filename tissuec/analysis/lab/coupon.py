@@ -1,7 +1,7 @@
 """Coupons: bars and strips of a tissue, with sets of nodes for loads and gauges, as text.
 
 A coupon is twice as long as wide. An even stress σ acts on its faces with σ times the area that
-each node stands for: a whole cell inside of a face, half of one at an edge, a quarter at a
+each node represents: a whole cell inside of a face, half of one at an edge, a quarter at a
 corner. Lengths are measured between two gauges, at a quarter of the length from either end.
 """
 

@@ -31,7 +31,7 @@ def _table(cells: tuple[str, ...]) -> FactTable:
 
 
 def end(found: Examination) -> FactSection:
-    """Return what follows the table: notes, and how many rows contradict."""
+    """Return the text after the table: notes, and how many rows contradict."""
     wrong = sum(not row.is_good for row in found.rows)
     last = f"not good: {wrong} of {len(found.rows)} rows" if wrong else "no contradiction"
     return FactSection("", [*found.notes, last])

@@ -60,7 +60,7 @@ def write_modes(
 
 
 def in_words(mode: Mode) -> str:
-    """Return what a mode is, such as "12.3 Hz" or "rigid"."""
+    """Return a description of a mode, such as "12.3 Hz" or "rigid"."""
     if mode.frequency:
         return f"{mode.frequency:.4g} Hz"
     if mode.growth is not None:

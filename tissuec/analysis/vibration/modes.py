@@ -244,7 +244,7 @@ def _notes(
     count: int,
     above: float | None,
 ) -> Iterator[str]:
-    """Yield what is to be known of the modes."""
+    """Yield notes on the modes."""
     state, unknowns = net.state, net.operator.size - net.balance.across
     zero = ZERO * net.operator.top
     if unbalanced := out_of_balance(state, chosen):

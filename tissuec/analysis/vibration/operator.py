@@ -127,7 +127,7 @@ class Shifted:
         return found
 
     def _left(self, right: Floats, found: Floats) -> Floats:
-        """Return what a solution leaves of a right-hand side."""
+        """Return the residual of a solution."""
         return right - self._operator(found) + self.shift * found
 
     def _solved(self, right: Floats) -> Floats:

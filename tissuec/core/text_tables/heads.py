@@ -133,7 +133,7 @@ def _is_any_number(cells: list[str]) -> bool:
 
 
 def _of_header(header: str, row: str, delimiters: Sequence[str]) -> str:
-    """Return what parts a header and the row below it into as many cells, most of them numbers.
+    """Return the separator that divides a header and the row below it into equally many cells.
 
     Names may hold commas and blanks, and so may numbers with decimal commas.
     """

@@ -1,4 +1,4 @@
-"""Cells that are no numbers but could be, and numbers that stand for gaps."""
+"""Cells that are no numbers but could be, and numbers that mark gaps."""
 
 import re
 from collections.abc import Sequence
@@ -73,7 +73,7 @@ def is_ambiguous(cell: str) -> bool:
 
 
 def gap_mark(values: Floats) -> int | None:
-    """Return the first row whose number stands for a gap, such as -9999; None without one.
+    """Return the first row whose number marks a gap, such as -9999; None without one.
 
     A number of ``MARKS`` counts if it is further from all others than any two of these are
     apart.

@@ -69,7 +69,7 @@ Launch: TypeAlias = Callable[[Path], Sequence[str]]
 
 
 def launcher(job: object) -> Launch:
-    """Return what writes a job into the folder of a companion, and gives the command to run it.
+    """Return a writer of a job into the folder of a companion, which returns its command.
 
     The command is ``tissuec companion FOLDER``; ``read_job`` returns the job there.
     """
@@ -303,7 +303,7 @@ class Companion:
         return times > MOST and times * ran.cost > LEAST
 
     def _too_dear(self, ran: Statistics, rows: Floats) -> str:
-        """Return what was not checked, where the companion came no further than some rows."""
+        """Return the unchecked part, where the companion came no further than some rows."""
         own = ", ".join(dict.fromkeys(change.method for change in ran.changes))
         known = self.times[np.isfinite(rows).all(axis=(1, 2))]
         until = float(known.max(initial=0.0))
@@ -470,7 +470,7 @@ def _stepping_clock() -> float:
 
 
 def _limp(network: Network) -> str:
-    """Return what to do about walls that fold freely, as chaos may come of it; "" for none."""
+    """Return the remedy for walls that fold freely, which may cause chaos; "" for none."""
     walls = [body.name for body in network.bodies if _is_limp(network, body)]
     if not walls:
         return ""

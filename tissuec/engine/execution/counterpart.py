@@ -22,7 +22,7 @@ MOST, LEAST = 4.0, 0.1
 
 
 def kind_of(method: str) -> str:
-    """Return what a method has in common with others that share its code."""
+    """Return the kind of a method: methods of one kind share code."""
     if method in STATIC:
         return method
     return IMPLICIT if INTEGRATORS[method].implicit else method
@@ -64,7 +64,7 @@ def _longest(ran: Statistics, plan: Plan) -> str:
 
 
 def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[str, ...]:
-    """Return what may be compared with a method, what costs least first."""
+    """Return the methods that one may be compared with, the cheapest first."""
     others = "dop853", "rkn4", "velocity verlet", "rkc2"
     if INTEGRATORS[method].implicit:
         is_coarse = (simulation.tolerance or 1.0) >= COARSE

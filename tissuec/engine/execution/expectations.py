@@ -122,7 +122,7 @@ class ExpectationMonitor:
                 continue
             ends = rows.start + places == self._last[number]
             holds = expectation.condition.holds(snapshot.pick(places))
-            # What is measured is told of the first failure, and of the end.
+            # The measured value is reported for the first failure, and at the end.
             for place, is_last in zip(places[~holds | ends], ends[~holds | ends], strict=True):
                 self._judge(number, snapshot.pick(int(place)), memory, ends=bool(is_last))
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def explain(failure: "Interruption", state: State) -> str:
-    """Return what went wrong, where and when.
+    """Return a message: what went wrong, where and when.
 
     Args:
         failure: With the culprit's number in the network, if there is one.

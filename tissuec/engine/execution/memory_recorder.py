@@ -87,7 +87,7 @@ class MemoryRecording:
         self.state = dict(saved)
 
     def rows(self) -> RecordedRows:
-        """Return what was recorded so far."""
+        """Return the records so far."""
         tables = {name: tuple(batches) for name, batches in self._rows.items()}
         return RecordedRows(tables, tuple(self.events), self._alive)
 

@@ -250,7 +250,7 @@ class Recorder:
         )
 
     def _side_of(self, snapshot: Snapshot) -> EventSide:
-        """Return what is written of the net beside an event."""
+        """Return the arrays of the net that are written with an event."""
         return EventSide(
             float(snapshot.time),
             snapshot.position.copy(),
@@ -266,7 +266,7 @@ class Recorder:
         self.writer.event(time, logged_event.kind, springs, logged_event.cause, place)
 
     def state(self) -> RecorderState:
-        """Return what `bring_back` needs beside the memory."""
+        """Return the input of `bring_back` other than the memory."""
         return RecorderState(self._judge.due(), self._before)
 
     def bring_back(self, state: RecorderState) -> None:
@@ -488,7 +488,7 @@ def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) 
 
 
 def _frozen(state: State) -> State:
-    """Return what a state is now; arrays that later events replace are shared."""
+    """Return a copy of a state; arrays that later events replace are shared."""
     return replace(
         state,
         position=state.position.copy(),

@@ -77,10 +77,10 @@ def run(
     Args:
         recorder: A new one, of the same network and plan.
         progress: Told the simulated time [s] now and then.
-        watch: Likewise, told what the engine did until then as well.
+        watch: Likewise, called with what the engine did until then as well.
         interrupt: Asked now and then; True ends the run between two steps, with a checkpoint.
             Ctrl-C, SIGTERM and SIGHUP do the same.
-        resume: The checkpoint of an earlier run of the same plan, which goes on from there as
+        resume: The checkpoint of an earlier run of the same plan, which continues from there as
             if it had never stopped.
         threads: See ``Method``.
 
@@ -115,7 +115,7 @@ def run(
 
 
 def _both(loop: RunLoop, progress: Progress | None, watch: Watch | None) -> Progress:
-    """Return what tells the simulated time to whom it concerns."""
+    """Return a callback that passes on the simulated time."""
 
     def tell(time: float) -> None:
         if watch is not None:

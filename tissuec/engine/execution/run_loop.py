@@ -42,7 +42,7 @@ class RunLoop:
         threads: See ``Method``.
 
     Attributes:
-        ending: How the run ended, and a sentence about it; None while it goes on.
+        ending: How the run ended, and a sentence about it; None while it continues.
     """
 
     run_state: RunState
@@ -84,7 +84,7 @@ class RunLoop:
         self.handler.enter()
 
     def checkpoint(self) -> dict[str, Any]:
-        """Return what ``resume`` goes on from; only between two steps."""
+        """Return the state from which ``resume`` continues; only between two steps."""
         saved = self.engine.checkpoint()
         assert saved is not None, "the engine pauses between steps only"
         self.run_state.engine = saved
@@ -238,7 +238,7 @@ def _make_engine(
     return Engine(network, method, recorder.times, recorder.record)
 
 
-GROWN = 0.01  # of the energy at the end: imbalances that are told
+GROWN = 0.01  # of the energy at the end: imbalances that are reported
 
 
 def notes(
@@ -267,7 +267,7 @@ def _stalls(statistics: "Statistics") -> str:
 
 
 def _growth(state: State, ledger: EnergyBalance) -> list[str]:
-    """Return what energy came from nowhere or went there, if that is much."""
+    """Return notes on unexplained gains or losses of energy, if they are large."""
     energies = observables.energies(state, state.time, state.position, state.velocity)
     surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
     if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:

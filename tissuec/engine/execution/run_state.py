@@ -67,7 +67,7 @@ class RunState(Struct, eq=False):
 
 
 def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> RunState:
-    """Return what :meth:`RunState.write` wrote for the same network and plan.
+    """Return the state that :meth:`RunState.write` wrote for the same network and plan.
 
     Args:
         saved: The text and arrays.
@@ -84,7 +84,7 @@ def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> Ru
 
 
 def _known(network: Network, plan: Plan) -> list[object]:
-    """Return what a checkpoint need not hold, always in the same order."""
+    """Return the arrays that a checkpoint need not contain, always in the same order."""
     arrays: list[object] = [*astuple(network), *astuple(network.springs)]
     actions = [event.action for event in plan.every_event]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]

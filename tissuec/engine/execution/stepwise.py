@@ -34,7 +34,7 @@ def rounded(time: float) -> float:
 
 
 class RestorePoint(Struct, frozen=True, eq=False):
-    """What a run goes on from; it can be pickled.
+    """The state from which a run continues; it can be pickled.
 
     Attributes:
         time: [s].
@@ -121,7 +121,7 @@ class StepwiseRun:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """Return what has happened so far."""
+        """Return the events so far."""
         self._carry_out()
         return tuple(self._recording.events)
 

@@ -240,7 +240,7 @@ class _SeriesReader:
         return np.asarray(member.whole(), dtype=float) * self.unit(member, dimension)
 
     def unit(self, member: Dataset, dimension: Dimension) -> float:
-        """Return what one of the unit of a dataset is in SI."""
+        """Return the factor from the unit of a dataset to SI."""
         text = access.attribute_or(member, "unit", "")
         if not text.strip():
             return 1.0

@@ -51,7 +51,7 @@ def find_columns(
     """Return the columns that an axis and fits name.
 
     Raises:
-        CompileError: The table has not all of them; every one that is missing is told.
+        CompileError: The table has not all of them; every missing one is reported.
     """
     header = _Header(dialect, complaints)
     numbers, spans, factor = [dialect.clock], [complaints.data.span], 1.0
@@ -168,7 +168,7 @@ class _Header:
         )
 
     def first_unit(self, axis: DataAxis) -> float:
-        """Return what one of the unit of the first column is in SI, as its name says."""
+        """Return the factor from the unit of the first column, in its name, to SI."""
         wanted = TIME if axis.nodes is None else LENGTH
         name = self.names[self.dialect.clock]
         entry = "time" if axis.nodes is None else "displacement of …"
@@ -275,7 +275,7 @@ def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:
 
 
 def _refuse_marks(fit: Fit, columns: Floats, rows: DataRows) -> None:
-    """Reject numbers that stand for gaps, such as -9999.
+    """Reject numbers that mark gaps, such as -9999.
 
     Args:
         columns: Of the fit as they are written, shape (column, row).
@@ -296,7 +296,7 @@ def _refuse_marks(fit: Fit, columns: Floats, rows: DataRows) -> None:
 
 
 def _units(fit: Fit) -> Floats:
-    """Return what one of the unit of each column is in SI, shape (column, 1); ids have none."""
+    """Return the factor from the unit of each column to SI, shape (column, 1); 1 for ids."""
     units = np.array([[column.unit] for column in fit.columns])
     units[: is_long(fit)] = 1.0
     return units

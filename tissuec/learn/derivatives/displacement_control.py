@@ -99,7 +99,7 @@ class TravelledDistance:
     # --- parts --------------------------------------------------------------------------------
 
     def _pieces(self, network: Network, plan: Plan, nodes: Indices) -> Iterator[Interval]:
-        """Yield what is between events, until somebody lets go of the nodes."""
+        """Yield the intervals between events, until the nodes are released."""
         state = plan.start(network)
         queue = ActionQueue.of(plan)
         stop, were_held = plan.simulation.duration, False

@@ -77,7 +77,7 @@ class DynamicModel:
             self.stepping, self.step = self.choose(present.network, present.plan)
 
     def _frozen(self) -> EventSchedule:
-        """Return what happens up to the limit; gone through no further than that."""
+        """Return the events up to the limit; later ones are not computed."""
         if self._schedule is None or self._schedule.stop < self._stop:
             assert self._theta is not None, "freeze comes first"
             compiled = self.shaping.compiled
@@ -148,7 +148,7 @@ class DynamicModel:
         return found
 
     def step_error(self, theta: Floats) -> Floats:
-        """Return what predictions of half the steps have more; infinite without any."""
+        """Return the difference to predictions with half the steps; infinite without any."""
         half = 0.5 * self.motion.longest
         finer = DynamicModel(self.shaping, self.series, self.looks, self.stepping, half)
         try:

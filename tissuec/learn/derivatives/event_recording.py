@@ -1,6 +1,6 @@
 """Records the events of a script once, as the schedule of all following runs.
 
-What breaks and which conditions become true, and when, is told by the engine; everything else
+The engine reports what breaks, which conditions become true, and when; everything else
 follows from the script and the motion between its events.
 """
 
@@ -109,7 +109,7 @@ class EventRecorder:
 
 
 def _told(network: Network, plan: Plan) -> Iterator[RupturesAt | ScheduledAction]:
-    """Yield what breaks, and the events behind conditions, as the engine finds them."""
+    """Yield ruptures, and the events of conditions, as the engine finds them."""
     silent = replace(plan, expectations=(), needs_ledger=False)
     outcome = run(network, silent, Recorder(network, silent, _Nowhere()))
     if outcome.kind != "done":

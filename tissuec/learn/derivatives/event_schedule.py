@@ -123,7 +123,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         return by._replace(**changed, fields=self.numbers.of_all(by.fields))
 
     def links(self, values: Values) -> Links:
-        """Return what acts, with the masses of this leg."""
+        """Return the acting springs, with the masses of this leg."""
         network, free, springs = self.network, ~self.held, self.alive
         moves = free.copy()
         if self.remembers:

@@ -121,7 +121,7 @@ class FiniteDifferenceModel:
         return self._slopes[1].copy()
 
     def step_error(self, theta: Floats) -> Floats:
-        """Return what predictions of a coarser run, or of half the step, have more."""
+        """Return the difference to predictions of a coarser run, or of half the step."""
         here = self._told(theta)
         try:
             return self._run(theta, here.method, COARSER).values - here.values
@@ -176,7 +176,7 @@ class FiniteDifferenceModel:
         return (high - low) / (after - before)
 
     def _told(self, theta: Floats) -> RunPredictions:
-        """Return what is predicted, the last of it from memory."""
+        """Return the predictions; the last ones are kept in memory."""
         key = theta.tobytes()
         if self._known is None or self._known[0] != key:
             self._known = key, self._run(theta, "")
@@ -266,7 +266,7 @@ class ObservingRecorder(Recorder):
 
 
 def _seen(one: Series, width: int, snapshot: Snapshot) -> Floats:
-    """Return what a series is of at some snapshots, one after the other."""
+    """Return the values of a series at some snapshots, one after the other."""
     fit = one.fit
     if fit.measure is None:
         values = snapshot.position[..., one.nodes, :]

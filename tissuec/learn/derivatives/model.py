@@ -74,5 +74,5 @@ def slots_of(series: tuple[Series, ...]) -> tuple[Slots, ...]:
 
 
 def measured(series: tuple[Series, ...]) -> Floats:
-    """Return what was measured in SI units, NaN in gaps, shape (number,)."""
+    """Return the measured values in SI units, NaN in gaps, shape (number,)."""
     return np.concatenate([np.zeros(0), *(one.values.ravel() for one in series)])

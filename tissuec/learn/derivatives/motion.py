@@ -244,7 +244,7 @@ class Motion:
     def _run(
         self, vector: Floats, act: LegForces, stretch: StepInterval, start: NodeState
     ) -> tuple[LegForces, StepStates]:
-        """Return what acts near the states of a stretch, and these.
+        """Return the acting springs near the states of a stretch, and these states.
 
         Fields that look for what is near look as far as nodes move on the stretch.
 

@@ -260,7 +260,7 @@ class Support:
         return found
 
     def _pulled(self, view: StateView) -> tuple[Forces, NodeState]:
-        """Return what acts, and the state with the forces in place of accelerations."""
+        """Return all forces, and the state with forces in place of accelerations."""
         leg = view.leg
         fields = acting_fields(leg, present_fields(leg, view.values), view.x)
         links, memory = self._of(leg)

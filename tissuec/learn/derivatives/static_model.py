@@ -159,7 +159,7 @@ class StaticModel:
         order = self.shaping.order
         every = list(self._measured(theta))
         if not all(balanced.resistance.sound for balanced, _ in every):
-            # What cannot be told along a mechanism is found forwards only.
+            # What is undetermined along a mechanism is found by forward derivatives only.
             return self.jacobian(theta).T @ weights
         due, direct = np.zeros(order.sizes["position"]), np.zeros(order.size)
         for balanced, parts in reversed(every):

@@ -162,7 +162,7 @@ def _first_error(problem: Problem) -> float:
 
 
 def relative_error(problem: Problem, theta: Floats) -> float:
-    """Return what is left of a problem over how far its data deviates from its mean.
+    """Return the residuals of a problem relative to the deviation of its data from the mean.
 
     It is infinite where the motion is not finite: it is held-out data that is not met, then.
     """
@@ -224,7 +224,7 @@ def _method(session: LearnSession, search: Search) -> str:
 
 
 def _notes(session: LearnSession, theta: Floats, stepping_error: float) -> Iterator[str]:
-    """Yield what else is to be known."""
+    """Yield further remarks."""
     shaping = session.shaping
     low, high = shaping.bounds()
     own = theta[: shaping.size]
@@ -253,7 +253,7 @@ def _first_few(names: Sequence[str], chosen: NDArray[np.bool_]) -> str:
 
 
 def _of_intervals(session: LearnSession, resampled: Resampled | None) -> str:
-    """Return what the intervals are from, if not from derivatives; empty otherwise."""
+    """Return the source of the intervals, if not derivatives; empty otherwise."""
     fits = session.fit_problem.bootstrap
     if fits is None:
         return ""
@@ -265,10 +265,10 @@ def _of_intervals(session: LearnSession, resampled: Resampled | None) -> str:
     )
 
 
-SURE = 0.999  # that something is no chance, if it is told
+SURE = 0.999  # that something is not by chance, if it is reported
 PROBABLE = 4.0  # standard deviations with white noise, from which on it is looked at
 ALIKE = 1e-3  # of a column: what the parameters leave of it
-MOST = 0.5  # of the squares of residuals of a fit: what leaves less is told in any case
+MOST = 0.5  # of the squares of residuals of a fit: what leaves less is always reported
 RIVAL = 0.8  # of the best explanation: as good
 AT_WAR = 3.0  # standard deviations of an expected value against the data
 TOLD_BY_DATA = 1e-6  # of the information on a parameter
@@ -283,7 +283,7 @@ class _Suspect(NamedTuple):
 
 
 def suspicions(fit: LinearisedFit, theta: Floats) -> list[str]:
-    """Return what the measurements have most likely wrong, as sentences.
+    """Return the most likely errors of the measurements, as sentences.
 
     Args:
         fit: The fit, near its result.

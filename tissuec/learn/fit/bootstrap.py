@@ -42,7 +42,7 @@ class Resampled(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Return what the intervals are from."""
+        """Return the source of the intervals."""
         bad = f", {self.failed} of which failed" if self.failed else ""
         return f"bootstrap with {self.fits} fits to simulated data{bad}"
 

@@ -166,7 +166,7 @@ def _parted(space: Floats) -> tuple[list[int], Floats]:
 
 
 def _without(space: Floats, known: Floats) -> Floats:
-    """Return what is left of a space at right angles to some directions."""
+    """Return the part of a space at right angles to some directions."""
     rest = space - (space @ known.T) @ known
     _, sizes, rows = svd(rest, full_matrices=False)
     return rows[sizes > 0.5]

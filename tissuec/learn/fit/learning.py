@@ -84,7 +84,7 @@ def learn(
         compiled: The scene with the block.
         request: What it was compiled from.
         session: Prepared from these, so that data is not read again.
-        state: Where each pass is kept; a learning that was interrupted goes on from there.
+        state: Where each pass is kept; an interrupted learning continues from there.
         fresh: Whether it begins anew all the same.
         progress: Told after each pass, and after each fit to resampled residuals.
         workers: Who compares starts, runs the scene for differences, and fits resampled
@@ -127,7 +127,7 @@ def learn(
 
 @contextmanager
 def _told() -> Generator[None]:
-    """Raise what people are told of in the block."""
+    """Raise the errors of the block."""
     try:
         yield
     except Diverged as failure:

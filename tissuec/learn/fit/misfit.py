@@ -16,7 +16,7 @@ NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, 
 STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
 WRONG_UNIT = 300.0  # times as large, or as small, as predicted
 COARSE = 0.05  # error of steps from which on a fit is none
-TOLD = 0.02  # size from which on they are told
+TOLD = 0.02  # size from which on they are reported
 
 
 def misfit(

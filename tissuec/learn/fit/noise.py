@@ -163,7 +163,7 @@ class _Fit(NamedTuple):
     """What the noise of one fit is found from.
 
     Attributes:
-        rows: Derivatives of its predictions by the directions that are told, shape
+        rows: Derivatives of its predictions by the identified directions, shape
             (number, direction); None where they are too many.
         taken: How many of its numbers the parameters take, if its noise is white.
         left: Predictions less measurements, shape (number,).

@@ -2,9 +2,10 @@
 
 A pass freezes what happens in all experiments where the last one came to, and begins the
 optimiser anew there. Only the state of the search goes from pass to pass, so that an
-interrupted one goes on to the same result. Where the first prediction is far off, the beginning
-of the data is learnt first; see ``horizons``. The beginning alone tells some parameters next to
-nothing, and noise would carry them far away: there, all are pulled towards where they start.
+interrupted one continues to the same result. Where the first prediction is far off, the
+beginning of the data is learnt first; see ``horizons``. The beginning alone tells some
+parameters next to nothing, and noise would carry them far away: there, all are pulled towards
+where they start.
 
 If what is left on the whole horizon does not look like noise, further starts are tried: the
 same with the other kind of horizons, then the best of a random sample. The best minimum of all
@@ -58,7 +59,7 @@ class SearchState(Struct, frozen=True, eq=False):
         rounds: How often the noise was taken from what was left.
         rest: Root of the mean square of what was left at the last look.
         tries: How many passes this horizon has had.
-        reason: Why the search is over; empty while it goes on.
+        reason: Why the search is over; empty while it continues.
         converged: Whether that was because nothing changed any more.
     """
 
@@ -268,7 +269,7 @@ class Search:
         return replace(old, theta=theta, error=error, horizon=WHOLE, refined=True, tries=0)
 
     def _failed(self, old: SearchState) -> SearchState:
-        """Return what follows a motion without numbers: the next start, if there is one."""
+        """Return the step after a motion without numbers: the next start, if there is one."""
         if old.refined:
             return replace(old, reason="the motion is not finite")
         return self._next_start(replace(old, error=np.inf))

@@ -185,7 +185,7 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
     shaping: Parametrisation
 
     def model(self, experiment: Experiment) -> Model:
-        """Return what predicts an experiment."""
+        """Return the model of an experiment."""
         series, plan = experiment.series, self.shaping.compiled.plan
         fit_problem, shaping = self.fit_problem, self.shaping
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])

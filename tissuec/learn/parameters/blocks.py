@@ -169,7 +169,7 @@ def _force_block(adjust: Adjust, scene: Scene) -> ParameterBlock:
 
 
 def _called(what: str) -> str:
-    """Return what is adjusted, as it is written."""
+    """Return the adjusted quantity, as it is written."""
     return QUANTITIES[what].name if what in QUANTITIES else what
 
 

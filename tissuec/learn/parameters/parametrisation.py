@@ -48,11 +48,11 @@ class WordParameters(Protocol):
     @property
     def size(self) -> int: ...
     def given(self, theta: Floats) -> Mapping[tuple[str, str], float]:
-        """Return what rules give, in SI units, for parameters of shape (parameter,)."""
+        """Return conclusions of rules in SI units, for parameters of shape (parameter,)."""
         ...
 
     def jacobian(self, theta: Floats) -> tuple[Sequence[tuple[str, str]], Floats]:
-        """Return what rules give, and its derivatives in SI units, shape (given, parameter)."""
+        """Return conclusions and their derivatives in SI units, shape (given, parameter)."""
         ...
 
 
@@ -114,7 +114,7 @@ class Parametrisation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return what each parameter is."""
+        """Return a description of each parameter."""
         own = [name for block in self.blocks for name in block.names]
         return (*own, *(() if self.words is None else self.words.names))
 

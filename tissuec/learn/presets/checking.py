@@ -76,7 +76,7 @@ def mistakes(
 
 
 def _differs(tissue: Tissue, draft: Draft, moved: bool) -> str | None:
-    """Return what a tissue has otherwise than its draft; None if all is as learnt."""
+    """Return the difference of a tissue from its draft; None if all is as learnt."""
     for name, old in draft.original.given.items():
         if old.spread == WHOLE and tissue.given.get(name) is None:
             continue  # which no tissue can say as a number

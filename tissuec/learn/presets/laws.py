@@ -41,7 +41,7 @@ def law_text(
 
     Args:
         word: "spring law" or "viscosity law".
-        constants: What the names of a formula stand for.
+        constants: Values of the names in a formula.
     """
     if law.law is None:
         return _formula_text(law, learned, constants)
@@ -54,7 +54,7 @@ def law_text(
 
 
 def _entry_text(entry: Entry, value: Any, learned: Mapping[str, LearntNumber]) -> str:
-    """Return what stands behind the name of an entry."""
+    """Return the text after the name of an entry."""
     match entry.kind:
         case Real(dimension=dimension):
             if entry.name in learned:

@@ -199,7 +199,7 @@ def _as_list(line: str | None) -> list[str] | None:
 
 
 def _about(learnt: Learnt) -> str:
-    """Return what a preset is about, without quotes, which a text cannot hold."""
+    """Return the description of a preset, without quotes, which a text cannot contain."""
     files = list(dict.fromkeys(f.file for f in learnt.fitted if not f.held_out))
     text = f"{learnt.fit_problem.name}, learned from {' and '.join(files) or 'nothing'}"
     return text.replace('"', "'")

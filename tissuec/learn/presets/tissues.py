@@ -48,7 +48,7 @@ class TissueWriter(Struct, frozen=True):
     # --- entries ------------------------------------------------------------------------------
 
     def _fact(self, fact: PropertyFact) -> str:
-        """Return what a tissue says of a property: in its word, or as a number."""
+        """Return the statement of a tissue on a property: its word, or a number."""
         scale = self.scene.vocabulary.properties[fact.property]
         if "=" in fact.span.text:
             return f"{written_name(fact.property)} = {exact(fact.number, scale.dimension)}"
@@ -88,7 +88,7 @@ class TissueWriter(Struct, frozen=True):
 
 
 def remark(number: LearntNumber, what: str = "") -> str:
-    """Return what stands behind a learnt number: its interval, and what it was before."""
+    """Return the comment after a learnt number: its interval, and its former value."""
     known = f"95 %: {interval(number.low, number.high, number.dimension, what)}"
     if not number.identified:
         known = "not identified by the data"

@@ -82,7 +82,7 @@ def _of_fit(learnt: Learnt, text: str, value: float) -> str:
 
 
 def _blind(learnt: Learnt) -> Iterator[str]:
-    """Yield what the data does not tell, each with what would."""
+    """Yield the unidentified parameters, each with data that would identify it."""
     for blind in learnt.blind:
         yield f"not identified: {blind.sentence}"
         yield f"  to identify it: {blind.advice}"

@@ -18,7 +18,7 @@ class Drift(Struct, frozen=True):
 
     Attributes:
         scale: Name of the property or quantity.
-        before, after: What the word stands for, in SI units.
+        before, after: Value of the word, in SI units.
         centre: How far the middle of its core moved up, as a part of the range.
         most: How far that corner moved which moved most, likewise; of a bell, of the places
             one sigma beside the mean.

@@ -123,7 +123,7 @@ class WordsModel(MovingVocabulary):
     def _answers(self, theta: Floats, total: int | None) -> dict[Pair, float]:
         scene = self._scene
         vocabulary = self.vocabulary(theta, total=total)
-        # What there is to warn about was told when the scene was read.
+        # Warnings were given when the scene was read.
         scope = Constants(scene.declarations, scene.constants.overrides, Findings())
         rules: dict[str, RulesBlock] = {}
         answers: dict[Pair, float] = {}

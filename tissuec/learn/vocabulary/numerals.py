@@ -48,7 +48,7 @@ class Numerals:
         return text + unit
 
     def value(self, place: float) -> float:
-        """Return the number that the numeral of a place stands for."""
+        """Return the value of the numeral at a place."""
         text, factor = self._written[place]
         return float(text) * factor
 

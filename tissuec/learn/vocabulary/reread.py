@@ -51,7 +51,7 @@ def reread(scene: Scene, texts: Mapping[str, str]) -> Scene:
 
 
 def warnings_of(scene: Scene, texts: Mapping[str, str]) -> tuple[Diagnostic, ...]:
-    """Return what ``check`` warns about in a scene with new texts.
+    """Return the warnings of ``check`` about a scene with new texts.
 
     Raises:
         CompileError: It finds an error.

@@ -225,7 +225,7 @@ class MovingScale:
             yield f"width of {word.word}"
 
     def _named(self, knot: int, word: WordForm) -> tuple[int, str] | None:
-        """Return what a knot is for a word, and how much that says: the less, the more."""
+        """Return the role of a knot in a word, and its rank: the lower, the more it says."""
         own = [self.knots.index(x) for x in word.corners]
         if knot not in own:
             return None

@@ -61,7 +61,7 @@ class _ScaleEdits:
         return place + float(self.moves[self.knots.index(place)])
 
     def _width(self, word: WordForm, node: s.Expression) -> Iterator[TextEdit]:
-        """Yield what is written for the width of a bell, in values and not in coordinates."""
+        """Yield the texts of the width of a bell, in values and not in coordinates."""
         bell, axis = self.moved.words[word.word], self.form.named.scale.axis
         assert isinstance(bell, Gaussian)
         if bell == word.bell:

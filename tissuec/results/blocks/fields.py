@@ -43,7 +43,7 @@ class BlockField(Struct, frozen=True):
         whole: Whether its numbers are integers.
         needs: "matter" or "anatomy" where these have to be known.
         source: Dataset of the frames of a result that contains it.
-        names: From facts to what integers stand for.
+        names: From facts to the meanings of integers.
     """
 
     name: str

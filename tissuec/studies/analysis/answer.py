@@ -31,7 +31,7 @@ class Answer(Struct, Generic[Part], frozen=True, eq=False, kw_only=True):
         return map(str, self.parts)
 
     def remarks(self) -> Iterable[str]:
-        """Return what there is to be said beside the runs that are left out."""
+        """Return remarks besides the runs that are left out."""
         return ()
 
     def notes(self) -> list[str]:

@@ -168,7 +168,7 @@ def _intervals(values: Floats, seed: int) -> list[Interval | None]:
         return np.concatenate(_estimates(values[:, rows]))
 
     rows: Any = (np.arange(values.shape[1]),)
-    # Where all resamples are equal, which is told below. Filters belong to the process: two
+    # Where all resamples are equal, which is reported below. Filters belong to the process: two
     # threads that restore them in the wrong order would leave them changed.
     with _FILTERS, warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", stats.DegenerateDataWarning)

@@ -94,7 +94,7 @@ class Comparison(Struct, frozen=True, eq=False):
 
 
 def compare(a: Side, b: Side) -> Comparison:
-    """Return what differs between two scenes, two results, or a scene and a result."""
+    """Return the differences of two scenes, two results, or a scene and a result."""
     nodes = match_nodes(a, b)
     springs = match_springs(a, b, nodes)
     alike = (a.trajectory is None) == (b.trajectory is None)
@@ -143,7 +143,7 @@ def _facts(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[StatedDifference
 def _leftovers(
     a: Side, b: Side, nodes: MatchedIndices, springs: MatchedIndices
 ) -> tuple[Leftover, ...]:
-    """Return what only one side has, part by part."""
+    """Return the items of one side only, part by part."""
     found: list[Leftover] = []
     for side, which, alone, springs_alone in (
         (a, "a", nodes.only_a, springs.only_a),

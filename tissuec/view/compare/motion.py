@@ -6,8 +6,8 @@ largest displacement so far. Two runs of one scene may therefore be τa da + τb
 Runs with the same times are compared at these. Otherwise both are compared at the times of
 either, and between two frames a node is on the cubic that has the stored positions and
 velocities of both (Hermite, Sur la formule d'interpolation de Lagrange, 1878). What that leaves
-open is told: how far the frames around are from the cubic between their neighbours, which spans
-twice the time.
+open is reported: how far the frames around are from the cubic between their neighbours, which
+spans twice the time.
 """
 
 from collections.abc import Iterator

@@ -19,7 +19,7 @@ from tissuec.view.compare.places import SideParts
 from tissuec.view.compare.sides import Side
 
 ROUNDING = 1e-12
-MOST_ORIGINS = 3  # that are told of one change
+MOST_ORIGINS = 3  # that are named for one change
 #: What the arrays of a network are called, and what they measure.
 OF_SPRINGS = {
     "stiffness": ("spring constant", units.STIFFNESS),
@@ -144,7 +144,7 @@ def _of_springs(a: Network, b: Network, pairs: MatchedIndices) -> Iterator[_Colu
 
 
 def _inelastic(network: Network, springs: Indices) -> dict[str, tuple[Floats, Dimension]]:
-    """Return what relaxes and flows by name; as much as nothing where nothing does."""
+    """Return arrays of relaxation and flow by name; those of no effect where there is none."""
     memory, count = network.springs.inelastic, len(springs)
     nothing, never = np.zeros(count), np.full(count, np.inf)
     found: dict[str, tuple[Floats, Dimension]] = {}

@@ -25,7 +25,7 @@ WIDEST = 96  # of a line of facts
 
 
 def parts_of(found: Comparison) -> list[Part]:
-    """Return what differs, in one section for each kind of difference."""
+    """Return the differences, in one section for each kind."""
     parts: list[Part] = [
         f"{which}: {_headline(side)}" for which, side in (("a", found.a), ("b", found.b))
     ]
@@ -153,7 +153,7 @@ def _changes(changes: Sequence[QuantityDifference]) -> Iterator[str]:
 
 
 def _sizes(change: QuantityDifference) -> str:
-    """Return what it was and is: of all alike, or where it differs most."""
+    """Return the values before and after: of all alike, or where they differ most."""
     if change.dimension is None:
         return f"{change.a} -> {change.b}"
     alike = all(r and r[0] == r[1] for r in (change.range_a, change.range_b))

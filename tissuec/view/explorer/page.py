@@ -95,7 +95,7 @@ def _used_as(path: Path, words: ResolvedProgram) -> str:
 
 
 def _colours() -> str:
-    """Return the colours as CSS: as the system has it, or as the page is told."""
+    """Return the colours as CSS: of the system, or as chosen on the page."""
     light, dark = _theme("light", _LIGHT), _theme("dark", _DARK)
     amount = f":root {{ --amount: {', '.join(palette.AMOUNT)} }}"
     by_system = f"@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
@@ -138,7 +138,7 @@ def presets(
 
 
 def _used_words(path: Path, name: str, libraries: Sequence[Path]) -> Iterator[ResolvedProgram]:
-    """Yield what a file of a library says, unless it is a scene or has mistakes."""
+    """Yield the content of a file of a library, unless it is a scene or has mistakes."""
     with suppress(CompileError):
         source = read_source(path, f"{name}{SUFFIX}")
         if "tissue" not in source.text or "use" not in source.text:

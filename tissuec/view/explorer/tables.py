@@ -214,7 +214,7 @@ def _unit(item: s.Item, dimension: Dimension) -> str:
 
 
 def _without(default: float | None) -> str:
-    """Return what a net has where nothing gives a quantity; empty where it needs a number."""
+    """Return the default of a quantity; empty where a net needs a number."""
     return "" if default is None else "0" if default == 0.0 else "none"
 
 

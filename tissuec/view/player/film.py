@@ -35,7 +35,7 @@ class Lines(Struct, frozen=True, eq=False):
         radius: Of threads and stitches [m], shape (line,); 0 of other springs.
         stitch: Whether it is of a joint, shape (line,): these cross gaps between skins, so they
             are drawn like threads while springs are hidden.
-        spring: Network number of the spring, or of one of those that the line stands for,
+        spring: Network number of the spring, or of one of those that the line represents,
             ascending, shape (line,).
     """
 
@@ -289,7 +289,7 @@ class PlayerData(Struct, frozen=True, eq=False):
 
 
 def usual_end(rows: Iterable[NDArray[Any]]) -> float:
-    """Return what 98 % of the numbers in each row stay below; 0 if they are not positive.
+    """Return the 98 % quantile of each row; 0 if it is not positive.
 
     It is rounded up to two digits.
 

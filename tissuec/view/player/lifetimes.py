@@ -30,7 +30,7 @@ class Lifetimes(NamedTuple):
 
 
 def is_there(life: Floats, frame: float) -> Mask:
-    """Return what exists in a frame, or between two, shape (life,).
+    """Return which items exist in a frame, or between two, shape (life,).
 
     Args:
         life: First and last frame, in units of frames, shape (life, 2).

@@ -29,7 +29,7 @@ class InterpolatedFrame(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, film: PlayerData, at: float) -> "InterpolatedFrame":
-        """Return what a film shows at a number of frames."""
+        """Return the content of a film at a number of frames."""
         first = int(at)
         second, part = min(first + 1, len(film.times) - 1), at - first
 

@@ -11,7 +11,7 @@ from tissuec.view.player.node_values import FieldValues, read_fields
 from tissuec.view.player.packing import Pack, Quantization
 
 _FINE = 1000  # steps of the range of colours
-_LEVELS = 65533  # of all numbers; one more number stands for unknown ones
+_LEVELS = 65533  # of all numbers; one more number means unknown
 
 
 def pack_fields(

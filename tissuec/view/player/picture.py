@@ -174,7 +174,7 @@ class Painter:
     def _tissue(
         self, moment: InterpolatedFrame, shading: Shading
     ) -> Iterator[ProjectedTriangles]:
-        """Yield what a section cuts open."""
+        """Yield the parts that a section cuts open."""
         yield self._skin(moment, shading)
         if not self._shows_net:
             yield from self._surfaces(moment, shading)
@@ -257,7 +257,7 @@ class Painter:
         return shading.field(mesh, field, along_rods(mesh, first, second, each))
 
     def _nodes(self, moment: InterpolatedFrame) -> Iterator[TriangleMesh]:
-        """Yield what is held besides patches of the skin, and nodes that nothing touches."""
+        """Yield held nodes outside patches of the skin, and nodes that nothing touches."""
         film, size = self.film, self.marker
         held = film.held.rods[is_there(film.held.life, moment.at)]
         dots = film.dots.of[is_there(film.dots.life, moment.at)]

@@ -318,7 +318,7 @@ def _instruments(
 
 
 def _solids(trajectory: Trajectory, nodes: int) -> tuple[ToolSolid, ...]:
-    """Return the shapes of tools, whose points stand behind the nodes."""
+    """Return the shapes of tools, whose points follow the nodes."""
     if trajectory.tools is None:
         return ()
     shapes = [(tool, shape) for tool in trajectory.network.tools for shape in tool.shapes]

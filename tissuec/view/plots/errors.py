@@ -60,7 +60,7 @@ class Errors(Struct, frozen=True):
         return TimeCurve(name, log.time[rows], log.value[rows, 0], look(number))
 
     def _allowed(self, trajectory: "Trajectory") -> TimeCurve | None:
-        """Return what the tolerance allows; None where a fixed step promises nothing."""
+        """Return the allowed error; None where a fixed step promises nothing."""
         from tissuec.engine.execution.finer_run import USUAL
         from tissuec.engine.run_arrays import FLOOR
 

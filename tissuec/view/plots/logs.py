@@ -51,7 +51,7 @@ class LogsPlot(Struct, frozen=True):
         return picture_of(panels, subjects, notes=notes)
 
     def panels(self, runs: Sequence[PlotSubject]) -> tuple[list[Panel], list[str]]:
-        """Return what is drawn, and what there is to be said of what is not."""
+        """Return the artists, and notes on what is not drawn."""
         panels: list[Panel] = []
         notes: list[str] = []
         for name in self._names(runs):
@@ -204,7 +204,7 @@ def _size(curves: Sequence[TimeCurve]) -> float:
 
 
 def _no_logs(trajectory: "Trajectory") -> str:
-    """Return what a result holds instead of logs, and how to ask for them."""
+    """Return the contents of a result without logs, and how to ask for logs."""
     frames = len(trajectory.times)
     held = [counted(frames, "frame")] if frames else []
     held += ["energies"] if trajectory.energies is not None else []

@@ -79,7 +79,7 @@ def clusters(events: Sequence[Event], shown: tuple[float, float]) -> list[tuple[
 
 
 def told(events: Sequence[Event]) -> str:
-    """Return what events are, such as "cut, rupture × 13"."""
+    """Return the kinds of events, such as "cut, rupture × 13"."""
     counts = Counter(event.kind for event in events)
     return ", ".join(kind if n == 1 else f"{kind} × {n}" for kind, n in counts.items())
 

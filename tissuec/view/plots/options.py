@@ -16,7 +16,7 @@ class Option(Struct, frozen=True):
 
     Attributes:
         help: What it does.
-        metavar: What stands for its value in help.
+        metavar: Placeholder of its value in help.
         read: Makes a value of a text, or raises ValueError with a sentence.
         spellings: If not the name of the field.
     """
@@ -28,7 +28,7 @@ class Option(Struct, frozen=True):
 
 
 def reader(dimension: Dimension) -> Callable[[str], float]:
-    """Return what reads a number in SI units, or one with a unit such as "40 ms"."""
+    """Return a reader of numbers in SI units, or with a unit such as "40 ms"."""
 
     def read(text: str) -> float:
         found, wrong = _QUANTITY.fullmatch(text), f'"{text}" is not {describe(dimension)}'

@@ -156,7 +156,7 @@ def draw_panels(
 
 
 def _key(axes: "Axes", name: str, number: int) -> "Line2D":
-    """Return what stands for a run in a legend; it has no points."""
+    """Return the entry of a run in a legend; it has no points."""
     (line,) = axes.plot([], [], label=name, **look(number))
     return line
 

@@ -95,7 +95,7 @@ def _telling(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _head(subject: PlotSubject) -> str:
-    """Return what a page is of: scene, size, method and outcome."""
+    """Return the heading of a page: scene, size, method and outcome."""
     trajectory: Any = subject.content
     network, manifest = trajectory.network, trajectory.manifest
     facts = [

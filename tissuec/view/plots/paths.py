@@ -73,7 +73,7 @@ class Paths(Struct, frozen=True):
         return picture_of(self.panels(subjects, notes), subjects, notes=notes)
 
     def panels(self, runs: Sequence[PlotSubject], notes: list[str]) -> list[Panel]:
-        """Return what is drawn; add what there is to be said of what is not."""
+        """Return the artists; add notes on what is not drawn."""
         paths = [self._paths(run.content, notes) for run in runs]
         axes = _moving(paths)
         if still := [name for name in AXES if name not in axes]:

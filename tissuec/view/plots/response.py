@@ -51,7 +51,7 @@ class ResponsePlot(StudyPlot, frozen=True):
     def panels(self, table: StudyTable) -> Panels:
         measures = chosen_measures(table, self.measure)
         axis = FactorAxis.of(factor_of(table, self.x))
-        groups_of(table, range(len(table)), [axis.column])  # too many are told before drawing
+        groups_of(table, range(len(table)), [axis.column])  # too many are an error before
         draw = [partial(_draw, table, measure, axis) for measure in measures]
         return Panels(draw, left_out(table, measures), partial(_finish, axis))
 

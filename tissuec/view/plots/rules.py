@@ -193,7 +193,7 @@ def _asked(block: "RulesBlock", quantity: str) -> list[str]:
 
 
 def _value(vocabulary: "Vocabulary", key: str, written: str) -> float:
-    """Return what a number, or a word with its hedges, stands for; SI."""
+    """Return the value of a number, or of a word with its hedges, in SI units."""
     named = vocabulary.properties[key]
     axis, words = named.scale.axis, named.scale.words
     parts = key_of(written).split(" ")
@@ -314,7 +314,7 @@ def _label(axes: "Axes", surface: RuleSurface) -> None:
 
 
 def _name_words(axes: "Axes", named: "NamedScale", scale: AxisUnit, which: str) -> None:
-    """Mark what the words of a property stand for, at the other side of the axes."""
+    """Mark the values of the words of a property, at the other side of the axes."""
     other = axes.secondary_xaxis("top") if which == "x" else axes.secondary_yaxis("right")
     words = named.scale.words
     places = [float(scale.of(named.scale.axis.value_of(shape))) for shape in words.values()]

@@ -38,7 +38,7 @@ class PlottedVariable(Struct, frozen=True, eq=False):
     Attributes:
         label: Of its axis.
         values: In the unit of the label, shape (row,).
-        words: What whole numbers stand for, if they are words.
+        words: Words that are numbered, if there are any.
     """
 
     label: str

@@ -111,7 +111,7 @@ def _draw(axes: "Axes", tissue: Mapping[str, Any]) -> None:
 
 
 def _known(tissue: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
-    """Yield what is known, each range once: its quantity and limits."""
+    """Yield known ranges, each once: quantity and limits."""
     found = {
         (row["quantity"], one["low"], one["high"])
         for row in tissue["rows"]

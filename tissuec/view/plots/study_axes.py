@@ -129,7 +129,7 @@ def groups_of(
         apart: Factors that are left out.
 
     Raises:
-        TissueError: There are too many groups to be told apart.
+        TissueError: There are too many groups to distinguish.
     """
     others = [one for one in table.factors if all(one is not other for other in apart)]
     found: dict[str, list[int]] = {}
@@ -138,7 +138,7 @@ def groups_of(
         found.setdefault(name, []).append(row)
     if len(found) > MOST_GROUPS:
         raise TissueError(
-            f"{len(found)} combinations of other factors cannot be told apart (at most "
+            f"{len(found)} combinations of other factors cannot be distinguished (at most "
             f"{MOST_GROUPS}); use --kind scatter-matrix"
         )
     return found

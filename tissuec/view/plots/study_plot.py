@@ -54,7 +54,7 @@ class StudyPlot(Struct, frozen=True):
     measure: Measures = ()
 
     def panels(self, table: StudyTable) -> Panels:
-        """Return what is drawn of a table.
+        """Return the drawing of a table.
 
         Raises:
             TissueError: There is nothing to draw.

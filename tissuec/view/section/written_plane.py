@@ -34,7 +34,7 @@ class SectionWords(PlaneWords, frozen=True):
 
 
 class NoNames(Scope):
-    """The scope of a text beside a scene, in which no name stands for a number."""
+    """The scope of a text beside a scene, in which no name has a value."""
 
     def name(self, name: s.Name) -> NoReturn:
         self.unknown(name)

@@ -53,7 +53,7 @@ class Watch(Protocol):
         ...
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
-        """Yield what is doubtful, and what was and is no longer, with a count of 0.
+        """Yield doubts, and former ones that no longer hold, with a count of 0.
 
         Args:
             state: What is alive and held; its positions are not looked at.

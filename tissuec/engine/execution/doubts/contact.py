@@ -102,7 +102,7 @@ class FewNodes:
 def _touched(
     contact: "Contact", position: Floats, tool: ToolPart, body: BodyPart
 ) -> Iterator[_Grip]:
-    """Yield what each capsule of a tool touches of a body.
+    """Yield the nodes of a body that each capsule of a tool touches.
 
     Args:
         contact: Of the run.
