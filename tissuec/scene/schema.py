@@ -140,6 +140,9 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
 
     Args:
         entry: The entry.
+
+    Raises:
+        TypeError: The entry has a form of its own, which its block reads.
     """
     if entry.reads is not None:
         return entry.reads(item, scope)
