@@ -276,7 +276,8 @@ MISTAKES = {
         "TIS312: prestress of a body has one direction",
     "made of elements; prestress along (1, 0, 0) across (0, 0, 1)":
         "TIS312: prestress of a body has one direction",
-    "made of elements; prestress = 5 %": 'TIS303: "prestress" is not an entry of a body',
+    "made of elements; prestress = 5 %":
+        "TIS312: in a body, the prestress is a formula of x, y or z",
 }  # fmt: skip
 
 

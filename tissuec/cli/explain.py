@@ -59,6 +59,7 @@ def command(
         return _code_report(subject.upper())
     from tissuec.compiler.provenance import as_dict
     from tissuec.pipeline import compile_request, read_words
+    from tissuec.scene.graded import mentions_graded
     from tissuec.view.summaries.origins import origins_of
 
     request = given.request(Path(subject))
@@ -67,8 +68,16 @@ def command(
     parts: list[Part] = [*origins_of(words, tissues, forces=tissue is None)]
     document: dict[str, Any] = as_dict(words, tissues)
     compiled = None
-    if with_plan or with_bodies:
+    is_graded = tissue is None and mentions_graded(words.declarations)
+    if with_plan or with_bodies or is_graded:
         compiled, warnings = compile_request(request)
+    if compiled is not None and is_graded:
+        from tissuec.compiler.graded_ranges import graded_ranges  # late: it looks at bodies
+        from tissuec.view.summaries.origins import graded_sections
+
+        ranges = [*graded_ranges(compiled)]
+        parts += graded_sections(ranges)
+        document["graded"] = [*map(as_data, ranges)]
     if compiled is not None and with_bodies:
         from tissuec.analysis.bodies import properties_of  # late: it needs SciPy
         from tissuec.view.summaries import bodies

@@ -8,7 +8,8 @@ import numpy as np
 
 from tissuec.compiler.adjust_limits import LIMITING, Found, limited
 from tissuec.compiler.adjust_targets import Target, Targets
-from tissuec.compiler.laws_adjusted import LawConstant, constants_of, uses
+from tissuec.compiler.laws_adjusted import LawConstant, calls_functions, constants_of, uses
+from tissuec.core.errors import Note
 from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
@@ -16,6 +17,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
 from tissuec.scene.entries import entries_of
+from tissuec.scene.graded import graded_by
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
 from tissuec.scene.model import Tissue, WrittenForce
@@ -170,6 +172,14 @@ class AdjustReader:
 
     def _of_tissue(self, name: s.Name, tissue: Tissue) -> Found:
         """Return a quantity of a tissue, or a constant of its laws."""
+        if calls_functions(tissue, self.scene):
+            self.findings.reject(
+                "TIS801",
+                f"a law of {tissue.name} calls functions of the scene, which a preset cannot "
+                "contain",
+                name.span,
+                hint="write the formula of the law without functions",
+            )
         key = name.key
         given = tissue.given.get(key)
         if key == STIFFENING and given is not None and given.value == given.quantity.none:
@@ -183,6 +193,14 @@ class AdjustReader:
                     f"{tissue.name} has no {key} as a number" + (reason and f": {reason}"),
                     name.span,
                     hint=f"write {key} = … in the tissue as the initial value",
+                )
+            if (one := graded_by(self.scene.bodies.values(), tissue.name, key)) is not None:
+                self.findings.reject(
+                    "TIS801",
+                    f"the {key} of {tissue.name} depends on the place and cannot be adjusted",
+                    name.span,
+                    hint="compare runs with different formulas instead, for example by a study",
+                    notes=(Note("the formula", one.span),),
                 )
             if (law := uses(tissue, key)) is not None:
                 self.findings.reject(

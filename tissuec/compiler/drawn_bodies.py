@@ -50,6 +50,7 @@ class Drawing(Struct, frozen=True, eq=False):
             that are made of their nodes, shape (spring,); None where all are.
         element_part: Number of each element's region as in ``part``, of all shapes one after
             the other, shape (element,); None of a body of springs.
+        scope: Looks up the numbers of formulas of the place; None of joints, which have none.
     """
 
     body: Body
@@ -62,6 +63,7 @@ class Drawing(Struct, frozen=True, eq=False):
     thread: ThreadBody | None = None
     spring_part: NDArray[np.int64] | None = None
     element_part: NDArray[np.int64] | None = None
+    scope: Scope | None = None
 
     @property
     def bends(self) -> Mask:
@@ -96,7 +98,7 @@ def draw(body: Body, scope: Scope) -> Drawing:
     refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
     if thread is not None:  # a knot is made of as much thread as any piece
         length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
-    drawing = Drawing(body, mesh, columns, regions, part, length, own, thread)
+    drawing = Drawing(body, mesh, columns, regions, part, length, own, thread, scope=scope)
     if body.elements is not None and mesh.elements:
         where = [region.where for region in body.regions]
         masks = surface_mask(mesh), group_masks(mesh)

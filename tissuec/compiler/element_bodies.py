@@ -95,7 +95,7 @@ class ElementReader:
         assert drawing.body.elements is not None and drawing.element_part is not None
         self.drawing, self.body, self.findings = drawing, drawing.body, findings
         self.made, self.part = drawing.body.elements, drawing.element_part
-        self.parts = TissueParts(self.body, findings)
+        self.parts = TissueParts(drawing, findings)
         self._note = (note_of(self.made),)
         self.limits = LimitReader(
             self.body, self.parts, self.part, drawing.mesh.elements, findings
@@ -173,30 +173,33 @@ class ElementReader:
     def _fibres(self) -> "SolidFibres | None":
         """Return the families of fibres of the elements; None without any."""
         self.parts.refuse_idle_fibres()
-        added = np.zeros(len(self.parts.materials))
+        young = self._each(YOUNGS_MODULUS)
+        modulus = self._each(FIBRE_MODULUS, np.nan)
         for number in part_numbers(self.part):
             material = self.parts.materials[number]
             if material.tissue is None:
                 continue
             given = material.tissue.given
-            modulus = given.get(FIBRE_MODULUS)
+            along = given.get(FIBRE_MODULUS)
             for name in OF_FIBRES:
-                if modulus is None and (idle := given.get(name)) is not None:
+                if along is None and (idle := given.get(name)) is not None:
                     self._needs_modulus(idle)
-            if modulus is not None:
-                young = given[YOUNGS_MODULUS]
-                added[number] = young.value * self.parts.added_by_fibres(young)
+            if along is not None:
+                own = self.part == number
+                if (modulus[own] < young[own]).any():
+                    self.parts.refuse_soft_fibres(along)
                 if self.body.fibres is None:
-                    self._needs_direction(modulus)
-        if not added.any():
+                    self._needs_direction(along)
+        if np.isnan(modulus).all():
             return None
+        added = np.nan_to_num(young * (modulus / young - 1.0))
         families = {"fibres": self.body.fibres, SECOND_FIBRES: self.body.second_fibres}
         along = [self._along(k, one) for k, one in families.items() if one is not None]
         from tissuec.forces.solid_fibres import SolidFibres
 
         stiffening, spread = (self._each(name, 0.0) for name in OF_FIBRES)
         # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.
-        stiffness = 0.25 * added[self.part] / (1.0 - 3.0 * spread) ** 2
+        stiffness = 0.25 * added / (1.0 - 3.0 * spread) ** 2
         every = np.stack(along, axis=1)
         return SolidFibres(every, stiffness, np.maximum(stiffening, STRAIGHT), spread)
 
@@ -237,7 +240,7 @@ class ElementReader:
         """Return the prestretch of the elements as drawn; None without prestress."""
         given = self.parts.found(PRESTRESS)
         used = [given[number] for number in part_numbers(self.part)]
-        stressed = [one for one in used if one is not None and one.value]
+        stressed = [one for one in used if one is not None and (one.value or one.formula)]
         direction = self.body.prestress
         if direction is not None:
             self.require_prestress()
@@ -247,9 +250,9 @@ class ElementReader:
             direction = self._along_fibres(stressed[0])
         from tissuec.forces.solid_prestretch import Prestretch
 
-        share = np.array([0.0 if one is None else one.value for one in given])
+        share = self.parts.at_elements(given, 0.0)
         # Without stress, lengths are shorter by this part, like those of springs.
-        return Prestretch(direction.axis, direction.is_across, 1.0 / (1.0 - share[self.part]))
+        return Prestretch(direction.axis, direction.is_across, 1.0 / (1.0 - share))
 
     def require_prestress(self) -> None:
         """Reject a direction of prestress without any prestress."""
@@ -314,26 +317,18 @@ class ElementReader:
             )
         return law_of(material.tissue)[0]
 
-    def _found(self, key: str, default: float | None = None) -> list[float]:
-        """Return a quantity of each part of the body; NaN for parts without elements.
+    def _each(self, key: str, default: float | None = None) -> Floats:
+        """Return a quantity of each element in its SI unit, shape (element,).
 
         Args:
             key: Of the quantity.
             default: Of parts whose tissue gives none; None if it is needed.
         """
-        values: list[float] = []
-        used = part_numbers(self.part)
-        for number, material in enumerate(self.parts.materials):
-            given = material.tissue and material.tissue.given.get(key)
-            if given is None and default is None and number in used:
-                self.parts.missing(key, material, *self._note)
-            none = np.nan if default is None else default
-            values.append(none if given is None else given.value)
-        return values
-
-    def _each(self, key: str, default: float | None = None) -> Floats:
-        """Return a quantity of each element; arguments as for ``_found``."""
-        return np.array(self._found(key, default))[self.part]
+        given = [m.tissue and m.tissue.given.get(key) for m in self.parts.materials]
+        for number in part_numbers(self.part):
+            if given[number] is None and default is None:
+                self.parts.missing(key, self.parts.materials[number], *self._note)
+        return self.parts.at_elements(given, np.nan if default is None else default)
 
     def _viscosity(self, shear: Floats) -> Floats:
         """Return the viscosity of each element [Pa s], shape (element,); zero without any.
@@ -342,16 +337,15 @@ class ElementReader:
             shear: Shear modulus [Pa], shape (element,).
         """
         given = self.parts.found("viscosity")
-        found = np.zeros(len(shear))
+        found = self.parts.at_elements(given, 0.0)
         for number in part_numbers(self.part):
             one = given[number]
             if one is None:
                 continue
             if not one.quantity.is_of_matter:
                 self._refuse_viscosity(one)
-            own = self.part == number
-            is_time = one.quantity is QUANTITIES[RETARDATION_TIME]
-            found[own] = one.value * (shear[own] if is_time else 1.0)
+            if one.quantity is QUANTITIES[RETARDATION_TIME]:
+                found[self.part == number] *= shear[self.part == number]
         return found
 
     def _refuse_viscosity(self, given: AssignedQuantity) -> None:
@@ -387,12 +381,12 @@ class ElementReader:
         )
         values = np.zeros(len(node_part))
         is_dense = np.array([g is not None and g.quantity.is_of_matter for g in given])
-        density = np.array([0.0 if g is None else g.value for g in given])
+        density = self.parts.at_elements(given, 0.0)
         first = 0
         for one, share in zip(mesh.elements, shares, strict=True):
-            part = self.part[first : first + len(one.nodes)]
+            own = slice(first, first + len(one.nodes))
             first += len(one.nodes)
-            each = np.where(is_dense[part], density[part], 0.0)[:, None]
+            each = np.where(is_dense[self.part[own]], density[own], 0.0)[:, None]
             values += np.bincount(one.nodes.ravel(), (each * share).ravel(), len(values))
         for number, one in enumerate(given):
             if one is not None and not is_dense[number]:

@@ -11,6 +11,7 @@ import numpy as np
 from tissuec.compiler.tissue_parts import TissueParts, part_numbers
 from tissuec.model.inelastic import CONSTANTS, TIMES
 from tissuec.model.network import Floats, Indices
+from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def branches_of(
     rows: list[tuple[Floats, Floats]] = []
     for constant, name in zip(CONSTANTS, TIMES, strict=True):
         shares, times = parts.found(constant), parts.found(name)
-        ratio, time = np.zeros(len(shares)), np.full(len(shares), np.inf)
+        ratio = np.zeros(len(shares))
+        used: list[AssignedQuantity | None] = [None] * len(shares)
         for number in part_numbers(part):
             share, lasting = shares[number], times[number]
             if share is None and lasting is None:
@@ -44,9 +46,9 @@ def branches_of(
                 said, lacking = (share, name) if share else (lasting, OF_MATTER[constant][0])
                 parts.refuse_half(said, name, QUANTITIES[lacking], parts.body.span)
             if share.quantity.is_of_matter and np.isfinite(lasting.value):
-                time[number] = lasting.value
+                used[number] = lasting
                 ratio[number] = share.value / (1.0 - parts.relaxing_beside(share))
-        rows.append((ratio[part] * shear, time[part]))
+        rows.append((ratio[part] * shear, parts.at_elements(used, np.inf)))
     moduli, times = map(np.array, zip(*rows, strict=True))
     used = moduli.any(axis=1)
     return kind.new(moduli[used], times[used]) if used.any() else None

@@ -166,7 +166,8 @@ class LimitReader:
         from tissuec.forces.element_limits import ElementLimits
 
         strain, stress, toughness = (
-            np.array([_value(one, key) for one in self.given])[self.part] for key in LIMITS
+            self.parts.at_elements([_limit(one, key) for one in self.given], np.inf)
+            for key in LIMITS
         )
         share = [np.full(len(one.nodes), AT_TIPS[one.shape]) for one in self.shapes]
         toughness = toughness * np.concatenate(share)
@@ -189,6 +190,6 @@ class LimitReader:
         return Provenance(2 * part.astype(np.int32), tuple(found))
 
 
-def _value(given: Sequence[AssignedQuantity], key: str) -> float:
-    """Return a limit of a part, infinite where others limit it."""
-    return next((one.value for one in given if key_of(one.quantity.name) == key), np.inf)
+def _limit(given: Sequence[AssignedQuantity], key: str) -> AssignedQuantity | None:
+    """Return a limit of a part; None where others limit it."""
+    return next((one for one in given if key_of(one.quantity.name) == key), None)

@@ -9,6 +9,7 @@ from tissuec.core.errors import Note
 from tissuec.core.names import key_of
 from tissuec.model.inelastic import LIMIT, VISCOSITY
 from tissuec.model.network import Indices
+from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import BREAKING_STRAIN, OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
@@ -29,7 +30,9 @@ def yielding_of(kind: type[Kind], parts: TissueParts, part: Indices) -> Kind | N
         part: Of each element, shape (element,).
     """
     found = {name: parts.found(name) for name in (LIMIT, VISCOSITY)}
-    limit, viscosity = (np.full(len(parts.materials), np.inf) for _ in range(2))
+    used: dict[str, list[AssignedQuantity | None]] = {
+        name: [None] * len(parts.materials) for name in (LIMIT, VISCOSITY)
+    }
     for number in part_numbers(part):
         for name, other in _PAIRS:
             given, lacking = found[name][number], OF_MATTER[other][0]
@@ -39,15 +42,14 @@ def yielding_of(kind: type[Kind], parts: TissueParts, part: Indices) -> Kind | N
         if stress is None or fluid is None or not stress.quantity.is_of_matter:
             continue
         if fluid.quantity.is_of_matter:
-            limit[number], viscosity[number] = stress.value, fluid.value
+            used[LIMIT][number], used[VISCOSITY][number] = stress, fluid
             if np.isfinite(stress.value) and np.isfinite(fluid.value):
                 _refuse_idle_limits(parts, number)
+    limit, viscosity = (parts.at_elements(used[name], np.inf) for name in (LIMIT, VISCOSITY))
     yields = np.isfinite(limit) & np.isfinite(viscosity)
-    if not yields[part].any():
+    if not yields.any():
         return None
-    return kind.new(
-        np.where(yields, limit, np.inf)[part], np.where(yields, viscosity, np.inf)[part]
-    )
+    return kind.new(np.where(yields, limit, np.inf), np.where(yields, viscosity, np.inf))
 
 
 def _refuse_idle_limits(parts: TissueParts, number: int) -> None:

@@ -8,7 +8,7 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import names_in
+from tissuec.lang.walk import names_in, walk
 from tissuec.laws import stress_in
 from tissuec.laws.formula import Formula, replaced, variables
 from tissuec.scene.entries import entries_of
@@ -82,6 +82,12 @@ def force_with_params(law: WrittenLaw, scene: Scene, params: Mapping[str, Formul
     formula = scope.formula(written.value)
     values = {f"param {s.key_of(n)}": value for n, value in params.items()}
     return form.as_force(replaced(formula, values))
+
+
+def calls_functions(tissue: Tissue, scene: Scene) -> bool:
+    """Return whether a free formula of a tissue calls functions of the scene."""
+    formulas = (_formula(law, scene) for law in tissue.written_laws.values())
+    return any(isinstance(part, s.Applied) for one in formulas if one for part in walk(one))
 
 
 def _formula(law: WrittenLaw, scene: Scene) -> s.Function | None:

@@ -32,11 +32,13 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import (
     BREAKING_FORCE,
+    BREAKING_STRAIN,
     FIBRE_MODULUS,
     OF_MATTER,
     POISSONS_RATIO,
     QUANTITIES,
     SHARES,
+    TOUGHNESS,
     YOUNGS_MODULUS,
 )
 
@@ -61,7 +63,7 @@ class MaterialReader:
         self.shares = drawing.mesh.shares
         self._reader: MatterReader | None = None
         self._shared_out: dict[float, Matter] = {}  # by what fibres add
-        self.parts = TissueParts(self.body, findings)
+        self.parts = TissueParts(drawing, findings)
         self.springs = SpringParts(drawing, self.parts, findings)
         self._laws = SpringLaws(drawing, self.parts, self.springs, findings)
 
@@ -134,13 +136,13 @@ class MaterialReader:
             index = np.zeros_like(self.node_part)
         else:
             given = self.parts.given("mass", self.node_part[_is_open(column, self.node_part)])
-            share = {"whole body": len(self.node_part)}
-            per_node = [0.0 if g is None else g.value / share.get(g.spread, 1) for g in given]
-            values, index = np.array(per_node)[self.node_part], self.node_part
+            values, index = self.parts.at_nodes(given, 0.0), self.node_part
             for number, one in enumerate(given):
                 if one is not None and one.quantity.is_of_matter:
                     volume = self._matter(one).volume
-                    values = np.where(index == number, one.value * volume, values)
+                    values = np.where(index == number, values * volume, values)
+                elif one is not None and one.spread == "whole body":
+                    values[index == number] /= len(index)
             origins = [self._origin(g) for g in given]
         provenance = Provenance(index.astype(np.int32), tuple(origins))
         return self._from_table(values, provenance, column, "nodes")
@@ -241,18 +243,18 @@ class MaterialReader:
         self, name: str, given: Sequence[AssignedQuantity | None]
     ) -> tuple[Floats, Floats]:
         """Return a quantity as the part at either end of each spring has it."""
-        quantity = QUANTITIES[name]
-        value = [quantity.default if g is None else g.value for g in given]
+        default = QUANTITIES[name].default
         lengths = [np.nan if g is None or g.length is None else g.length for g in given]
-        values, lengths = np.array(value, dtype=float), np.array(lengths)
+        lengths = np.array(lengths)
         ends: list[Floats] = []
         for part in self.springs.ends.T:
-            end = values[part]
+            end = self.parts.at_springs(given, part, default)
             if not np.isnan(lengths).all():
                 end = self._scaled(name, end, lengths[part])
             for number, one in enumerate(given):
                 if one is not None and one.quantity.is_of_matter and np.isfinite(one.value):
-                    end = np.where(part == number, self._from_matter(one), end)
+                    own = part == number
+                    end = np.where(own, self._from_matter(one, end, own), end)
             ends.append(end)
         return ends[0], ends[1]
 
@@ -276,8 +278,16 @@ class MaterialReader:
 
     # --- matter -------------------------------------------------------------------------------
 
-    def _from_matter(self, given: AssignedQuantity) -> Floats:
-        """Return what follows for springs from a quantity of matter, shape (spring,)."""
+    def _from_matter(
+        self, given: AssignedQuantity, amount: Floats, own: NDArray[np.bool_]
+    ) -> Floats:
+        """Return what follows for springs from a quantity of matter, shape (spring,).
+
+        Args:
+            given: The quantity.
+            amount: Its number for each spring in its SI unit, shape (spring,).
+            own: Which springs have it, shape (spring,).
+        """
         match key_of(given.quantity.name):
             case "young's modulus":
                 springs = 1.0 if self.poisson is None else self.poisson.of_springs
@@ -293,8 +303,8 @@ class MaterialReader:
             case share if share in SHARES:
                 each = self.stiffness[0] / (1.0 - self.parts.relaxing_beside(given))
             case _:
-                return self._at_limit(given)
-        each = given.value * each
+                return self._at_limit(given, amount, own)
+        each = amount * each
         return each if self.shares is None else each / self.shares
 
     def hinges(self, arrays: Mapping[str, Floats]) -> Hinges | None:
@@ -304,9 +314,10 @@ class MaterialReader:
             arrays: Numbers of springs by name: ``stiffness`` [N/m] and ``damping`` [N s/m],
                 shape (spring,).
         """
+        found = self.parts.found("spring constant")
         return hinges_of(
             self.drawing, next(iter(self._shared_out.values()), None),
-            self.parts.found("spring constant"),
+            found, lambda: self.parts.at_nodes(found),
             arrays["stiffness"], arrays["damping"], self.findings,
         )  # fmt: skip
 
@@ -343,20 +354,25 @@ class MaterialReader:
             self.findings,
         )  # fmt: skip
 
-    def _at_limit(self, given: AssignedQuantity) -> Floats:
-        """Return the force of springs at a stress, strain or energy [N], shape (spring,)."""
-        constant, rest = self.stiffness[0], self.rest[0]
-        match key_of(given.quantity.name):
-            case "breaking strain":
-                return self._behaviour.pull(given.value * rest)
-            case "toughness":
-                from tissuec.matter.breaking import force_at_energy
+    def _at_limit(
+        self, given: AssignedQuantity, amount: Floats, own: NDArray[np.bool_]
+    ) -> Floats:
+        """Return the force of springs at a stress, strain or energy [N], shape (spring,).
 
-                section = constant * self.length / self.parts.modulus_beside(given)
-                energy = self._matter(given).tearing * given.value * section
-                return force_at_energy(self._behaviour, energy)
-            case _:
-                return constant * rest * given.value / self.parts.modulus_beside(given)
+        The arguments are those of ``_from_matter``.
+        """
+        constant, rest = self.stiffness[0], self.rest[0]
+        if key_of(given.quantity.name) == BREAKING_STRAIN:
+            return self._behaviour.pull(amount * rest)
+        beside = self.parts.modulus_beside(given)
+        modulus = self.parts.at_springs([None, beside], own.astype(np.int64), 1.0)
+        if key_of(given.quantity.name) == TOUGHNESS:
+            from tissuec.matter.breaking import force_at_energy
+
+            section = constant * self.length / modulus
+            energy = self._matter(given).tearing * amount * section
+            return force_at_energy(self._behaviour, energy)
+        return constant * rest * amount / modulus
 
     @property
     def _behaviour(self) -> Behaviour:

@@ -156,9 +156,9 @@ class MembraneReader(ElementReader):
                     hint=leaving_out("remove it", self.body.places[PRESTRESS]),
                 )
             self._within(PRESTRESS, direction.axis)
-        share = np.array([0.0 if one is None else one.value for one in given])
+        share = self.parts.at_elements(given, 0.0)
         # Without stress, lengths are shorter by this part, like those of springs.
-        stretch = 1.0 / (1.0 - share[self.part])
+        stretch = 1.0 / (1.0 - share)
         return stretch, None if direction is None else direction.axis
 
     # --- fibres -------------------------------------------------------------------------------

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from tissuec.compiler.matter import Matter
 
 _LEAVE_OUT = "remove it"
+_GRADED = (
+    "it depends on the place, and all cells of a body use the same bulk modulus",
+    "write made of elements in the body",
+)
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
 
 
@@ -94,6 +98,8 @@ def _flaw(
         return "its springs are specified one by one", "write a Young's modulus as well"
     if matter.poisson is None:
         return "it consists of bars, which have no Poisson's ratio", _LEAVE_OUT
+    if any(one is not None and one.formula is not None for one in ratios):
+        return _GRADED
     if not matter.is_solid:
         if abs(ratio - matter.poisson) <= _NEAR:
             return None
@@ -102,6 +108,8 @@ def _flaw(
         return f"with springs, the minimum is {_shown(matter.poisson)}", _LEAVE_OUT
     if ratio == matter.poisson:
         return None
+    if any(one is not None and one.formula is not None for one in moduli):
+        return f"its Young's modulus {_GRADED[0].removeprefix('it ')}", _GRADED[1]
     if (
         len({one and one.value for one in ratios}) > 1
         or len({m and m.value for m in moduli}) > 1

@@ -1,6 +1,6 @@
 """Walls of matter that resist bending by their thickness: their hinges in numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +24,7 @@ def hinges_of(
     drawing: Drawing,
     matter: "Matter | None",
     moduli: Sequence[AssignedQuantity | None],
+    modulus_at_nodes: Callable[[], Floats],
     stiffness: Floats,
     damping: Floats,
     findings: Findings,
@@ -38,6 +39,7 @@ def hinges_of(
         matter: How its stiffness is distributed; None where its springs are specified one by
             one.
         moduli: What gives the spring constants of each part of the body.
+        modulus_at_nodes: Returns Young's modulus [Pa], shape (node,).
         stiffness, damping: Of the springs [N/m], [N s/m], shape (spring,).
         findings: Takes diagnostics.
     """
@@ -64,7 +66,7 @@ def hinges_of(
             else "use a sheet, a tube, a sphere or an imported surface",
         )
     nodes, position = matter.hinges.nodes, drawing.mesh.position
-    modulus = np.array([np.nan if m is None else m.value for m in moduli])[drawing.part]
+    modulus = modulus_at_nodes()
     rigidity = matter.hinges.constant * modulus[nodes].mean(axis=1)
     ends, count = drawing.mesh.ends, len(position)
     acts = stiffness > 0.0

@@ -1,20 +1,25 @@
 """What tissues say of the parts of a body, and what they leave out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import NoReturn
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.graded import element_centres, numbers_at, spring_middles
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, insertion
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.laws.formula import variables
+from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
+from tissuec.scene.graded import graded_tissue
 from tissuec.scene.laws import LAW_KINDS, SOLID_LAW
-from tissuec.scene.model import AssignedQuantity, Body, SpringPart, Tissue
+from tissuec.scene.model import AssignedQuantity, SpringPart, Tissue
 from tissuec.scene.quantities import (
     BREAKING_FORCE,
     FIBRE_DISPERSION,
@@ -59,19 +64,96 @@ class TissueParts:
     0 is the body itself, then come its regions, then springs that have a tissue of their own.
     """
 
-    def __init__(self, body: Body, findings: Findings):
-        self.body, self.findings = body, findings
-        self.materials = [Material(body.name, body.tissue, None, body.span)]
-        self.materials += (
-            Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
-            for region in body.regions
-        )
+    def __init__(self, drawing: Drawing, findings: Findings):
+        body = drawing.body
+        self.drawing, self.body, self.findings = drawing, body, findings
+        own = graded_tissue(body.tissue, body.graded)
+        self.materials = [Material(body.name, own, None, body.span)]
+        for region in body.regions:
+            tissue = graded_tissue(region.tissue or own, region.graded)
+            self.materials.append(Material(region.name, tissue, region.prestress, region.span))
 
     def add(self, part: SpringPart) -> int:
         """Return the number of a part of springs, which is taken up."""
-        tissue = part.tissue or self.body.tissue
+        tissue = part.tissue or self.materials[0].tissue
         self.materials.append(Material(part.name, tissue, part.prestress, part.span))
         return len(self.materials) - 1
+
+    # --- numbers of quantities ----------------------------------------------------------------
+
+    @cached_property
+    def centres(self) -> Floats:
+        """The centre of each element [m], shape (element, 3)."""
+        return element_centres(self.drawing.mesh)
+
+    @cached_property
+    def middles(self) -> Floats:
+        """The middle of each spring [m], shape (spring, 3)."""
+        return spring_middles(self.drawing.mesh)
+
+    def at_elements(
+        self, given: Sequence[AssignedQuantity | None], default: float = np.nan
+    ) -> Floats:
+        """Return a quantity of each element in its SI unit, shape (element,).
+
+        Args:
+            given: The quantity of each part.
+            default: Where a part has none.
+        """
+        assert self.drawing.element_part is not None
+        part = self.drawing.element_part
+        return self._at(given, part, default, lambda: self.centres)
+
+    def at_springs(
+        self,
+        given: Sequence[AssignedQuantity | None],
+        part: NDArray[np.integer],
+        default: float | None,
+    ) -> Floats:
+        """Return a quantity of each spring in its SI unit, shape (spring,).
+
+        Args:
+            given: The quantity of each part.
+            part: Number of the part of each spring, shape (spring,).
+            default: Where a part has none.
+        """
+        default = np.nan if default is None else default
+        return self._at(given, part, default, lambda: self.middles)
+
+    def at_nodes(
+        self, given: Sequence[AssignedQuantity | None], default: float = np.nan
+    ) -> Floats:
+        """Return a quantity at each node in its SI unit, shape (node,).
+
+        Args:
+            given: The quantity of each part.
+            default: Where a part has none.
+        """
+        mesh = self.drawing.mesh
+        return self._at(given, self.drawing.part, default, lambda: mesh.position)
+
+    def _at(
+        self,
+        given: Sequence[AssignedQuantity | None],
+        part: NDArray[np.integer],
+        default: float,
+        places: Callable[[], Floats],
+    ) -> Floats:
+        found = np.array([default if one is None else one.value for one in given])[part]
+        for number, one in enumerate(given):
+            own = part == number
+            if one is not None and one.formula is not None and own.any():
+                assert self.drawing.scope is not None
+                scope, owner = self.drawing.scope, self._owner(one)
+                found[own] = numbers_at(one, places()[own], scope, owner)
+        return found
+
+    def _owner(self, given: AssignedQuantity) -> str:
+        """Return the body or region whose tissue has a quantity."""
+        of_tissues = ((m.name, m.tissue) for m in self.materials if m.tissue is not None)
+        return next(n for n, t in of_tissues if any(given is g for g in t.given.values()))
+
+    # --- quantities of parts ------------------------------------------------------------------
 
     def found(self, name: str) -> list[AssignedQuantity | None]:
         """Return the quantity of each part, or that of matter from which it follows."""
@@ -237,7 +319,8 @@ class TissueParts:
     def beside(self, given: AssignedQuantity) -> Mapping[str, AssignedQuantity]:
         """Return all quantities of the tissue that one belongs to."""
         tissues = (m.tissue for m in self.materials if m.tissue is not None)
-        return next(t.given for t in tissues if given in t.given.values())
+        # Equal quantities of a tissue and of a graded one are different objects.
+        return next(t.given for t in tissues if any(given is one for one in t.given.values()))
 
     def relaxing_beside(self, share: AssignedQuantity) -> float:
         """Return the sum of all shares of the tissue that one belongs to."""
@@ -253,12 +336,12 @@ class TissueParts:
             )
         return total
 
-    def modulus_beside(self, stress: AssignedQuantity) -> float:
-        """Return the modulus of the tissue that a stress belongs to, along any fibres [Pa]."""
+    def modulus_beside(self, stress: AssignedQuantity) -> AssignedQuantity:
+        """Return the modulus of the tissue that a stress belongs to, along any fibres."""
         beside = self.beside(stress)
         modulus = beside.get(YOUNGS_MODULUS)
         if modulus is not None:
-            return beside.get(FIBRE_MODULUS, modulus).value
+            return beside.get(FIBRE_MODULUS, modulus)
         what = stress.quantity
         self.findings.reject(
             "TIS304",
@@ -293,21 +376,39 @@ class TissueParts:
                 )
 
     def added_by_fibres(self, given: AssignedQuantity) -> float:
-        """Return what fibres of a tissue add to its Young's modulus, as a part of it."""
+        """Return what fibres add to the Young's modulus of springs, as a part of it.
+
+        Args:
+            given: Any quantity of the tissue.
+        """
         beside = self.beside(given)
         if FIBRE_MODULUS not in beside:
             return 0.0
         fibres, modulus = beside[FIBRE_MODULUS], beside[YOUNGS_MODULUS]
+        for one in (fibres, modulus):
+            if one.formula is not None:
+                self.findings.reject(
+                    "TIS306",
+                    f"springs of a tissue with fibres have the same {one.quantity.name} "
+                    "everywhere",
+                    one.span,
+                    hint="write made of elements in the body, or give its regions different "
+                    "tissues",
+                )
         if fibres.value < modulus.value:
-            self.findings.reject(
-                "TIS309",
-                "the fibre modulus is less than Young's modulus: tissue is not softer along "
-                "its fibres than across them",
-                fibres.span,
-                hint="write a larger fibre modulus, or remove it",
-                notes=(Note(f"used by {self.body.name}", self.body.span),),
-            )
+            self.refuse_soft_fibres(fibres)
         return fibres.value / modulus.value - 1.0
+
+    def refuse_soft_fibres(self, fibres: AssignedQuantity) -> NoReturn:
+        """Reject a fibre modulus below Young's modulus."""
+        self.findings.reject(
+            "TIS309",
+            "the fibre modulus is less than Young's modulus: tissue is not softer along "
+            "its fibres than across them",
+            fibres.span,
+            hint="write a larger fibre modulus, or remove it",
+            notes=(Note(f"used by {self.body.name}", self.body.span),),
+        )
 
 
 def _instead_of(quantity: TissueQuantity) -> str:

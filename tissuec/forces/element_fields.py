@@ -128,6 +128,15 @@ class ElementField(WalledField, frozen=True):
         return "have no exact derivatives"
 
 
+def young_of(shear: Floats, bulk: Floats) -> Floats:
+    """Return Young's modulus 9 K μ/(3 K + μ) [Pa], of the shape of the arguments.
+
+    Args:
+        shear, bulk: μ and K [Pa].
+    """
+    return 9.0 * bulk * shear / (3.0 * bulk + shear)
+
+
 class MaterialField(ElementField, frozen=True):
     """Elements that follow laws of solids; one that loses an edge or breaks is removed.
 
@@ -218,6 +227,25 @@ class MaterialField(ElementField, frozen=True):
         Returns:
             Σ w σ [J], shape (element, node, 3, 3), and Σ w [m³], shape (element, node).
         """
+
+    @property
+    @abstractmethod
+    def node_volumes(self) -> Floats:
+        """Return the drawn volume of each node of each element [m³], shape (element, node)."""
+
+    @property
+    @abstractmethod
+    def fibre_lines(self) -> tuple[Floats, Floats]:
+        """Return ∂N/∂X · a of families of fibres at points, and the volumes of these.
+
+        They refer to the shape without stress; shapes (element, line, node) [1/m] and (element,
+        line) [m³], a line being a family at a point.
+        """
+
+    @property
+    @abstractmethod
+    def young(self) -> Floats:
+        """Return Young's modulus at rest, without fibres [Pa], shape (element,)."""
 
     @abstractmethod
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:

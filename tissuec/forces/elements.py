@@ -47,7 +47,7 @@ from tissuec.core.source import Span
 from tissuec.forces import Items, acts_of
 from tissuec.forces.branch_tangents import branch_tangents
 from tissuec.forces.element_branches import branch_columns
-from tissuec.forces.element_fields import MaterialField, numbered_laws
+from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.element_yield import yield_columns
@@ -296,11 +296,30 @@ class SolidElements(MaterialField, frozen=True):
 
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
         """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
-        volume = self._shares.sum(axis=1)
+        volume = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(volume), volume
         strain = self.yielding.plastic(velocity, self._points).equivalent
         return np.einsum("eqa,eq->ea", self._shares, strain), volume
+
+    @property
+    def young(self) -> Floats:
+        """Return Young's modulus at rest; see ``MaterialField``."""
+        return young_of(self.shear, self.bulk_modulus)
+
+    @property
+    def fibre_lines(self) -> tuple[Floats, Floats]:
+        """Return slopes and volumes along fibres; see ``MaterialField``."""
+        steep, weight = self.drawn.gradients[self.row], self.drawn.volume[self.row]
+        slopes = np.einsum("eqak,efk->eqfa", steep, self.fibres.along)
+        count = self.fibres.along.shape[1]
+        shape = (self.item_count, -1, self.shape.nodes)
+        return slopes.reshape(shape), np.repeat(weight, count, axis=1)
+
+    @property
+    def node_volumes(self) -> Floats:
+        """Return the drawn volumes of nodes; see ``MaterialField``."""
+        return self._shares.sum(axis=1)
 
     @property
     def _shares(self) -> Floats:

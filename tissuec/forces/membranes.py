@@ -44,7 +44,7 @@ from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Items, acts_of
 from tissuec.forces.element_branches import branch_columns
-from tissuec.forces.element_fields import MaterialField, numbered_laws
+from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.matrices import without_negative
@@ -243,13 +243,29 @@ class Membranes(MaterialField, frozen=True):
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
-        share = np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
+        share = self.node_volumes
         stress = MembraneStrain(self, self.deformations(position)).cauchy()
         return share[..., None, None] * stress[:, None], share
 
+    @property
+    def young(self) -> Floats:
+        """Return Young's modulus at rest; see ``MaterialField``."""
+        return young_of(self.shear, self.bulk_modulus)
+
+    @property
+    def fibre_lines(self) -> tuple[Floats, Floats]:
+        """Return slopes and volumes along fibres; see ``MaterialField``."""
+        slopes = np.einsum("eak,efk->efa", self.gradients, self.fibres.along)
+        return slopes, np.repeat(self.weight[:, None], slopes.shape[1], axis=1)
+
+    @property
+    def node_volumes(self) -> Floats:
+        """Return the drawn volumes of nodes; see ``MaterialField``."""
+        return np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
+
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
         """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
-        share = np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
+        share = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(share), share
         return self.yielding.plastic(velocity).equivalent[:, None] * share, share

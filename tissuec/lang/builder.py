@@ -243,8 +243,13 @@ class Builder:
         word = keyword.text if keyword else ""
         return s.Assign(word, name, value, bounds, tuple(clauses), span)
 
+    def definition(self, children: list[Any]) -> s.Definition:
+        """Return the definition of a function of numbers."""
+        let, name, _, *parameters, _, value = children
+        return s.Definition(name, tuple(parameters), value, self._span(let, value))
+
     def function(self, children: list[Any]) -> s.Function:
-        """Return the definition of a function."""
+        """Return a formula of quantities."""
         name, word, first, second, value, *clauses = children
         arguments = [s.Clause(word.text, first, self._span(word, first))]
         if second is not None:

@@ -20,6 +20,7 @@ _NUMBER = rf"-?{NUMBER_PATTERN}"
 _UNIT = r"(?:[^\W\d]|%)[\w*/·^-]*"
 _AMOUNT = rf"{_NUMBER}(?: ?{_UNIT})?"
 _WORDS = r"[^\W\d]\w*(?: [^\W\d]\w*)*"
+_UNUSED = r"(?!(?:let|expect|when|if|at|after|from)\b)"  # begins statements of other kinds
 _VALUE = rf"(?:{_AMOUNT}|{_WORDS})"
 _TEXT = r'"[^"]*"'
 _TIMED = r"^(?:(?:at|after|from|when)\b[^:]*: ?)?"
@@ -287,8 +288,21 @@ _HABITS = (
         'for repeated actions, write "from T to T every T: …"; for many runs, write a study',
     ),
     Habit(
-        r"^(?P<wrong>def|function|class|return|print)\b.*",
-        "the language has no functions", None,
+        rf"^(?P<wrong>(?:(?:def|function|param|set) )?(?P<what>{_UNUSED}{_WORDS}) ?"
+        rf"\((?P<names>{_WORDS}(?:, ?{_WORDS})*)\)) ?=",
+        'a function is declared with "let"', r"let \g<what>(\g<names>)",
+    ),
+    Habit(
+        rf"^let (?P<wrong>(?P<what>{_WORDS}) ?\( ?\)) ?=",
+        "a function has a parameter at least; without one it is a number", r"\g<what>",
+    ),
+    Habit(
+        r"^(?P<wrong>def|function)\b.*",
+        'a function is declared with "let"', None, "for example: let f(x) = 2 * x",
+    ),
+    Habit(
+        r"^(?P<wrong>class|return|print)\b.*",
+        "a scene says what there is, and not what a program does", None,
         'name a number with "let", and a tissue with "tissue NAME like OTHER"',
     ),
     Habit(r"^(?P<wrong>%+|--+|<!--)(?= )", 'a comment begins with "#"', "#"),

@@ -89,6 +89,31 @@ class Call(Node, frozen=True):
     span: Span
 
 
+class FormalParameter(Node, frozen=True):
+    """A parameter of a function in its value, by its place among the parameters."""
+
+    number: int
+    span: Span
+
+
+class Applied(Node, frozen=True):
+    """The call of a function of the scene, with the value of that function.
+
+    Attributes:
+        arguments: What its parameters are, in their order.
+        value: Contains a ``FormalParameter`` in place of the name of each; None where it is
+            wrong.
+        definition: Of the function.
+        span: Of the call.
+    """
+
+    name: Name
+    arguments: "tuple[Expression, ...]"
+    value: "Expression | None"
+    definition: Span
+    span: Span
+
+
 class Argument(Node, frozen=True):
     value: "Expression"
     clauses: "tuple[Clause, ...]"
@@ -180,8 +205,8 @@ class Predicate(Node, frozen=True):
 
 
 Expression: TypeAlias = (
-    Name | Number | Quantity | Vector | Listing | Call | Signed | Sum | Product | Power
-    | Compare | Is | Between | Within | Not | And | Or
+    Name | Number | Quantity | Vector | Listing | Call | Applied | FormalParameter | Signed
+    | Sum | Product | Power | Compare | Is | Between | Within | Not | And | Or
 )  # fmt: skip
 
 
@@ -210,6 +235,15 @@ class Assign(Node, frozen=True):
     value: Expression
     bounds: Bounds | None
     clauses: tuple[Clause, ...]
+    span: Span
+
+
+class Definition(Node, frozen=True):
+    """``let name(parameter, …) = value``: a function of numbers."""
+
+    name: Name
+    parameters: tuple[Name, ...]
+    value: Expression
     span: Span
 
 
@@ -284,7 +318,9 @@ class Expect(Node, frozen=True):
     span: Span
 
 
-Item: TypeAlias = Assign | Function | Sentence | Block | Table | Rule | Timed | Expect
+Item: TypeAlias = (
+    Assign | Definition | Function | Sentence | Block | Table | Rule | Timed | Expect
+)
 
 
 class Module(Node, frozen=True):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from tissuec.core.source import Span
-from tissuec.lang.syntax import Call, Name, Node
+from tissuec.lang.syntax import Applied, Call, Name, Node
 
 
 def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> Iterator[Any]:
@@ -29,6 +29,9 @@ def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> It
                 yield call
                 if enters(call):
                     waiting.append(call.arguments)
+            case Applied() as applied:
+                yield applied
+                waiting += applied.value, applied.arguments
             case Node() as part:
                 yield part
                 waiting.extend(getattr(part, name) for name in reversed(part.__struct_fields__))

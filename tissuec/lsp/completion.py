@@ -144,6 +144,7 @@ def _name(symbol: Symbol, phrase: Phrase) -> Proposal:
     behind = (
         " is " if symbol.kind == "property" and phrase.block.kind in ("tissue", "rules") else ""
     )
+    behind = "(" if symbol.kind == "function" else behind
     return Proposal(
         symbol.name, symbol.kind, text + behind, phrase.start, phrase.stop,
         f"{symbol.kind}, {symbol.span.place}",

@@ -12,6 +12,7 @@ from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
 from tissuec.scene.evidence import KNOWN
+from tissuec.scene.graded import GRADABLE
 from tissuec.scene.parts import parts
 
 
@@ -116,6 +117,8 @@ def _plain(prefix: Prefix) -> Expected:
             return Expected((known,), ("param",))
         case "learn", "fit":
             return Expected((v.fitted(),), ("quantity",))
+        case (("body" | "region"), entry) if behind_equal and entry in GRADABLE:
+            return number(v.coordinates())
         case "", "table":
             return Expected((v.CHOSEN_FROM,))
         case (("property" | "quantity"), "evenly"):

@@ -7,7 +7,7 @@ from tissuec.lsp import vocabulary as v
 from tissuec.lsp.terms import Terms
 
 #: Kinds of names that numbers, and that orders, are about.
-NUMBERS = ("param", "let")
+NUMBERS = ("param", "let", "function")
 SUBJECTS = ("set", "body", "joint", "tool")
 #: Of those, what has nodes; by the sorts of sets and tools.
 NODES = ("nodes", "body")

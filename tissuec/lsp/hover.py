@@ -187,7 +187,7 @@ def _facts(
             yield from _word(view, symbol)
         case "set" | "body" | "joint":
             yield from _drawn(view, symbol, compiled)
-        case "region" | "column" | "rules" | "law" | "tool" | "force" | "hedge":
+        case "region" | "column" | "function" | "rules" | "law" | "tool" | "force" | "hedge":
             yield fenced(symbol.span.source.line_text(symbol.span.line).strip(), "tis")
         case _:
             pass

@@ -36,12 +36,13 @@ _ITEM_KINDS = {
     "part": _ITEM.Class, "entry": _ITEM.Property, "verb": _ITEM.Function,
     "measure": _ITEM.Method, "word": _ITEM.EnumMember, "keyword": _ITEM.Keyword,
     "unit": _ITEM.Unit, "file": _ITEM.File, "param": _ITEM.Constant, "let": _ITEM.Variable,
-    "variable": _ITEM.Variable,
+    "function": _ITEM.Function, "variable": _ITEM.Variable,
     "property": _ITEM.Property, "quantity": _ITEM.Property, "hedge": _ITEM.Operator,
 }  # fmt: skip
 _SYMBOL = lsp.SymbolKind
 _SYMBOL_KINDS = {
     "param": _SYMBOL.Constant, "let": _SYMBOL.Variable, "set": _SYMBOL.Array,
+    "function": _SYMBOL.Function,
     "body": _SYMBOL.Class, "joint": _SYMBOL.Interface, "tool": _SYMBOL.Object,
     "force": _SYMBOL.Object,
     "tissue": _SYMBOL.Struct, "property": _SYMBOL.Property, "quantity": _SYMBOL.Number,

@@ -9,7 +9,7 @@ from tissuec.compiler.study_expectations import OVER_RUNS
 from tissuec.compiler.study_measures import EVENTS
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
-from tissuec.lsp.entries import entries
+from tissuec.lsp.entries import entries, graded
 from tissuec.lsp.expected import NUMBERS, SPRINGS, Expected, number
 from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
@@ -60,12 +60,21 @@ def _chooses(kind: str, entry: str) -> bool:
 
 
 @cache
+def _own(block: BlockKind) -> Terms:
+    """Return the entries of a block, without formulas of the place, which do not vary."""
+    formulas = graded()
+    return {
+        name: term for name, term in entries(block).items() if term is not formulas.get(name)
+    }
+
+
+@cache
 def varied() -> Terms:
     """Return the entries that can vary: with the block that has them, or alone."""
     found: dict[str, Term] = {}
     for kind in (*_owners(), *_unnamed()):
         behind = " = " if kind in _unnamed() else " of "
-        for name, term in entries(BlockKind(kind)).items():
+        for name, term in _own(BlockKind(kind)).items():
             if term.behind in (" = ", " is ") and not _chooses(kind, name):
                 found.setdefault(name, replace(term, behind=behind, form=f"{name}{behind}…"))
     return found
@@ -82,7 +91,7 @@ def varying(program: ResolvedProgram) -> set[str]:
                 found.update(_entries_of(kind, declared.item))
     for kind in _unnamed():
         if kind in declarations.single:
-            found |= entries(BlockKind(kind)).keys()
+            found |= _own(BlockKind(kind)).keys()
     return found
 
 
@@ -93,10 +102,10 @@ def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
         for item in block.items
         if isinstance(item, s.Sentence | s.Block) and item.phrase is not None
     }
-    known = entries(BlockKind(kind, chosen.get("kind", "")))
+    known = _own(BlockKind(kind, chosen.get("kind", "")))
     yield from (name for name in known if not _chooses(kind, name))
     if "mesh" in chosen:
-        yield from entries(BlockKind("mesh", chosen["mesh"]))
+        yield from _own(BlockKind("mesh", chosen["mesh"]))
 
 
 @cache
@@ -137,14 +146,14 @@ def _varied(prefix: Prefix) -> Expected:
 
 def owners_of(entry: str) -> tuple[str, ...]:
     """Return the kinds of blocks that have an entry; a property is one of tissues."""
-    found = (owner for kind, owner in _owners().items() if entry in entries(BlockKind(kind)))
-    of_one = any(entry in entries(BlockKind(kind)) for kind in _unnamed())
+    found = (owner for kind, owner in _owners().items() if entry in _own(BlockKind(kind)))
+    of_one = any(entry in _own(BlockKind(kind)) for kind in _unnamed())
     return tuple(dict.fromkeys(found)) or (() if of_one else ("tissue",))
 
 
 def entry_of(name: str) -> Term | None:
     """Return the entry of a name that can vary, None if there is none."""
-    known = (entries(BlockKind(kind)) for kind in (*_owners(), *_unnamed()))
+    known = (_own(BlockKind(kind)) for kind in (*_owners(), *_unnamed()))
     return next((terms[name] for terms in known if name in terms), None)
 
 

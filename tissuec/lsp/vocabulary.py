@@ -161,6 +161,12 @@ def conditions(*, of_springs: bool | None = None, are_tests: bool = True) -> Ter
     )
 
 
+@cache
+def coordinates() -> Terms:
+    """Return the coordinates of places in a body."""
+    return {name: term for name, term in conditions().items() if name in ("x", "y", "z")}
+
+
 #: What free formulas are of, and what else stands in them, by what they are called.
 FORMULAS: dict[str, Terms] = {
     called: by_label(

@@ -15,8 +15,8 @@ from tissuec.scene.library import LARGEST_FILE, SUFFIX
 MOST_FILES, MOST_NAMES = 2000, 1000
 #: Kinds of names that other parts of a text use.
 _KINDS = frozenset({
-    "param", "let", "set", "body", "joint", "tool", "force", "tissue", "property", "quantity",
-    "rules", "law", "hedge", "region", "study", "learn",
+    "param", "let", "function", "set", "body", "joint", "tool", "force", "tissue", "property",
+    "quantity", "rules", "law", "hedge", "region", "study", "learn",
 })  # fmt: skip
 
 

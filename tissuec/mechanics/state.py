@@ -370,7 +370,8 @@ class State(Struct, eq=False):
     @property
     def supplied(self) -> tuple[Field, ...]:
         """Return the fields whose forces do external work."""
-        return (*self.jets.values(), *self.pressures)
+        active = (each.intact(self.alive) for each in self.of_kind("activation"))
+        return (*self.jets.values(), *self.pressures, *active)
 
     @property
     def contact(self) -> "Contact | None":

@@ -13,6 +13,7 @@ KINDS = (
     "volume",
     "fluid",
     "pressure",
+    "activation",
     "bending",
     "plates",
     "contact",

@@ -1,7 +1,7 @@
 """Bodies: a mesh, its tissue, and regions with tissues of their own."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -36,7 +36,8 @@ from tissuec.scene.element_bodies import (
 from tissuec.scene.entries import NEEDED, by_name, entry
 from tissuec.scene.entry_hints import unknown_entry
 from tissuec.scene.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
-from tissuec.scene.model import Bending, Body, MadeOfElements, Tables, Tissue
+from tissuec.scene.graded import GRADABLE, is_graded, read_graded, require_of_tissue
+from tissuec.scene.model import Bending, Body, Graded, MadeOfElements, Tables, Tissue
 from tissuec.scene.parts import SCENE, block, declare
 from tissuec.scene.prestress import DIRECTION_ENTRY, PRESTRESS
 from tissuec.scene.quantities import QUANTITIES
@@ -97,6 +98,7 @@ class _BodyReader:
         self.may_be_elements = False  # also where that is written wrong
         self.mesh_places: Mapping[str, Span] = {}
         self.rest: dict[str, Any] = {}
+        self.graded: list[Graded] = []
 
     def read(self) -> Body:
         failures = self.findings.failures
@@ -127,6 +129,9 @@ class _BodyReader:
             is_whole = self.parts.require_interface(self.name.text, self.block.head)
         if self.elements is None:
             self._refuse_directions()
+        if is_whole:
+            self._check_graded()
+            is_whole = self.findings.failures == failures
         zero = np.zeros(3)
         return Body(
             name=self.name.text,
@@ -153,7 +158,16 @@ class _BodyReader:
             places=self.once,
             is_whole=is_whole,
             span=self.block.head,
+            graded=tuple(self.graded),
         )
+
+    def _check_graded(self) -> None:
+        """Report graded quantities of which the tissue has none."""
+        owner, regions = self.name.text, self.parts.regions
+        require_of_tissue(self.graded, self.tissue, owner, self.block.head, self.findings)
+        for one in regions:
+            tissue = one.tissue or self.tissue
+            require_of_tissue(one.graded, tissue, one.name, one.span, self.findings)
 
     def _doubt(self, item: s.Item) -> None:
         """Make doubtful the region that a rejected item may have been."""
@@ -165,6 +179,9 @@ class _BodyReader:
             self.findings.reject("TIS303", "this is not allowed in a body", item.span)
         if isinstance(item, s.Block) and (region := without(item.name, "region")) is not None:
             self.parts.read_region(region, item)
+            return
+        if isinstance(item, s.Assign) and is_graded(item):
+            self.graded.append(read_graded(item, self.graded, self.findings))
             return
         key = "made" if _is_made_of(item) else item.name.key
         if key == "interface" and not isinstance(item, s.Assign) and item.clauses:
@@ -186,6 +203,8 @@ class _BodyReader:
             self.tissue = read_tissue(item, self.tissues, self.declarations, self.scope)
         elif key in ENTRIES and (key != PRESTRESS or isinstance(item, s.Sentence)):
             self.rest[key] = schema.read_entry(ENTRIES[key], item, self.scope)
+        elif key in GRADABLE:
+            self._refuse_even(item, GRADABLE[key].name)
         else:
             told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES) or self._elsewhere(item)
             self.findings.reject(
@@ -194,6 +213,17 @@ class _BodyReader:
                 item.name.span,
                 hint=told or unknown_entry(item, ENTRIES),
             )
+
+    def _refuse_even(self, item: s.Assign | s.Sentence | s.Block, name: str) -> NoReturn:
+        """Reject a quantity of tissue that does not depend on the place."""
+        text = item.span.one_line
+        self.findings.reject(
+            "TIS312",
+            f"in a body, the {name} is a formula of x, y or z",
+            item.span,
+            hint="the same number everywhere belongs in its tissue: write "
+            f"tissue NAME {{ {text} }}, and in the body tissue is NAME",
+        )
 
     def _elsewhere(self, item: s.Assign | s.Sentence | s.Block) -> str:
         """Return where an entry belongs that is one of a tissue or of the mesh, or ""."""

@@ -12,7 +12,8 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.entries import BlockEntries, by_name, entry, written
 from tissuec.scene.expressions import Scope
-from tissuec.scene.model import AssignedQuantity, Region, SpringPart, Tissue
+from tissuec.scene.graded import GRADABLE, is_graded, read_graded
+from tissuec.scene.model import AssignedQuantity, Graded, Region, SpringPart, Tissue
 from tissuec.scene.parts import block
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.tissue_names import read_tissue, tissue_entry
@@ -91,8 +92,10 @@ class PartReader:
                     name.span,
                     notes=(Note("first here", other.span),),
                 )
-        made_of = self._made_of(block, "a region")
-        self.regions.append(Region(name.text, block.clauses[0].value, *made_of, block.head))
+        graded: list[Graded] = []
+        made_of = self._made_of(block, "a region", graded)
+        where = block.clauses[0].value
+        self.regions.append(Region(name.text, where, *made_of, block.head, tuple(graded)))
 
     def read_interface(self, item: s.Sentence | s.Block) -> None:
         """Read what springs between two regions are made of."""
@@ -173,9 +176,15 @@ class PartReader:
         return False
 
     def _made_of(
-        self, block: s.Block, what: str
+        self, block: s.Block, what: str, graded: list[Graded] | None = None
     ) -> tuple[Tissue | None, AssignedQuantity | None]:
-        """Return the tissue and the prestress of a part of the body."""
+        """Return the tissue and the prestress of a part of the body.
+
+        Args:
+            block: Of the part.
+            what: The part in messages.
+            graded: Takes quantities that depend on the place; None where there can be none.
+        """
         tissue: Tissue | None = None
         prestress: AssignedQuantity | None = None
         for item in block.items:
@@ -185,16 +194,33 @@ class PartReader:
                     and item.name.key == "tissue"
                 ):
                     tissue = read_tissue(item, self._tissues, self._declarations, self._scope)
+                elif graded is not None and isinstance(item, s.Assign) and is_graded(item):
+                    graded.append(read_graded(item, graded, self.findings))
                 elif isinstance(item, s.Assign) and item.name.key == "prestress":
                     prestress = read_given("prestress", item, self._scope)
                 else:
+                    if graded is not None:
+                        self._refuse_even(item)
                     self.findings.reject(
                         "TIS303",
                         f"this is not an entry of {what}",
                         item.span,
-                        hint="entries: tissue, prestress",
+                        hint="entries: tissue, prestress"
+                        + ("" if graded is None else "; quantities as formulas of x, y and z"),
                     )
         return tissue, prestress
+
+    def _refuse_even(self, item: s.Item) -> None:
+        """Reject a quantity of a region that does not depend on the place."""
+        is_entry = isinstance(item, s.Assign | s.Sentence | s.Block)
+        if is_entry and item.name.key in GRADABLE:
+            self.findings.reject(
+                "TIS312",
+                f"in a region, the {item.name.key} is a formula of x, y or z",
+                item.span,
+                hint="the same number everywhere belongs in a tissue of the region: write "
+                f"tissue NAME {{ {item.span.one_line} }}, and in the region tissue is NAME",
+            )
 
     def _wrong_interface(self, span: Span) -> NoReturn:
         self.findings.reject(

@@ -15,6 +15,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.unopened import begins_block
 from tissuec.lang.version import first_line
 from tissuec.scene.findings import Findings
+from tissuec.scene.functions import FUNCTIONS, Functions
 from tissuec.scene.imports import Program
 from tissuec.scene.library import Library
 from tissuec.scene.metadata import MEANT, TEXTS, Metadata, is_metadata, with_text
@@ -22,6 +23,8 @@ from tissuec.scene.parts import PARTS, SCENE, example_of, parts, sharing
 
 T = TypeVar("T")
 
+#: What is declared by ``let`` with parameters.
+FUNCTION = "function"
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
 
@@ -57,6 +60,8 @@ class Declarations(Struct):
     needs: dict[str, tuple[s.Name, ...]] = field(default_factory=dict[str, tuple[s.Name, ...]])
     #: Where the scene itself uses a file, by the name of that file.
     uses: dict[str, Span] = field(default_factory=dict[str, Span])
+    #: Of the program, if it has any.
+    functions: Functions | None = None
     #: Entries that ``--set`` has replaced, as they are written.
     replaced: tuple[s.Item, ...] = ()
 
@@ -136,12 +141,33 @@ def collect(program: Program, findings: Findings) -> Declarations:
             _doubt(item, findings)
     if declarations.again:
         _reject_vocabulary(declarations, findings)
+    _apply_functions(declarations, findings)
     return declarations
+
+
+def _apply_functions(declarations: Declarations, findings: Findings) -> None:
+    """Put the values of functions into everything that is declared."""
+    found = {
+        key: one.item
+        for key, one in declarations.of(FUNCTION).items()
+        if isinstance(one.item, s.Definition)
+    }
+    if not found:
+        return
+    functions = declarations.functions = Functions(found, findings)
+    functions.check()
+    for kind, several in declarations.named.items():
+        if kind != FUNCTION:
+            for key, one in several.items():
+                several[key] = replace(one, item=functions.applied(one.item))
+    for kind, block in declarations.single.items():
+        declarations.single[kind] = functions.applied(block)
+    declarations.expects[:] = [functions.applied(one) for one in declarations.expects]
 
 
 def _doubt(item: s.Item, findings: Findings) -> None:
     """Make doubtful what an item that was rejected declares."""
-    if isinstance(item, s.Assign | s.Sentence | s.Block):
+    if isinstance(item, s.Assign | s.Definition | s.Sentence | s.Block):
         findings.doubt(item.name)
         if did_you_mean(item.name.key.split(" ")[0], ["use"]):
             findings.doubt_all()
@@ -153,6 +179,9 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             to.tables.append(item)
         case s.Expect():
             to.expects.append(item)
+        case s.Definition():
+            _refuse_taken(item, findings)
+            _declare(FUNCTION, item.name, item, to, findings)
         case s.Assign(keyword=keyword) if keyword:
             _declare(keyword, item.name, item, to, findings)
         case s.Assign() if (name := without(item.name, "hedge")) is not None:
@@ -211,8 +240,9 @@ def _declare(
     kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings
 ) -> None:
     clauses = getattr(item, "clauses", ())
-    takes = PARTS[kind].clauses
-    if PARTS[kind].sort == "named" and clauses and "from" not in takes:
+    word = "let" if kind == FUNCTION else kind
+    takes = PARTS[word].clauses
+    if PARTS[word].sort == "named" and clauses and "from" not in takes:
         clause = clauses[0]
         if clause.word not in takes or len(clauses) > 1:
             if kind == "tissue" and clause.word == "from":
@@ -245,12 +275,13 @@ def _declare(
         findings.reject(
             "TIS312", 'a tissue is based on another with "like"', name.span, hint=hint
         )
-    if name.words in SYMBOLS and name.quoted is None and PARTS[kind].names == SCENE:
+    if name.words in SYMBOLS and name.quoted is None and PARTS[word].names == SCENE:
         hint = 'choose a word, also where it is used, such as "load" or "length of A"'
         findings.reject(
             "TIS507", f'"{name.text}" is a unit and cannot be a name', name.span, hint=hint
         )
-    for other in sharing(kind):
+    functions = (FUNCTION,) if PARTS[word].names == SCENE else ()
+    for other in (*sharing(word), *functions):
         if name.key in to.of(other):
             first = to.of(other)[name.key].name.span
             if kind in VOCABULARY and first.source is not name.span.source:
@@ -258,6 +289,20 @@ def _declare(
                 findings.stop()
             _refuse_second(name, first, to, findings)
     to.named.setdefault(kind, {})[name.key] = Declared(name, item)
+
+
+def _refuse_taken(item: s.Definition, findings: Findings) -> None:
+    """Reject a function with the name of one that the language has, or of a measure."""
+    from tissuec.script.measures import MEASURES  # where a scene has functions
+
+    for names, what in ((FUNCTIONS, "function"), (MEASURES, "measure")):
+        if item.name.key in names:
+            findings.reject(
+                "TIS503",
+                f'"{item.name.text}" is a {what} of the language',
+                item.name.span,
+                hint="choose another name, also where it is called",
+            )
 
 
 def _refuse_second(name: s.Name, first: Span, to: Declarations, findings: Findings) -> NoReturn:

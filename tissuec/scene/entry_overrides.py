@@ -94,6 +94,9 @@ def read_overrides(
     for text in texts:
         with findings.item():
             override = read_override(text, findings)
+            if declarations.functions is not None:
+                item = declarations.functions.applied(override.item)
+                override = replace(override, item=item)
             item, params = override.item, declarations.of("param")
             if isinstance(item, s.Assign) and not override.owners and item.name.key in params:
                 given[item.name.key] = item

@@ -2,10 +2,12 @@
 
 import re
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import reduce
 from typing import NoReturn
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
@@ -33,6 +35,7 @@ from tissuec.lang.ranges import MESSAGE
 from tissuec.lang.tokens import NUMBER_PATTERN
 from tissuec.lang.words import STEPS
 from tissuec.scene.findings import Findings
+from tissuec.scene.functions import FUNCTIONS
 from tissuec.scene.library import Library
 from tissuec.scene.ranges import difference
 from tissuec.scene.values import LARGEST_NUMBER, Value
@@ -49,7 +52,6 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
 }
 _EXTREMES = {"min": np.minimum, "max": np.maximum}
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
-FUNCTIONS = ("sqrt", "abs", *_EXTREMES, *_NUMERIC)
 
 _RANGES: dict[str, str] = dict.fromkeys(
     ("linspace", "arange", "range", "seq", "logspace"),
@@ -80,9 +82,18 @@ class Scope:
     is_known = True
     #: Where files are found besides the folder of the text that names them.
     library: Library | None = None
+    #: Where names in values of functions are looked up: params and lets; None for itself.
+    constants: "Scope | None" = None
+    #: The values of parameters, in the value of a function.
+    bound: tuple[Value, ...] = ()
 
     def __init__(self, findings: Findings):
         self.findings = findings
+
+    @property
+    def functions(self) -> Sequence[str]:
+        """Return the names of functions that the scene declares."""
+        return () if self.constants is None else self.constants.functions
 
     def name(self, name: s.Name) -> Value:
         """Return what a name stands for, or reject it."""
@@ -126,14 +137,16 @@ class Scope:
         return Hint(found + _AXES.get(name.key, ""), *found.edits)
 
     def call(self, call: s.Call) -> Value:
-        """Return the value of a call that is no mathematical function, or reject it."""
+        """Return the value of a call that is no function, or reject it."""
+        self.findings.pass_over_doubtful(call.function.key)
+        known = (*self.functions, *FUNCTIONS)
         return self.findings.reject(
             "TIS301",
             f'there is no function called "{call.function.text}"',
             call.function.span,
             hint=_RANGES.get(call.function.key)
-            or did_you_mean(call.function.key, FUNCTIONS)
-            or f"functions: {', '.join(FUNCTIONS)}",
+            or did_you_mean(call.function.key, known)
+            or f"functions: {', '.join(known)}",
         )
 
     def test(self, node: s.Expression) -> Truth:
@@ -176,6 +189,10 @@ class Scope:
                 return self._power(node)
             case s.Call():
                 return self._call(node)
+            case s.Applied():
+                return self._applied(node)
+            case s.FormalParameter():
+                return self.bound[node.number]
             case s.Listing(items=(_, _, _)):
                 hint = proposal(f"({node.span.text[1:-1]})")
                 self.findings.reject(
@@ -314,9 +331,22 @@ class Scope:
         if not values or (len(values) > 1 and function not in _EXTREMES):
             self.findings.reject("TIS312", f"{name} takes one number", node.span)
         spans = [argument.span for argument in node.arguments]
-        return self._finite(self._applied(function, values, spans), node.span)
+        return self._finite(self._value_of(function, values, spans), node.span)
 
-    def _applied(self, function: str, values: Sequence[Value], spans: Sequence[Span]) -> Value:
+    def _applied(self, node: s.Applied) -> Value:
+        """Return the value of a function of the scene."""
+        if node.value is None:
+            self.findings.stop()
+        given = tuple(self.evaluate(argument) for argument in node.arguments)
+        inside = copy(self.constants or self)
+        inside.bound = tuple(replace(value, is_literal=False) for value in given)
+        inside.is_known = self.is_known
+        shown = ", ".join(str(value) for value in given if not value.is_many)
+        called = f"called here with {shown}" if shown else "called here"
+        with self.findings.noting(called, node.span):
+            return inside.evaluate(node.value)
+
+    def _value_of(self, function: str, values: Sequence[Value], spans: Sequence[Span]) -> Value:
         """Return a mathematical function of its arguments, which stand at ``spans``."""
         first = values[0]
         if function in _EXTREMES:

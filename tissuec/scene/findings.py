@@ -8,6 +8,8 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
+from msgspec.structs import replace
+
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.hints import did_you_mean, leaving_out
 from tissuec.core.source import Span
@@ -31,6 +33,7 @@ class Findings:
 
     def __init__(self) -> None:
         self._found: dict[Diagnostic, None] = {}
+        self._notes: tuple[Note, ...] = ()  # on whatever is found now
         self.failures = 0
         self._doubtful: set[str] = set()
         self._all_are_doubtful = False
@@ -50,6 +53,8 @@ class Findings:
     def extend(self, findings: Iterable[Diagnostic]) -> None:
         """Record findings that were made elsewhere, each once."""
         for finding in findings:
+            if self._notes:
+                finding = replace(finding, notes=(*finding.notes, *self._notes))
             self.failures += finding.severity == "error"
             self._found[finding] = None
 
@@ -113,6 +118,21 @@ class Findings:
         yield
         if self.failures > before:
             raise Rejected
+
+    @contextmanager
+    def noting(self, message: str, span: Span) -> Generator[None]:
+        """Add a note to what is found in between.
+
+        Args:
+            message: Of the note.
+            span: The second place.
+        """
+        before = self._notes
+        self._notes = (Note(message, span), *before)
+        try:
+            yield
+        finally:
+            self._notes = before
 
     # --- doubtful names -----------------------------------------------------------------------
 

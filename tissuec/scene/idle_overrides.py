@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
-from tissuec.core.errors import Diagnostic
+from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.entry_overrides import SET
+from tissuec.scene.graded import graded_by
 from tissuec.scene.model import Scene, Tissue
 
 
@@ -19,7 +20,10 @@ def idle_overrides(scene: Scene) -> Iterator[Diagnostic]:
     reached = {span for tissue in used for span in _entries(tissue)}
     names = {tissue.name for tissue in used}
     for declared in scene.declarations.of("tissue").values():
-        if declared.name.text in names or not isinstance(declared.item, s.Block):
+        if not isinstance(declared.item, s.Block):
+            continue
+        if declared.name.text in names:
+            yield from _graded(scene, declared.name.text, declared.item)
             continue
         for item in declared.item.items:
             if item.span.source.name == SET and item.span not in reached:
@@ -29,6 +33,29 @@ def idle_overrides(scene: Scene) -> Iterator[Diagnostic]:
                     item.span,
                     f"tissues in use: {', '.join(sorted(names)) or 'none'}",
                 )
+
+
+def _graded(scene: Scene, tissue: str, block: s.Block) -> Iterator[Diagnostic]:
+    """Yield W505: numbers of a tissue that are set, of which a body has a formula of the place.
+
+    Args:
+        scene: With the bodies.
+        tissue: Its name.
+        block: Of the tissue.
+    """
+    for item in block.items:
+        if item.span.source.name != SET or not isinstance(item, s.Assign):
+            continue
+        one = graded_by(scene.bodies.values(), tissue, item.name.key)
+        if one is not None:
+            yield Diagnostic(
+                "W505",
+                f"the {one.quantity.name} of {tissue} depends on the place, so this has no "
+                "effect there",
+                item.span,
+                "change the formula instead, for example by a param in it",
+                (Note("the formula", one.span),),
+            )
 
 
 def tissues_in_use(scene: Scene) -> tuple[Tissue, ...]:

@@ -406,7 +406,9 @@ class FormulaScope(Scope):
     ):
         super().__init__(outer.findings)
         self.outer, self.variables = outer, variables
+        self.constants = outer
         self.exponents = frozenset(exponents)
+        self.arguments: tuple[Formula, ...] = ()  # of the function whose value this is in
 
     def name(self, name: s.Name) -> Value:
         """Return a variable as something of its dimension, or a constant."""
@@ -449,6 +451,14 @@ class FormulaScope(Scope):
                         hint="for a power with a variable exponent, use exp and log",
                     )
                 return self.formula(node.base) ** exponent
+            case s.FormalParameter():
+                return self.arguments[node.number]
+            case s.Applied(value=None):
+                self.findings.stop()
+            case s.Applied():
+                inside = FormulaScope(self.outer, {}, self.exponents)
+                inside.arguments = tuple(map(self.formula, node.arguments))
+                return inside.formula(node.value)
             case s.Call():
                 arguments = tuple(self.formula(argument.value) for argument in node.arguments)
                 return apply(node.function.key, arguments)

@@ -54,6 +54,8 @@ class AssignedQuantity(Struct, frozen=True):
         how: "written", "rules" or "otherwise".
         span: The entry, or the first of the fired rules, or the ``otherwise``.
         fired: The rules that spoke, strongest first.
+        formula: Of x, y and z, where the body grades it; then ``value`` is that of its tissue,
+            to which laws refer, and holds nowhere.
     """
 
     quantity: TissueQuantity
@@ -63,6 +65,7 @@ class AssignedQuantity(Struct, frozen=True):
     how: str
     span: Span
     fired: tuple[Fired, ...] = ()
+    formula: s.Expression | None = None
 
 
 class KnownQuantity(Struct, frozen=True):
@@ -184,6 +187,19 @@ class Tissue(Struct, frozen=True):
         return {**self.written_laws, "spring law": found}
 
 
+class Graded(Struct, frozen=True):
+    """A quantity of the tissue of a body or a region that depends on the place.
+
+    Attributes:
+        formula: Of x, y and z, the coordinates of the body as drawn.
+        span: The entry.
+    """
+
+    quantity: TissueQuantity
+    formula: s.Expression
+    span: Span
+
+
 class Region(Struct, frozen=True):
     """A part of a body with a tissue of its own."""
 
@@ -192,6 +208,7 @@ class Region(Struct, frozen=True):
     tissue: Tissue | None  # None: the body's
     prestress: AssignedQuantity | None  # overrides the tissue's
     span: Span
+    graded: tuple[Graded, ...] = ()  # the later of two counts
 
 
 class SpringPart(Struct, frozen=True):
@@ -280,6 +297,8 @@ class Body(Struct, frozen=True, eq=False):
         velocity: Initial velocity [m/s], shape (3,).
         spin: Initial angular velocity about the centre of mass [rad/s], shape (3,).
         places: Where entries are written, by their names.
+        graded: Quantities of its tissue that depend on the place; they hold in regions without
+            a tissue of their own, too.
     """
 
     name: str
@@ -304,6 +323,7 @@ class Body(Struct, frozen=True, eq=False):
     places: Mapping[str, Span]
     is_whole: bool
     span: Span
+    graded: tuple[Graded, ...] = ()
 
     @property
     def may_rupture(self) -> bool:

@@ -28,7 +28,7 @@ declare(
     forms=("param NAME = NUMBER between NUMBER and NUMBER",), names=SCENE,
 )  # fmt: skip
 declare(
-    "let", "A number computed from others.", 51, "sentence",
+    "let", "A number computed from others, or a function of numbers.", 51, "sentence",
     forms=("let NAME = NUMBER",), names=SCENE,
 )  # fmt: skip
 
@@ -59,6 +59,7 @@ class Constants(Scope):
         self.overrides, self._written = overrides, declarations.needs
         self.definitions = Definitions("numbers", self._needs, self._compute, findings)
         self.used: set[str] = set()
+        self._functions = declarations.functions
 
     def name(self, name: s.Name) -> Value:
         if name.key not in self.declared and name.key in CONSTANTS:
@@ -70,6 +71,10 @@ class Constants(Scope):
 
     def has(self, name: s.Name) -> bool:
         return name.key in self.declared or name.key in CONSTANTS
+
+    @property
+    def functions(self) -> Sequence[str]:
+        return () if self._functions is None else self._functions.known
 
     def is_set(self, item: s.Item) -> bool:
         if not self.overrides or not isinstance(item, s.Assign):
@@ -93,6 +98,10 @@ class Constants(Scope):
         for key in self.declared:
             with self.findings.item():
                 self.definitions.find(key)
+        for name in () if self._functions is None else self._functions.names():
+            with self.findings.item():
+                if not self.has(name):
+                    self.unknown(name)
 
     def parameters(self) -> list[Parameter]:
         """Return every ``param`` with its value."""

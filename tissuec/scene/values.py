@@ -32,6 +32,11 @@ class Value(Struct, frozen=True, eq=False):
         """Return a number in SI units, or numbers of shape (item,), as a value."""
         return cls(np.asarray(amount, dtype=float), dimension)
 
+    @property
+    def is_many(self) -> bool:
+        """Return whether there is one for each of several items."""
+        return self.amount.ndim > self.is_vector
+
     def __str__(self) -> str:
         if self.is_vector:
             parts = ", ".join(f"{component:.6g}" for component in self.amount)

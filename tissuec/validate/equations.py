@@ -24,6 +24,7 @@ from scipy import sparse
 from tissuec.validate.contact_search import NearbyContact
 from tissuec.validate.field_matrices import FieldMatrices
 from tissuec.validate.forces import FORMULAS, ForceFormula
+from tissuec.validate.forces.activation import ActiveFibres
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.fluids import FluidField
 from tissuec.validate.forces.folding import Folding
@@ -195,6 +196,8 @@ class Equations:
                 return FluidField(field)
             case "pressure":
                 return PressedSkin(field)
+            case "activation":
+                return ActiveFibres(field)
             case "bending":
                 return Folding(field)
             case "plates":

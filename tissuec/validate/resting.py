@@ -20,6 +20,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import ELEMENTS, Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
+from tissuec.validate.forces.activation import ActiveFibres
 from tissuec.validate.forces.pressure import PressedSkin
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.stepping import ReferenceFailure
@@ -292,7 +293,8 @@ class EnergyField:
         outside = equations.outside(self._time)[self.free]
         self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
         self._jets = tuple(state.jets.values())
-        self._pressures = [one for one in equations.fields if isinstance(one, PressedSkin)]
+        of_sources = PressedSkin, ActiveFibres
+        self._pressures = [one for one in equations.fields if isinstance(one, of_sources)]
         self._frozen = np.zeros_like(self.start)
         springs = self._springs(self.start)
         self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0

@@ -12,7 +12,7 @@ from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
 from tissuec.scene.entries import entries_of
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenForce, WrittenLaw
+from tissuec.scene.model import Body, Joint, Region, Scene, Tissue, WrittenForce, WrittenLaw
 from tissuec.script.verbs.end import without_end
 
 
@@ -55,13 +55,17 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
 
     def body(old: Body) -> Body:
         key = key_of(old.name)
-        regions = tuple(
-            replace(
-                r,
-                tissue=tissue(r.tissue or _own(old, given, key, r.name), (key, key_of(r.name))),
+
+        def region(one: Region) -> Region:
+            before = one.tissue or _own(old, given, key, one.name)
+            inherits = one.tissue is None and before is not None
+            return replace(
+                one,
+                tissue=tissue(before, (key, key_of(one.name))),
+                graded=(*old.graded, *one.graded) if inherits else one.graded,
             )
-            for r in old.regions
-        )
+
+        regions = tuple(map(region, old.regions))
         springs = tuple(
             replace(part, tissue=tissue(part.tissue, ("", ""))) for part in old.spring_parts
         )

@@ -9,6 +9,7 @@ from tissuec.mechanics.state import State
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import SET, Cases, Chosen, Moved, Nodes, SubjectPart
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.verbs.activate import stop_activating
 from tissuec.script.verbs.holding import Stopped, sentence
 from tissuec.script.verbs.irrigate import stop_irrigating
 from tissuec.script.verbs.motion import stop_shifting, stop_turning
@@ -22,11 +23,12 @@ _STOPS = {
     "moving": stop_shifting,
     "turning": stop_turning,
     "irrigating": stop_irrigating,
+    "activating": stop_activating,
 }
 
 
 class StopForces(VerbSentence, frozen=True):
-    """The end of forces or pressures on nodes."""
+    """The end of forces, pressures or activations of nodes."""
 
     what: Chosen
     group: Nodes
@@ -60,9 +62,9 @@ class Stop(Struct, frozen=True):
     """Ends all forces on a set, or stops the motion or turn of a set or tool where it is.
 
     Whatever was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. ``stop
-    pressing SET`` ends the pressures that were ordered for this set or body. ``stop
-    irrigating SET`` ends the jets that were ordered for this set or body, ``stop irrigating``
-    all jets.
+    pressing SET`` and ``stop activating SET`` end the pressures and activations that were
+    ordered for this set or body. ``stop irrigating SET`` ends the jets that were ordered for
+    this set or body, ``stop irrigating`` all jets.
     """
 
     meant: ClassVar[str] = "halt pause"
@@ -75,6 +77,7 @@ class Stop(Struct, frozen=True):
             "moving": StopMotion,
             "turning": StopMotion,
             "irrigating": StopJets,
+            "activating": StopForces,
         },
         '"{}" cannot be stopped',
         what="action to stop",

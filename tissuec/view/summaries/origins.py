@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
+from tissuec.compiler.graded_ranges import GradedRange
 from tissuec.compiler.provenance import SET, ProvenanceRow, tissue_rows
 from tissuec.core.report import FactSection, FactTable, Part
 from tissuec.scene.force_numbers import numbers_of
@@ -39,6 +40,18 @@ def origins_of(
         ]
         table = FactTable((), cells, least=COLUMNS, kept=KEPT)
         yield FactSection(f"{head:<40}{force.place}", [table])
+
+
+def graded_sections(ranges: Iterable[GradedRange]) -> Iterator[Part]:
+    """Yield the quantities that depend on the place, body by body, region by region."""
+    owners: dict[tuple[str, str], list[tuple[str, ...]]] = {}
+    for one in ranges:
+        cells = one.quantity, one.shown, "formula", one.formula, one.place
+        owners.setdefault((one.body, one.owner), []).append(cells)
+    for (body, owner), rows in owners.items():
+        what = f"body {body}" if owner == body else f"region {owner} of {body}"
+        table = FactTable((), rows, least=COLUMNS, kept=KEPT)
+        yield FactSection(f"{what}: depends on the place", [table])
 
 
 def _cells(row: ProvenanceRow) -> Iterator[tuple[str, ...]]:

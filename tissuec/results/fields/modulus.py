@@ -1,0 +1,27 @@
+"""Young's modulus at nodes of elements."""
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.results.fields import FIELDS, FrameField
+from tissuec.script.measures.snapshot import Snapshot
+
+
+@FIELDS.member("modulus")
+class ModulusField(FrameField):
+    at = "node"
+    dimension = units.PRESSURE
+    text = "Young's modulus at rest of the elements around each node"
+    remark = "It is their mean by volume, without fibres, and 0 where there is no element."
+
+    @staticmethod
+    def sample(snapshot: Snapshot) -> Floats:
+        shape = snapshot.velocity.shape[:-1]
+        total, volume = np.zeros(shape[-1]), np.zeros(shape[-1])
+        for field in snapshot.state.elements:
+            for _, own in field.intact(snapshot.state.alive).in_blocks():
+                share = own.node_volumes
+                np.add.at(total, own.nodes, own.young[:, None] * share)
+                np.add.at(volume, own.nodes, share)
+        return np.broadcast_to(total / np.where(volume > 0.0, volume, 1.0), shape)
