@@ -31,6 +31,7 @@ from tissuec.scene.learn_entries import (
 )
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.parts import parts as text_parts
+from tissuec.scene.placement import PLACEMENT_ENTRIES
 from tissuec.scene.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.scene.vocabulary import OPERATOR_ENTRIES
@@ -55,6 +56,7 @@ def parts() -> dict[str, str]:
         "viscosity laws": joined(member_sections("viscosity law", VISCOSITY_LAWS)),
         "body entries": entry_table(bodies.ENTRIES),
         "joint entries": entry_table(joints.ENTRIES),
+        "placements": entry_table(PLACEMENT_ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
         "forces": joined(member_sections("kind", FORCES, "###")),

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tissuec.meshes.generators.tube import Tube, perpendicular_frame
+from tissuec.meshes.generators.centreline import perpendicular_frame
+from tissuec.meshes.generators.tube import Tube
 
 AXIS = (np.zeros(3), np.array([0.064, 0.0, 0.0]))
 

@@ -135,7 +135,7 @@ MISTAKES = {
         "for i in 1 to 5: fix floor\n  at 0.1 s: grasp right edge with forceps A",
         "TIS312",
         "for",
-        'for repeated actions, write "from T to T every T: …"; for many runs, w',
+        'write "repeat i from 1 to 8 { … }"',
     ),
     "profile first": M(
         "from 0.1 s to 0.3 s: move forceps A by (0 mm, 0 mm, lift) using smooth profile",
@@ -197,7 +197,7 @@ MISTAKES = {
         "fix left edge and floor",
         "TIS312",
         "fix left edge and floor",
-        'write "fix left edge; fix floor", or give the union a name: "set both ',
+        'write "fix [left edge, floor]"',
     ),
     "wait": M(
         "at 0.1 s: grasp right edge with forceps A",
@@ -397,7 +397,7 @@ MISTAKES = {
         "force of forceps A, position of floor every 1 ms",
         "TIS107",
         ",",
-        'put ";" between two sentences; a union has a name: set both = [A, B]',
+        'put ";" between two sentences; several names are a list: [A, B]',
     ),
     "output displacement": M(
         "position of right edge",

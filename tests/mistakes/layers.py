@@ -632,19 +632,12 @@ MISTAKES = {
         "soft or medium",
         'write "between soft and medium"',
     ),
-    "action on a union": M(
-        "fix left edge; fix floor",
-        "fix [left edge, floor]",
-        "TIS312",
-        "fix [left edge, floor]",
-        'write "fix left edge; fix floor", or give the union a name: "set both ',
-    ),
-    "measure of a union": M(
+    "measure of a union with a tool": M(
         "expect force(forceps A along (0, 0, 1)) > 1 mN",
-        "expect gap([left edge, floor]) > 1 mN",
+        "expect force([floor, forceps A]) > 1 mN",
         "TIS312",
-        "[left edge, floor]",
-        "give the union a name, and write that: set both = [left edge, floor]",
+        "forceps A",
+        "a union contains sets or bodies",
     ),
     "two libraries with the same tissue": M(
         'use "matter/fat"',

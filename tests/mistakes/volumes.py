@@ -52,12 +52,12 @@ MISTAKES = {
     ),
     "volumes of two bodies": M(
         "volume of bag with 10 kPa", "volume of [bag, can] with 10 kPa", "TIS312",
-        "of [bag, can]",
+        "[bag, can]",
         "preserve volume of bag with 10 kPa; preserve volume of can with 10 kPa",
     ),
     "two bodies inflated": M(
-        "inflate bag to", "inflate [bag, can] to", "TIS312", "inflate [bag, can]",
-        "give each body an action of its own",
+        "inflate bag to", "inflate [bag, can] to", "TIS312", "[bag, can]",
+        "inflate bag to 5 ml using smooth profile; inflate can to 5 ml using smooth profile",
     ),
     "volume of a sheet": M(
         ("with 10 kPa", "preserve volume"),

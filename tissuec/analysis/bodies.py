@@ -351,13 +351,13 @@ class _Examined:
         """Return the elastic constants of the elements of a body, if all have the same."""
         own, wall = self.state.network.elements_of(self.part.name), None
         if self.kind == "wall":
-            wall = WallNodes(self.state.network.position, self.part.nodes, self.mesh.grid)
+            wall = WallNodes(self.state.network.position, self.part.nodes, self.mesh.even_grid)
         if (found := constants_of_elements(own, wall)) is None:
             self.notes.append("elastic constants are not computed for elements that differ")
         return found
 
     def _of_wall(self) -> Elasticity:
-        grid = self.mesh.grid
+        grid = self.mesh.even_grid
         within = wall_springs(self.mesh.skin, self.ends) | self.drawing.bends[self.own]
         if grid is not None and grid.closed:  # springs through the inside of a tube take part
             within[:] = True

@@ -111,7 +111,7 @@ class Targets:
         text = " of ".join(name.text for name in names)
         for name in names:
             self.findings.pass_over_doubtful(name.key)
-        known = [d.name.text for d in self.groups.declared.values()]
+        known = self.groups.names_of_sets()
         known += [*self.groups.names_of_parts(), *self._regions()]
         kinds = "sets, bodies and regions"
         kind = "set, body or region"

@@ -114,12 +114,14 @@ def _width(drawing: Drawing) -> float | None:
     That is the cell by which a crystal repeats itself, if it holds several nodes. Irregular
     nets are even over about two cells, or two springs.
     """
-    mesh = drawing.body.mesh
+    mesh, placement = drawing.body.mesh, drawing.body.whole_placement
+    scale = 1.0 if placement is None else float(np.cbrt(placement.volume))
     if isinstance(mesh, Lattice):
         crystal = CRYSTALS[mesh.kind]
-        return mesh.cell * crystal.period if len(crystal.sites) * crystal.period > 1 else None
+        is_crystal = len(crystal.sites) * crystal.period > 1
+        return scale * mesh.cell * crystal.period if is_crystal else None
     if isinstance(mesh, Imported) and mesh.cell is not None:
-        return 2.0 * mesh.cell
+        return 2.0 * scale * mesh.cell
     return 2.0 * float(drawing.length[: drawing.own].mean())
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn, TypeVar, cast
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, one_left, proposal
 from tissuec.core.names import key_of
@@ -384,20 +385,34 @@ class ClauseReader:
 
     def name_in(self, word: str) -> s.Name:
         """Return the name in a clause that is written."""
-        self.asked.add(word)
-        value = self.clauses[word].value
-        if isinstance(value, s.Listing) and all(isinstance(n, s.Name) for n in value.items):
-            message = f"{self.verb} takes one name after {word}"
-            self.reject("TIS312", message, word=word, hint=self._one_each(value))
-        if not isinstance(value, s.Name):
-            self.reject("TIS312", f"{word} needs a name", word=word)
-        return value
+        return self.one(self.names_in(word), word)
 
-    def _one_each(self, listed: s.Listing) -> Hint:
+    def names_in(self, word: str) -> s.Name:
+        """Return the name in a clause that is written, or several as that of their union."""
+        self.asked.add(word)
+        name = s.as_name(self.clauses[word].value)
+        if name is None:
+            self.reject("TIS312", f"{word} needs a name", word=word)
+        return name
+
+    def one(self, name: s.Name, after: str) -> s.Name:
+        """Return a name, which is none of a union.
+
+        Args:
+            name: The name.
+            after: The word before it.
+        """
+        if name.listed:
+            message = f"{self.verb} takes one name after {after}"
+            hint = self._one_each(name)
+            self.scope.findings.reject("TIS312", message, name.span, hint=hint)
+        return name
+
+    def _one_each(self, listed: s.Name) -> Hint:
         """Return the hint to write a sentence for each of some names."""
         text, place = self.span.text, listed.span
         start, end = place.start - self.span.start, place.end - self.span.start
-        each = [f"{text[:start]}{name.span.text}{text[end:]}" for name in listed.items]
+        each = [f"{text[:start]}{name.span.text}{text[end:]}" for name in listed.listed]
         is_alone = self.span.source.text[: self.span.start].rstrip().endswith(":")
         written = "; ".join(each)
         edit = Edit(f"{{ {written} }}" if is_alone else written, self.span)
@@ -429,9 +444,9 @@ def behind(name: s.Name, prefix: str) -> s.Name:
     """Return the name without its leading words; the prefix is known to be there."""
     count = len(prefix.split())
     rest = " ".join(name.words.split(" ")[count:])
-    if not rest and name.quoted is None:
+    if not rest and name.quoted is None and not name.listed:
         return s.Name("", None, name.span)
-    marker = rest or f'"{name.quoted}"'
+    marker = rest or ("[" if name.quoted is None else f'"{name.quoted}"')
     start = name.span.text.find(marker, len(prefix))
-    span = Span(name.span.source, name.span.start + max(start, 0), name.span.end)
-    return s.Name(rest, name.quoted, span)
+    span = replace(name.span, start=name.span.start + max(start, 0))
+    return s.Name(rest, name.quoted, span, name.listed)

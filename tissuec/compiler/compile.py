@@ -39,9 +39,10 @@ from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.forces.bending import Hinges
+from tissuec.geometry.affine import Affine
 from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
-from tissuec.meshes.generators import Celled
+from tissuec.meshes.generators import Celled, Generator
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
 from tissuec.model.springs import NUMBERS, Springs
@@ -330,7 +331,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         body.body.span,
         body.mesh.grid,
         body.bending,
-        mesh.cell_nodes if isinstance(mesh, Celled) else None,
+        _cells(mesh, body.body.whole_placement),
         renumbered(body.thread, springs[0]),
         None if body.poisson is None else body.mesh.tetrahedra,
         body.mesh.tetrahedra,
@@ -338,6 +339,23 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         is_wall=body.body.is_wall,
         is_solid=body.mesh.volume is not None,
     )
+
+
+def _cells(
+    mesh: Generator | None, placement: Affine | None
+) -> Callable[[], tuple[NDArray[np.int32], NDArray[np.int32]]] | None:
+    """Return what gives the cells of a body, whose faces look outwards; None without cells."""
+    if not isinstance(mesh, Celled):
+        return None
+    if placement is None or not placement.is_mirrored:
+        return mesh.cell_nodes
+    from tissuec.meshes.placement import reversed_faces  # where bodies are mirrored
+
+    def mirrored() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        faces, inner = mesh.cell_nodes()
+        return reversed_faces(faces), inner
+
+    return mirrored
 
 
 def _joint_part(joint: JointArrays, springs: tuple[int, int]) -> JointPart:

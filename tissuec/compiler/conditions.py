@@ -226,8 +226,9 @@ class Conditions:
         for argument in arguments:
             if isinstance(argument.value, s.Call):
                 self._refuse_mistaken(argument.value.function)
-            if isinstance(argument.value, s.Name) and self._is_subject(argument.value):
-                subjects.append(self._subject(measure, argument.value))
+            name = s.as_name(argument.value)
+            if name is not None and self._is_subject(name):
+                subjects.append(self._subject(measure, name))
                 along = self._along(argument, key) if argument.clauses else along
             elif time is None and len(subjects) == measure.subjects and not argument.clauses:
                 time = self._pinned(argument)
@@ -283,17 +284,24 @@ class Conditions:
         if isinstance(argument.value, s.Name):
             tools = (tool.name for tool in self.tools.values())
             self.groups.refuse_parted(argument.value, tools)
+        if (name := s.as_name(argument.value)) is not None and name.listed:
+            self._refuse_union(name)
         self._no_subject(argument.value.span.text, argument.span)
 
+    def _refuse_union(self, union: s.Name) -> NoReturn:
+        """Reject a union by the first of its names that is neither a set nor a body."""
+        name = next(one for one in union.listed if not self.groups.is_known(one))
+        if name.key not in self.tools:
+            self._no_subject(name.text, name.span)
+        message = f'"{name.text}" is a tool; a union contains sets or bodies'
+        self.findings.reject("TIS312", message, name.span)
+
     def _no_subject(self, text: str, span: Span) -> NoReturn:
-        if text.startswith("["):
-            hint = f"give the union a name, and write that: set both = {text}"
-            self.findings.reject("TIS312", "a measure takes one name", span, hint=hint)
         self.findings.pass_over_doubtful(s.key_of(text))
         if text in KINDS:
             unnamed(text, span, self.findings)
         known = [tool.name for tool in self.tools.values()]
-        known += [d.name.text for d in self.groups.declared.values()]
+        known += self.groups.names_of_sets()
         known += self.groups.names_of_parts()
         self.findings.reject(
             "TIS301",
@@ -326,6 +334,8 @@ class Conditions:
                 )
             return Subject(tool.name, None, none)
         if not self.groups.is_known(name):
+            if name.listed:
+                self._refuse_union(name)
             self._no_subject(name.text, name.span)
         if self.groups.is_springs(name):
             if measure.takes in ("nodes", "solid", "body or solid"):

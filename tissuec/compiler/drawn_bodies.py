@@ -14,6 +14,7 @@ from tissuec.compiler.threads import knot_pairs, thread_of
 from tissuec.core.errors import Note, counted
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
+from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
 from tissuec.meshes.formats import FormatError
@@ -22,6 +23,7 @@ from tissuec.meshes.generators.imported import Imported, MeshFileError
 from tissuec.meshes.walls import wall_of_triangles
 from tissuec.model.network import Floats, ThreadBody
 from tissuec.scene.expressions import Scope
+from tissuec.scene.fibres import Direction, Helix
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
 from tissuec.scene.quantities import YOUNGS_MODULUS
@@ -65,6 +67,18 @@ class Drawing(Struct, frozen=True, eq=False):
     element_part: NDArray[np.int64] | None = None
     scope: Scope | None = None
 
+    def described(self, places: Floats) -> Floats:
+        """Return where places of the body are before it is moved as a whole.
+
+        Args:
+            places: [m], shape (place, 3).
+
+        Returns:
+            In the coordinates of its block [m], shape (place, 3).
+        """
+        placement = self.body.placement
+        return places if placement is None else placement.inverse().points(places)
+
     @property
     def bends(self) -> Mask:
         """Return which springs resist bending, shape (spring,)."""
@@ -80,10 +94,18 @@ class Drawing(Struct, frozen=True, eq=False):
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def draw(body: Body, scope: Scope) -> Drawing:
     """Return the drawing of a body; errors are reported with their place."""
+    drawing = _as_described(body, scope)
+    return drawing if body.placement is None else _placed(drawing, body.placement, scope)
+
+
+def _as_described(body: Body, scope: Scope) -> Drawing:
+    """Return the drawing of a body before the entries that place all of it."""
     if body.tables is not None:
         columns = read_tables(body, body.tables, scope)
     else:
         columns = ExplicitBody.without_columns(_generate(body, scope.findings))
+    if body.mesh_placement is not None:
+        columns = _moved(columns, body.mesh_placement, body, scope.findings)
     if isinstance(body.mesh, Threaded):
         columns = columns.with_springs(knot_pairs(columns.mesh, body.mesh))
     thread, own = thread_of(body.mesh, columns.mesh.ends), len(columns.mesh.ends)
@@ -94,10 +116,7 @@ def draw(body: Body, scope: Scope) -> Drawing:
     part = np.zeros(len(mesh.position), dtype=np.int32)
     for number, inside in enumerate(regions.values(), start=1):
         part[inside] = number
-    length = lengths(mesh.ends, mesh.position)
-    refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
-    if thread is not None:  # a knot is made of as much thread as any piece
-        length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
+    length = _lengths(body, mesh, thread, scope.findings)
     drawing = Drawing(body, mesh, columns, regions, part, length, own, thread, scope=scope)
     if body.elements is not None and mesh.elements:
         where = [region.where for region in body.regions]
@@ -115,6 +134,64 @@ def draw(body: Body, scope: Scope) -> Drawing:
     if not body.spring_parts:
         return drawing
     return replace(drawing, spring_part=_select_springs(drawing, scope))
+
+
+def _moved(
+    columns: ExplicitBody, placement: Affine, body: Body, findings: Findings
+) -> ExplicitBody:
+    """Return a mesh with its columns as a map draws it."""
+    if "rest length" in columns.springs and placement.scale != 1.0:
+        findings.reject(
+            "TIS306",
+            f"{body.name} is scaled, but its table gives the rest lengths of its springs",
+            body.span,
+            hint="scale the numbers of the table",
+        )
+    from tissuec.meshes.placement import placed  # where there are such
+
+    return replace(columns, mesh=placed(columns.mesh, placement))
+
+
+def _placed(drawing: Drawing, placement: Affine, scope: Scope) -> Drawing:
+    """Return a body that is described elsewhere, with its directions, in its own place."""
+    body, prestress = drawing.body, drawing.body.prestress
+    if prestress is not None:
+        image = placement.normal if prestress.is_across else placement.direction
+        prestress = replace(prestress, axis=image(prestress.axis))
+    families = [
+        _turned(one, placement, body, scope.findings)
+        for one in (body.fibres, body.second_fibres)
+    ]
+    columns = _moved(drawing.columns, placement, body, scope.findings)
+    length = _lengths(body, columns.mesh, drawing.thread, scope.findings)
+    body = replace(body, fibres=families[0], second_fibres=families[1], prestress=prestress)
+    return replace(drawing, body=body, mesh=columns.mesh, columns=columns, length=length)
+
+
+def _turned(
+    fibres: Direction | None, placement: Affine, body: Body, findings: Findings
+) -> Direction | None:
+    """Return the direction of fibres that are moved with their body."""
+    if isinstance(fibres, Helix):
+        if placement.scale is None:
+            findings.reject(
+                "TIS306",
+                f"{body.name} is scaled differently along its axes, which changes the angle of "
+                "its fibres",
+                body.span,
+                hint="write scaled in the mesh block, and the angle in the scaled tube",
+            )
+        return Helix(-fibres.angle) if placement.is_mirrored else fibres
+    return placement.direction(fibres) if isinstance(fibres, np.ndarray) else fibres
+
+
+def _lengths(body: Body, mesh: Mesh, thread: ThreadBody | None, findings: Findings) -> Floats:
+    """Return the drawn lengths of springs [m], shape (spring,); reject absurd ones."""
+    length = lengths(mesh.ends, mesh.position)
+    refuse_sizes(body, {"place": mesh.position, "length": length}, findings)
+    if thread is not None:  # a knot is made of as much thread as any piece
+        length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
+    return length
 
 
 def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:

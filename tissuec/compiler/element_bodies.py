@@ -29,7 +29,7 @@ from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.uniaxial import OfTension
 from tissuec.meshes.elements import node_shares
 from tissuec.meshes.generators import ElementMesh
-from tissuec.meshes.generators.thick_tube import ThickTube
+from tissuec.meshes.generators.thick_tube import ThickTube, along_and_around
 from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
@@ -219,9 +219,12 @@ class ElementReader:
 
     def _around(self, tube: ThickTube) -> tuple[Floats, Floats]:
         """Return the directions along and around a tube, shape (element, 3) each."""
+        position = self.drawing.mesh.position
+        if not tube.is_even or self.body.whole_placement is not None:
+            (cells,) = self.drawing.mesh.elements
+            return along_and_around(position[cells.nodes])
         start, end = (np.asarray(point, dtype=float) for point in tube.axis)
         axis = (end - start) / np.linalg.norm(end - start)
-        position = self.drawing.mesh.position
         centre = np.concatenate([position[e.nodes].mean(1) for e in self.drawing.mesh.elements])
         ahead = cross(np.broadcast_to(axis, centre.shape), centre - start)
         ahead /= np.linalg.norm(ahead, axis=1)[:, None]

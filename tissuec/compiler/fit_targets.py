@@ -133,14 +133,15 @@ class FitReader:
     def _positions(self, call: s.Call) -> Subject:
         """Return the nodes whose places were measured, each for itself."""
         first = call.arguments[0] if len(call.arguments) == 1 else None
-        if first is None or not isinstance(first.value, s.Name) or first.clauses:
+        name = None if first is None or first.clauses else s.as_name(first.value)
+        if name is None:
             self.findings.reject(
                 "TIS702", "the form of positions is positions(A): x, y and z of each node of A",
                 call.span, hint="for a direction, fit position(A) along (1, 0, 0)",
             )  # fmt: skip
-        self._refuse_tool(first.value, "positions belong to nodes of bodies")
-        nodes = self.groups.nodes(first.value)
-        return Subject(nodes.name, nodes.indices, self.groups.springs(first.value).indices)
+        self._refuse_tool(name, "positions belong to nodes of bodies")
+        nodes = self.groups.nodes(name)
+        return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
 
     def _refuse_tool(self, name: s.Name, why: str) -> None:
         if name.key in self.tools:

@@ -88,8 +88,8 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     mesh = Mesh(ends.reshape(-1, 3), pairs, np.zeros((0, 3), dtype=np.int32))
     still = np.zeros(3)
     body = Body(
-        name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
-        interface="", spring_parts=(), rupture=joint.rupture,
+        name=joint.name, mesh=None, tables=None, mesh_placement=None, placement=None,
+        tissue=joint.tissue, regions=(), interface="", spring_parts=(), rupture=joint.rupture,
         bending=None, fibres=None, second_fibres=None, prestress=None, shell=None,
         elements=None, mass=None, thickness=None,
         section=joint.section, velocity=still, spin=still, places={}, is_whole=True,

@@ -217,7 +217,7 @@ class MatterReader:
         self._warn_if_uneven(
             found.range,
             "use triangles that are nearly equilateral"
-            if mesh.grid is None
+            if mesh.even_grid is None
             else "write diagonals is both, and draw cells up to 1.7 times as long as wide",
         )
         stiffness = self._with_bending(thickness * found.constant)
@@ -238,12 +238,23 @@ class MatterReader:
                 "the volume of its cells cannot be computed",
                 "use tetrahedra, a lattice, or a closed surface with a filling",
             )
-        solid = Solid.of(mesh.position, volume, mesh.skin)
-        generator = self.body.mesh
-        fibres = self._fibres_in_solid() if self._added else None
+        generator, fibres = self.body.mesh, self._fibres_in_solid() if self._added else None
+        scale = 1.0
+        if isinstance(generator, Lattice) and (there := self.body.whole_placement) is not None:
+            # Springs are as stiff as those of the lattice that its entries describe, times the
+            # scale; a lattice that is distorted is a net like any other.
+            if there.scale is None:
+                generator = None
+            else:
+                scale, mesh = there.scale, generator.build()
+                if fibres is not None:
+                    back = there.inverse().direction(fibres.direction)
+                    fibres = replace(fibres, direction=back)
+        assert mesh.volume is not None
+        solid = Solid.of(mesh.position, mesh.volume, mesh.skin)
         drawn = _Drawn(mesh, solid, generator, fibres)
         try:
-            stiffness = self._springs(drawn)
+            stiffness = scale * self._springs(drawn)
         except ValueError as error:
             self._impossible(str(error), "choose another kind of lattice")
         return Matter(self._with_bending(stiffness), volume, drawn.poisson, is_solid=True)
@@ -292,9 +303,11 @@ class MatterReader:
 
     def _fibres_in_wall(self, mesh: Mesh) -> Fibres:
         """Return fibres in a grid, along its rows and at right angles to them."""
-        direction, grid = self._direction(), mesh.grid
+        direction, grid = self._direction(), mesh.even_grid
         if grid is None:
-            self._refuse_fibres("in a wall, they need springs in rows, as in a sheet or a tube")
+            self._refuse_fibres(
+                "in a wall, they need springs in even rows, as in a sheet or a straight tube"
+            )
         side, other = mesh.position[[1, grid.columns]] - mesh.position[0]
         if not grid.closed:
             if isinstance(direction, str):

@@ -196,6 +196,8 @@ class MembraneReader(ElementReader):
         grid, position = self.drawing.mesh.grid, self.drawing.mesh.position
         if grid is None or not grid.closed:
             self.refuse_fibres(name, direction)
-        axis = position[grid.columns] - position[0]
-        axis = np.broadcast_to(axis / np.linalg.norm(axis), self.normal.shape)
+        centre = position.reshape(grid.rows, grid.columns, 3).mean(axis=1)
+        along = np.diff(centre, axis=0)
+        ring = self.triangles.nodes.min(axis=1) // grid.columns
+        axis = (along / norm(along)[:, None])[ring]
         return turned_around(axis, cross(axis, self.normal), direction)

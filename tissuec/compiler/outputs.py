@@ -265,12 +265,10 @@ class OutputReader:
 
     def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
         measure = MEASURES[item.name.key]
-        names = [
-            name
-            for word in ("of", "to")
-            if word in clauses
-            for name in self._names(clauses[word])
-        ]
+        if measure.subjects > 1 and "to" not in clauses:
+            names = self._names(clauses["of"]) if "of" in clauses else []
+        else:
+            names = [self._name(clauses[word]) for word in ("of", "to") if word in clauses]
         if len(names) != measure.subjects:
             self.findings.reject(
                 "TIS702",
@@ -291,6 +289,15 @@ class OutputReader:
     def _without_idle(self, subject: Subject) -> Subject:
         is_idle = np.isin(subject.springs, self.idle)
         return replace(subject, springs=subject.springs[~is_idle])
+
+    def _name(self, clause: s.Clause) -> s.Name:
+        """Return a name, or several as that of their union."""
+        name = s.as_name(clause.value)
+        if name is None:
+            self.findings.reject(
+                "TIS312", "a name, or a list of names, is needed here", clause.value.span
+            )
+        return name
 
     def _names(self, clause: s.Clause) -> list[s.Name]:
         parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)

@@ -55,7 +55,9 @@ class SentenceOrder(ClauseReader):
             return self._profile(part)
         if is_optional and not (self.has(part.word) if part.word else self.object.text):
             return None
-        name = self.name_in(part.word) if part.word else self.object
+        name = self.names_in(part.word) if part.word else self.object
+        if isinstance(part, ToolClause) or part.alone:
+            self.one(name, part.word or self.verb)
         if isinstance(part, ToolClause):
             return self._tool(name, part)
         match part.kind:

@@ -17,7 +17,7 @@ from tissuec.lang.walk import names_in
 from tissuec.lang.words import written_name
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import NamedGroup
-from tissuec.scene.declarations import Declarations
+from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.dependency_order import Definitions
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -81,7 +81,7 @@ class Groups:
     def __init__(
         self, declarations: Declarations, bodies: Mapping[str, PlacedBody], scope: Scope
     ):
-        self.declared = declarations.of("set")
+        self.declared = dict(declarations.of("set"))
         self.bodies = bodies
         self.named_joints = declarations.of("joint")
         self.joints: dict[str, PlacedJoint] = {}
@@ -118,6 +118,10 @@ class Groups:
         """Return the names of all bodies."""
         return [placed.drawing.body.name for placed in self.bodies.values()]
 
+    def names_of_sets(self) -> list[str]:
+        """Return the names of all sets."""
+        return [declared.name.text for declared in self._with_names()]
+
     def names_of_parts(self) -> list[str]:
         """Return the names of all bodies and joints."""
         joints = (declared.name.text for declared in self.named_joints.values())
@@ -138,7 +142,9 @@ class Groups:
 
     def named(self) -> Iterator[NamedGroup]:
         """Yield all sets, and the regions of all bodies, as results keep them."""
-        for key in self.declared:
+        for key, declared in self.declared.items():
+            if declared.name.listed:
+                continue  # a union without a name of its own
             if (chosen := self.sets.values.get(key)) is not None:
                 what = KINDS[chosen.of_springs]
                 yield NamedGroup(chosen.group.name, what, chosen.group.indices)
@@ -149,11 +155,14 @@ class Groups:
                 yield NamedGroup(region.name, KINDS[0], nodes, body.name)
 
     def is_known(self, name: s.Name) -> bool:
-        """Return whether a name is a set, a body or a joint."""
+        """Return whether a name is a set, a body or a joint, or all names of a union are."""
+        if name.listed:
+            return all(map(self.is_known, name.listed))
         return any(name.key in kind for kind in (self.declared, self.bodies, self.joints))
 
     def nodes(self, name: s.Name) -> Group:
-        """Return the nodes of a set of nodes or of a body."""
+        """Return the nodes of a set of nodes or of a body, or of a union of them."""
+        self._enter_union(name)
         if name.key in self.bodies:
             return Group(self._body(name), self.bodies[name.key].nodes)
         if name.key in self.named_joints:
@@ -175,6 +184,7 @@ class Groups:
 
     def springs(self, name: s.Name) -> Group:
         """Return the springs of a set of springs, a body or joint, or inside a set of nodes."""
+        self._enter_union(name)
         if name.key in self.bodies:
             return Group(self._body(name), self.bodies[name.key].springs)
         if name.key in self.joints:
@@ -187,12 +197,20 @@ class Groups:
             self.inside[name.key] = self.springs_inside(chosen.group.indices)
         return Group(chosen.group.name, self.inside[name.key])
 
+    def _enter_union(self, name: s.Name) -> None:
+        """Make ``[A, B]`` a set like those that have names."""
+        if name.listed and name.key not in self.declared:
+            listing = s.Listing(name.listed, name.span)
+            item = s.Assign("set", name, listing, None, (), name.span)
+            self.declared[name.key] = Declared(name, item)
+
     def _body(self, name: s.Name) -> str:
         """Return the name of a body as it was declared, however it is spelt here."""
         return self.bodies[name.key].drawing.body.name
 
     def is_springs(self, name: s.Name) -> bool:
-        """Return whether a name is a set of springs or a joint."""
+        """Return whether a name is a set of springs or a joint, or a union of such."""
+        self._enter_union(name)
         if name.key in self.joints:
             return True
         return name.key in self.declared and self._find(name).of_springs
@@ -211,7 +229,7 @@ class Groups:
             if name.key in KINDS:
                 unnamed(name.key, name.span, self.findings)
             self.refuse_parted(name)
-            lines = {d.name.text: d.name.span.line for d in self.declared.values()}
+            lines = {d.name.text: d.name.span.line for d in self._with_names()}
             known, what = [*lines, *self.names_of_bodies()], "sets and bodies"
             if with_joints and self.named_joints:
                 known, what = [*lines, *self.names_of_parts()], "sets, bodies and joints"
@@ -232,7 +250,7 @@ class Groups:
             name: The name, which is not known.
             tools: Names of tools, which are known here, too.
         """
-        known = [*(d.name.text for d in self.declared.values()), *self.names_of_parts(), *tools]
+        known = [*(d.name.text for d in self._with_names()), *self.names_of_parts(), *tools]
         text, start = name.span.source.text, name.span.start
         for one in known:
             end = start + len(one)
@@ -256,6 +274,10 @@ class Groups:
                 verb = name.span.text.find(words[number], len(head))
                 second = Span(name.span.source, start + verb, start + verb + len(words[number]))
                 self.findings.reject("TIS107", "two statements on one line", second, hint=hint)
+
+    def _with_names(self) -> list[Declared]:
+        """Return the sets that have names of their own."""
+        return [one for one in self.declared.values() if not one.name.listed]
 
     def _needs(self, key: str) -> Iterator[s.Name]:
         """Yield the sets in a union."""
@@ -289,8 +311,28 @@ class Groups:
             elif {"from", "to"} <= set(clauses):
                 hint = "for example: nodes of BODY where x between 1 mm and 2 mm"
             self.findings.reject("TIS312", "wrong form of a set", item.value.span, hint=hint)
+        of_springs, of = kind == "springs", clauses["of"].value
+        parts = of.items if isinstance(of, s.Listing) and of.items else (of,)
+        placed = [self._named_part(part, of_springs=of_springs) for part in parts]
+        found = [self._chosen_of(one, kind, clauses) for one in placed]
+        if not any(map(len, found)):
+            wanted = (
+                clauses["where"].value.span.one_line if "where" in clauses else "such an id"
+            )
+            names = " or ".join(one.drawing.body.name for one in placed)
+            self.findings.reject(
+                "TIS302",
+                f'the set "{item.name.text}" is empty: no {kind[:-1]} of {names} has {wanted}',
+                item.name.span,
+                hint=extents(np.concatenate([one.drawing.mesh.position for one in placed])),
+            )
+        return NamedSet(Group(item.name.text, np.unique(np.concatenate(found))), of_springs)
+
+    def _chosen_of(
+        self, placed: PlacedBody | PlacedJoint, kind: str, clauses: Mapping[str, s.Clause]
+    ) -> Indices:
+        """Return the nodes or springs of a body or joint that a set contains."""
         of_springs = kind == "springs"
-        placed = self._named_part(clauses["of"].value, of_springs=of_springs)
         is_joint = isinstance(placed, PlacedJoint)
         part = placed.springs if is_joint or of_springs else placed.nodes
         points = points_of(placed.drawing, self.scope, of_springs=of_springs)
@@ -299,18 +341,7 @@ class Groups:
             chosen &= points.select(clauses["where"].value)
         if "in" in clauses:
             chosen &= points.with_ids(clauses["in"].value, placed.drawing.body.name, kind[:-1])
-        if not chosen.any():
-            wanted = (
-                clauses["where"].value.span.one_line if "where" in clauses else "such an id"
-            )
-            self.findings.reject(
-                "TIS302",
-                f'the set "{item.name.text}" is empty: '
-                f"no {kind[:-1]} of {placed.drawing.body.name} has {wanted}",
-                item.name.span,
-                hint=extents(placed.drawing.mesh.position),
-            )
-        return NamedSet(Group(item.name.text, part[chosen]), of_springs)
+        return part[chosen]
 
     def _named_part(self, node: s.Expression, *, of_springs: bool) -> PlacedBody | PlacedJoint:
         """Return the body, or where springs are chosen the joint, that a name stands for."""
@@ -318,7 +349,8 @@ class Groups:
             return self.bodies[node.key]
         if of_springs and isinstance(node, s.Name) and node.key in self.joints:
             return self.joints[node.key]
-        self.findings.pass_over_doubtful(s.key_of(node.span.text))
+        text = node.text if isinstance(node, s.Name) else node.span.text
+        self.findings.pass_over_doubtful(s.key_of(text))
         if isinstance(node, s.Name) and node.key in self.named_joints:
             # Springs are known once all joints are: a joint asks too early.
             hint = "a joint joins nodes to nodes"
@@ -329,9 +361,9 @@ class Groups:
         what = "bodies and joints" if of_springs and self.named_joints else "bodies"
         self.findings.reject(
             "TIS301",
-            f'there is no body called "{node.span.text}"',
+            f'there is no body called "{text}"',
             node.span,
-            hint=alternatives(node.span.text, known, what=what),
+            hint=alternatives(text, known, what=what),
         )
 
     def _refuse_joint(self, name: s.Name, hint: str) -> NoReturn:
@@ -346,7 +378,7 @@ class Groups:
         parts: list[Group] = []
         kinds: set[bool] = set()
         for part in listing.items:
-            if not isinstance(part, s.Name):
+            if not isinstance(part, s.Name) or part.listed:
                 self.findings.reject(
                     "TIS312", "a union contains names of sets or bodies", part.span
                 )

@@ -242,11 +242,12 @@ class _MeasureReader:
             )  # fmt: skip
         springs = None
         for owner in owners:
-            if owner.word != "of" or not isinstance(owner.value, s.Name):
+            name = s.as_name(owner.value)
+            if owner.word != "of" or name is None:
                 self.findings.reject("TIS303", f'unexpected "{owner.word}"', owner.span)
-            springs = self.groups.springs(owner.value).indices
-            if not self.groups.is_springs(owner.value):
-                nodes = self.groups.nodes(owner.value).indices
+            springs = self.groups.springs(name).indices
+            if not self.groups.is_springs(name):
+                nodes = self.groups.nodes(name).indices
                 springs = np.append(springs, self.network.marks_within(nodes))
         return StudyMeasure(name, "s", TIME, EVENT, event=kind.key, springs=springs)
 

@@ -145,7 +145,9 @@ class TissueParts:
             if one is not None and one.formula is not None and own.any():
                 assert self.drawing.scope is not None
                 scope, owner = self.drawing.scope, self._owner(one)
-                found[own] = numbers_at(one, places()[own], scope, owner)
+                found[own] = numbers_at(
+                    one, self.drawing.described(places()[own]), scope, owner
+                )
         return found
 
     def _owner(self, given: AssignedQuantity) -> str:

@@ -36,6 +36,12 @@ class Diagnostic(Struct, frozen=True):
         return "warning" if self.code.startswith("W") else "error"
 
     @property
+    def remarks(self) -> tuple[Note, ...]:
+        """Return the notes, with the repetition that a finding is from."""
+        repetition = self.span.repetition if self.span else ""
+        return (*self.notes, Note(f"where {repetition}")) if repetition else self.notes
+
+    @property
     def edits(self) -> tuple[Edit, ...]:
         """Return the edits that the hint proposes, each with its place."""
         if self.span is None or not isinstance(self.hint, Hint):
@@ -99,7 +105,7 @@ def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
         lines.append(f"{gutter} {paint('=', _BLUE)} hint: {hint}")
     lines += (
         f"{gutter} {paint('=', _BLUE)} note: {printable(_note(n, span))}"
-        for n in diagnostic.notes
+        for n in diagnostic.remarks
     )
     return "\n".join(lines)
 
@@ -126,7 +132,9 @@ def as_dict(diagnostic: Diagnostic) -> dict[str, Any]:
         **_place(diagnostic.span),
         "hint": str(diagnostic.hint),
         "edits": [{"text": edit.text, **_place(edit.span)} for edit in diagnostic.edits],
-        "notes": [{"message": note.message, **_place(note.span)} for note in diagnostic.notes],
+        "notes": [
+            {"message": note.message, **_place(note.span)} for note in diagnostic.remarks
+        ],
     }
 
 

@@ -5,7 +5,7 @@ and from them checks entries, converts units, suggests near misses and writes th
 underscore in a field name is a blank in the language.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -61,9 +61,14 @@ class Point(Struct, frozen=True):
 
 
 class FromTo(Struct, frozen=True):
-    """``axis from (…) to (…)``: two points."""
+    """``axis from (…) to (…)``: two points.
+
+    Attributes:
+        may_bend: Whether it can also be ``axis through [(…), (…), (…)]``: points of a curve.
+    """
 
     dimension: Dimension
+    may_bend: bool = False
 
 
 class Several(Struct, frozen=True):
@@ -124,6 +129,9 @@ Count = Annotated[int, Whole(at_least=1)]
 InFile = Annotated[LocatedFile, FileIn(units.LENGTH)]
 Position = Annotated[NDArray[np.float64], Point(units.LENGTH)]
 Points = Annotated[Segment, FromTo(units.LENGTH)]
+
+#: Two ends of a line, or points of a curve.
+Axis = Annotated[Sequence[NDArray[np.float64]], FromTo(units.LENGTH, may_bend=True)]
 
 LengthIfAny = Annotated[float | None, Real(units.LENGTH, above=0.0)]
 PositionIfAny = Annotated[NDArray[np.float64] | None, Point(units.LENGTH)]

@@ -39,11 +39,16 @@ class Source(Struct, frozen=True, eq=False, dict=True):
 
 
 class Span(Struct, frozen=True):
-    """A stretch of a source, as character offsets; ``end`` is exclusive."""
+    """A stretch of a source, as character offsets; ``end`` is exclusive.
+
+    Attributes:
+        repetition: Of a statement that is repeated, the value of its index, such as "i = 3".
+    """
 
     source: Source
     start: int
     end: int
+    repetition: str = ""
 
     def __repr__(self) -> str:
         return f"Span({self.place}, {self.text!r})"
@@ -75,4 +80,4 @@ class Span(Struct, frozen=True):
 
     def to(self, other: "Span") -> "Span":
         """Return the span from the start of this one to the end of ``other``."""
-        return Span(self.source, self.start, max(self.end, other.end))
+        return Span(self.source, self.start, max(self.end, other.end), self.repetition)

@@ -119,6 +119,11 @@ class Builder:
             " ".join(word.text for word in words), quoted, self._span(children[0], children[-1])
         )
 
+    def listed(self, children: list[Any]) -> s.Name:
+        """Return what stands before a union, and its names."""
+        name, _open, *names, _close = children
+        return replace(name, span=self._span(name, children[-1]), listed=tuple(names))
+
     def listing(self, children: list[Any]) -> s.Listing:
         """Return a list of expressions."""
         return s.Listing(tuple(children[1:-1]), self._span(children[0], children[-1]))

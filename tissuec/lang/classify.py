@@ -334,7 +334,7 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
     if found == "COMMA" and m.can_end and m.next == "WORD":
         signs = {token.type for token in m.after} & {"EQUAL", "IS"}
         if m.previous == "WORD" and not signs:
-            hint = Hint('put ";" between two sentences; a union has a name: set both = [A, B]')
+            hint = Hint('put ";" between two sentences; several names are a list: [A, B]')
             return m.finding("TIS107", "a comma does not join names", hint)
         hint = Hint('write ";" instead', Edit(";"))
         return m.finding("TIS107", "a comma does not end a statement", hint)

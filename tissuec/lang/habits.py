@@ -119,12 +119,9 @@ _HABITS = (
     # sets and files
     Habit(rf"^(?P<wrong>on) {_WORDS}$", "a force acts on a set or a body", "acts on"),
     Habit(
-        rf"{_TIMED}(?P<wrong>(?P<verb>[a-z]+) \[(?P<names>{_WORDS}(?:, ?{_WORDS})*)\])",
-        "an action takes the name of one set", None, "union",
-    ),
-    Habit(
-        rf"{_TIMED}(?P<wrong>(?P<verb>fix|free|hold) (?P<names>{_WORDS} and {_WORDS}))$",
-        "an action takes the name of one set", None, "union",
+        rf"{_TIMED}(?P<wrong>(?P<verb>fix|free|hold) (?P<one>{_WORDS}) and "
+        rf"(?P<other>{_WORDS}))$",
+        "several sets are a list in brackets", r"\g<verb> [\g<one>, \g<other>]",
     ),
     Habit(
         rf"^(?P<verb>[a-z]+) {_WORDS}(?P<wrong>,) (?P=verb) ",
@@ -284,8 +281,10 @@ _HABITS = (
     ),
     # programs and comments
     Habit(
-        r"^(?P<wrong>for|while|repeat|loop)\b.*", "the language has no loops", None,
-        'for repeated actions, write "from T to T every T: …"; for many runs, write a study',
+        r"^(?P<wrong>for|while|loop|repeat)\b.*",
+        "this is not how statements are repeated", None,
+        'write "repeat i from 1 to 8 { … }"; for actions at several times, "from T to T every '
+        'T: …"; for many runs, a study',
     ),
     Habit(
         rf"^(?P<wrong>(?:(?:def|function|param|set) )?(?P<what>{_UNUSED}{_WORDS}) ?"
@@ -332,9 +331,7 @@ def habit(m: Mistake) -> Diagnostic | None:
         if found is None or not found.start() <= m.found.start - start <= found.end() + 1:
             continue
         place = Span(m.source, start + found.start("wrong"), start + found.end("wrong"))
-        if one.hint == "union":
-            hint = _union(place, text, found["verb"], found["names"])
-        elif one.hint == "texts":
+        if one.hint == "texts":
             hint = _each_text(place, found["word"], re.findall(_TEXT, found["texts"]))
         elif one.hint == "range":
             hint = one_of(found["low"], found["high"], place)
@@ -344,21 +341,6 @@ def habit(m: Mistake) -> Diagnostic | None:
             hint = _hint(one, found, place)
         return Diagnostic("TIS312", one.message, place, hint)
     return None
-
-
-def _union(place: Span, text: str, verb: str, names: str) -> Hint:
-    """Return the hint to do something to each of several sets."""
-    union = f"set both = [{names}]"
-    if verb == "inflate":  # a union is no body
-        return Hint("give each body an action of its own")
-    if verb not in _EACH:
-        return Hint(f'give the union a name: "{union}"')
-    parts = re.split(r",| and ", names)
-    union = f"set both = [{', '.join(name.strip() for name in parts)}]"
-    each = "; ".join(f"{verb} {name.strip()}" for name in parts)
-    is_alone = ":" in text
-    edit = Edit(f"{{ {each} }}" if is_alone else each, place)
-    return Hint(f'write "{each}", or give the union a name: "{union}"', edit)
 
 
 def _each_text(place: Span, word: str, texts: list[str]) -> Hint:
@@ -405,9 +387,6 @@ def inches(m: Mistake) -> Diagnostic | None:
     message = "inches are not units of the language"
     return Diagnostic("TIS104", message, place, Hint(f'write "{text}"', Edit(text, place)))
 
-
-#: Actions that can be done to one set after the other.
-_EACH = ("fix", "free", "hold")
 
 _LONGEST = 2000
 

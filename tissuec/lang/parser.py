@@ -19,7 +19,7 @@ from tissuec.lang.builder import Builder, with_items, with_rows
 from tissuec.lang.grammar import Refused, StatementParser
 from tissuec.lang.known_statements import KnownStatements, key_of_tokens
 from tissuec.lang.mistake import ENDS, Mistake
-from tissuec.lang.syntax import Item, Module, Number
+from tissuec.lang.syntax import Block, Item, Module, Number, Sentence
 from tissuec.lang.tokens import Token
 from tissuec.lang.tree import Statement, Tree
 from tissuec.lang.tree_builder import MOST_PROBLEMS, in_order, tree_of
@@ -194,12 +194,21 @@ class _TreeParser:
             node = self._node(statement, rule)
             if must_end and not self.is_silent:
                 node = self._mistaken(statement, 0, ENDS)
+            elif _lists_outside_of_script(node, statement):
+                node = None if self.is_silent else self._misplaced_list(statement)
         except Refused as refused:
             place, accepted = (0, ENDS) if must_end else (refused.place, refused.accepted)
             node = None if self.is_silent else self._mistaken(statement, place, accepted)
         self.problems += _BUILDER.problems
         self.left_out += node is None
         return node
+
+    def _misplaced_list(self, statement: Statement) -> Any:
+        """Report names in a list where only an order can have them."""
+        sentence = statement.sentence
+        place = next(k for k, token in enumerate(sentence) if token.type == "LSQB")
+        accepted = statement_parser().accepted(sentence[:place], "statement")
+        return self._mistaken(statement, place, accepted - {"LSQB"})
 
     def _node(self, statement: Statement, rule: str) -> Any:
         """Return the syntax node of a statement, parsed unless an equal one is known."""
@@ -248,6 +257,13 @@ class _TreeParser:
         places = [problem.span for problem in problems]
         places += [note.span for problem in problems for note in problem.notes]
         return any(p and statement.start <= p.start <= statement.stop for p in places)
+
+
+def _lists_outside_of_script(node: Any, statement: Statement) -> bool:
+    """Return whether a sentence names a union, as ``fix [A, B]`` does, and is no order."""
+    if not isinstance(node, Sentence | Block) or not node.name.listed:
+        return False
+    return all(head.words[:1] != ["script"] for head in statement.chain)
 
 
 # --- for those who type -----------------------------------------------------------------------

@@ -43,11 +43,15 @@ class Name(Node, frozen=True):
     words: str  # unquoted words as written, single blanks between them; may be empty
     quoted: str | None  # the quoted part without its quotes
     span: Span
+    listed: "tuple[Name, ...]" = ()  # names of a union behind the words: ``fix [A, B]``
 
     @property
     def text(self) -> str:
         """Return the whole name as written, without quotes."""
-        return self.words if self.quoted is None else f"{self.words} {self.quoted}".strip()
+        text = self.words if self.quoted is None else f"{self.words} {self.quoted}".strip()
+        if self.listed:
+            text = f"{text} [{', '.join(name.text for name in self.listed)}]".strip()
+        return text
 
     @property
     def key(self) -> str:
@@ -145,6 +149,16 @@ class Power(Node, frozen=True):
     base: "Expression"
     exponent: "Expression"
     span: Span
+
+
+def as_name(node: "Expression") -> Name | None:
+    """Return a name, also ``[A, B]`` as that of a union; None for anything else."""
+    if isinstance(node, Name):
+        return node
+    if not isinstance(node, Listing) or not node.items:
+        return None
+    names = tuple(item for item in node.items if isinstance(item, Name) and not item.listed)
+    return Name("", None, node.span, names) if len(names) == len(node.items) else None
 
 
 # --- conditions -------------------------------------------------------------------------------

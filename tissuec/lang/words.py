@@ -29,7 +29,7 @@ JOINING_WORDS = {
     "on": "on log scale, or on each node.",
     "in": "A unit, a vocabulary, or a list of ids.",
     "as": "Reserved for later versions; not allowed in names.",
-    "like": "The tissue whose entries are inherited.",
+    "like": "The tissue or body whose entries are inherited.",
     "per": "The spring length that a value is given for, or the parts with separate numbers.",
     "using": "The time profile of a motion or a force, or the column of a table.",
     "over": "Over the whole run: over run.",

@@ -6,6 +6,7 @@ from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.lsp.terms import BlockKind
 from tissuec.scene.parts import entries_in, parts
+from tissuec.scene.repetition import REPEAT
 
 
 def block_of(statement: Statement) -> BlockKind:
@@ -20,6 +21,8 @@ def inside(head: Statement, outer: BlockKind) -> BlockKind:
     """Return the block that a head begins."""
     words = head.words
     first = words[0] if words else ""
+    if first == REPEAT:
+        return outer
     if outer.kind == "script":
         return BlockKind("script", "inner")
     if not outer.kind:

@@ -23,6 +23,8 @@ def named_with(prefix: Prefix) -> Expected:
             return Expected(files="use")
         case "", "quantity":
             return Expected((v.QUANTITY_TERMS,), declares="quantity")
+        case _, "repeat":
+            return Expected(declares="let")
         case "", part:
             return Expected(declares=part if part in (*parts("named"), "hedge") else "")
         case _, "region":
@@ -93,6 +95,8 @@ def expected_in(prefix: Prefix) -> Expected:
         return _formula(prefix)
     if prefix.clause:
         return in_clause(prefix)
+    if prefix.has_verb and call == "[":
+        return Expected((), objects(prefix))
     return _plain(prefix)
 
 

@@ -17,7 +17,11 @@ from tissuec.scene.entries import (
 )
 from tissuec.scene.graded import GRADABLE
 from tissuec.scene.parts import entries_in
+from tissuec.scene.repetition import ABOUT, FORMS, REPEAT
 from tissuec.script.measures import MEASURES
+
+#: Blocks that often hold statements that are alike.
+_REPEATING = ("body", "script", "output", "learn", "study", "environment")
 
 
 @cache
@@ -26,6 +30,8 @@ def entries(block: BlockKind) -> Terms:
     if not block.kind:
         return parts()
     found = {name: _term(entry) for name, entry in entries_in(*block).items()}
+    if block.kind in _REPEATING:
+        found[REPEAT] = Term(REPEAT, ENTRY, ABOUT, FORMS[0], " ")
     if block.kind in ("body", "region"):
         return {**graded(), **found}
     return {**_measured(), **found} if block.kind == "output" else found

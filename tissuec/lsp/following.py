@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
+from tissuec.scene.repetition import REPEAT
 from tissuec.scene.study_entries import AGGREGATES
 from tissuec.script.measures import MEASURES
 
@@ -34,7 +35,7 @@ def following(prefix: Prefix) -> list[str]:
         )
     if prefix.has("where"):
         return list(_LOGIC)
-    if kind == "script" and not prefix.has_verb:
+    if kind == "script" and not prefix.has_verb and head != REPEAT:
         return list(_OF_TRIGGERS)
     if kind == "study" and prefix.subject == "measure" and prefix.has("="):
         return list(_of_measure(prefix))

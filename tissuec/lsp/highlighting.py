@@ -34,6 +34,7 @@ from tissuec.lsp.textmate import (
     rule,
 )  # fmt: skip
 from tissuec.scene.parts import parts
+from tissuec.scene.repetition import REPEAT
 
 #: Where a line, or a statement, ends; and where one with a block does.
 _END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"
@@ -52,7 +53,7 @@ def grammar() -> Rule:
 
 def _repository() -> dict[str, list[Rule]]:
     blocks = {f"{kind}-part": [_part(kind)] for kind in parts("named", "single")}
-    first = rule(rf"{START}({'|'.join((*parts('text'), 'hedge'))})\b", {1: "part"})
+    first = rule(rf"{START}({'|'.join((*parts('text'), 'hedge', REPEAT))})\b", {1: "part"})
     rest = include("hedge", "set", "expect", "expression")
     return {
         "statements": [*include("basics", "table", *blocks), first, *rest],
@@ -325,6 +326,7 @@ def _orders() -> list[Rule]:
             if (literals := {form.literal for form in forms_of("script", verb) if form.literal})
         ),
         rule(rf"{before}({any_of(v.verbs())})", {1: "verb"}),
+        rule(rf"{before}({REPEAT})\b", {1: "entry"}),
         *_clauses("script", v.verbs()),
         rule(r"\b(table)(?=\s+\")", {1: "keyword"}),
         between(rf"{START}(when)\b", {1: "keyword"}, r"(?=[:;{}])|$", include("measures")),

@@ -20,6 +20,7 @@ from tissuec.lsp.following import following
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import ENTRY, BlockKind, Term, plain
+from tissuec.scene.repetition import REPEAT
 from tissuec.script.verbs import VERBS
 
 
@@ -210,7 +211,7 @@ class _PhraseReader:
             phrase = self._phrase(start, end, expected)
             if phrase.key in known and self.parts[end - 1].kind != STRING:
                 self.prefix.subject = phrase.key
-                self.prefix.head = phrase.key if self.block.kind == "" else ""
+                self.prefix.head = phrase.key if self.block.kind in ("", "script") else ""
                 yield phrase
                 if self._is_open(end, stop):
                     named = self._phrase(end, stop, context.named_with(self.prefix))
@@ -224,8 +225,11 @@ class _PhraseReader:
         """Yield a verb, words that go with it, and what it is done to."""
         prefix = self.prefix
         verb = self.parts[start].text.lower() if start < stop else ""
+        if verb == REPEAT:
+            yield from self._entry(start, stop)
+            return
         if verb not in VERBS:
-            yield self._phrase(start, stop, Expected((v.verbs(),)))
+            yield self._phrase(start, stop, Expected((v.verbs(), entries(self.block))))
             return
         prefix.head, prefix.object = verb, ""
         yield self._phrase(start, start + 1, Expected((v.verbs(),)))

@@ -34,10 +34,16 @@ class Symbol(Struct, frozen=True):
 
 def symbols_of(declarations: Declarations) -> Iterator[Symbol]:
     """Yield all names that are declared, and those inside of their blocks."""
+    for name in declarations.indices:
+        yield Symbol("let", name.text, name.span)
     for kind, names in declarations.named.items():
+        written = set[int]()  # starts of names that hold the index of a repetition
         for declared in names.values():
             name, sorts = declared.name, _sorts(declared, declarations)
             yield Symbol(kind, name.text, name.span, "", sorts)
+            if name.span.repetition and name.quoted is None and name.span.start not in written:
+                written.add(name.span.start)
+                yield Symbol(kind, name.span.one_line, name.span, "", sorts)
             yield from _inside(kind, declared)
 
 

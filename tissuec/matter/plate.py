@@ -44,8 +44,8 @@ class Plate(Struct, frozen=True, eq=False):
 
 def plate(mesh: Mesh) -> Plate:
     """Return the hinges of a mesh with a skin."""
-    if mesh.grid is not None:
-        return _of_grid(mesh, mesh.grid)
+    if (grid := mesh.even_grid) is not None:
+        return _of_grid(mesh, grid)
     nodes = around_edges(mesh.skin)
     i, j, k, m = (mesh.position[nodes[:, corner]] for corner in range(4))
     edge = j - i

@@ -64,8 +64,8 @@ def surface(mesh: Mesh, fibres: Fibres | None = None) -> Surface:
     Raises:
         ValueError: Some springs lie in no face of the surface, and not across a tube.
     """
-    if mesh.grid is not None:
-        return _of_grid(mesh, mesh.grid, fibres)
+    if (grid := mesh.even_grid) is not None:
+        return _of_grid(mesh, grid, fibres)
     if fibres is not None:
         raise ValueError("fibres need springs in rows, as those of a sheet or a tube")
     constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE

@@ -21,8 +21,8 @@ from tissuec.meshes.slivers import poor_ones
 from tissuec.model.topology import lower_and_upper
 
 BRICKS = ("hexahedron", "wedge")  # whose nodes are the corners of their cells
-#: Orders of nodes that turn elements inside out.
-_MIRRORED = {
+#: Orders of corners that turn elements inside out.
+MIRRORED = {
     "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3],
     "wedge": [3, 4, 5, 0, 1, 2],
     "tetrahedron": [1, 0, 2, 3],
@@ -88,7 +88,7 @@ def _turned(name: str, position: Floats, nodes: Indices) -> Indices:
         content = volumes(position, nodes)
     else:
         content = Measures.of(SHAPES[name], position[nodes]).volume.sum(axis=1)
-    return np.where((content < 0.0)[:, None], nodes[:, _MIRRORED[name]], nodes)
+    return np.where((content < 0.0)[:, None], nodes[:, MIRRORED[name]], nodes)
 
 
 def _with_middles(

@@ -8,6 +8,7 @@ import numpy as np
 from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
+from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import MESHES, Generator
 from tissuec.meshes.generators.lattice import Lattice
@@ -33,12 +34,14 @@ from tissuec.scene.element_bodies import (
     refuse_entries,
     refuse_mesh,
 )
-from tissuec.scene.entries import NEEDED, by_name, entry
+from tissuec.scene.entries import NEEDED, BlockEntries, by_name, entries_of_members, entry
 from tissuec.scene.entry_hints import unknown_entry
 from tissuec.scene.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
 from tissuec.scene.graded import GRADABLE, is_graded, read_graded, require_of_tissue
+from tissuec.scene.likeness import names_like
 from tissuec.scene.model import Bending, Body, Graded, MadeOfElements, Tables, Tissue
 from tissuec.scene.parts import SCENE, block, declare
+from tissuec.scene.placement import PLACEMENT_ENTRIES, is_placement, read_placement
 from tissuec.scene.prestress import DIRECTION_ENTRY, PRESTRESS
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.resolved import ResolvedProgram
@@ -47,12 +50,19 @@ from tissuec.scene.tissue_names import read_tissue, tissue_entry
 
 EXPLICIT = "explicit"
 ENTRIES = by_name(
-    entry("mesh", OneOf(MESHES, True, MESHES), "the mesh of nodes and springs", NEEDED),
+    entry(
+        "mesh", OneOf(MESHES, True, MESHES), "the mesh of nodes and springs", NEEDED,
+        opens=BlockEntries(
+            lambda kind: {**entries_of_members(MESHES, kind), **PLACEMENT_ENTRIES}
+        ),
+    ),
     MADE_ENTRY, tissue_entry("the tissue of the body"), REGION_ENTRY, SPRINGS_ENTRY, RUPTURE,
-    BENDING_ENTRY, FIBRES_ENTRY, SECOND_FIBRES_ENTRY, DIRECTION_ENTRY, INTERFACE_ENTRY, *VALUES,
+    BENDING_ENTRY, FIBRES_ENTRY, SECOND_FIBRES_ENTRY, DIRECTION_ENTRY, INTERFACE_ENTRY,
+    *PLACEMENT_ENTRIES.values(), *VALUES,
 )  # fmt: skip
 declare(
-    "body", "A mesh made of tissue.", 22,
+    "body", "A mesh made of tissue.", 22, forms=("body NAME like BODY",),
+    example="body NAME { … }",
     block=block(ENTRIES), read=lambda program, declared: _BodyReader(program, declared).read(),
     names=SCENE, entries_vary=True,
 )  # fmt: skip
@@ -97,6 +107,8 @@ class _BodyReader:
         self.elements: MadeOfElements | None = None
         self.may_be_elements = False  # also where that is written wrong
         self.mesh_places: Mapping[str, Span] = {}
+        self.mesh_placement: Affine | None = None
+        self.placements: list[s.Item] = []
         self.rest: dict[str, Any] = {}
         self.graded: list[Graded] = []
 
@@ -107,6 +119,7 @@ class _BodyReader:
                 self._item(item)
                 continue
             self._doubt(item)
+        placement = read_placement(self.placements, self.scope)
         is_whole = self.findings.failures == failures
         if self.mesh is None and self.mesh_kind != EXPLICIT and not is_whole:
             self.findings.stop()  # the mesh may be what is wrong
@@ -137,6 +150,8 @@ class _BodyReader:
             name=self.name.text,
             mesh=self.mesh,
             tables=tables,
+            mesh_placement=self.mesh_placement,
+            placement=placement,
             tissue=self.tissue,
             regions=tuple(self.parts.regions),
             interface=self.rest.get("interface", ""),
@@ -186,6 +201,9 @@ class _BodyReader:
         key = "made" if _is_made_of(item) else item.name.key
         if key == "interface" and not isinstance(item, s.Assign) and item.clauses:
             self.parts.read_interface(item)
+            return
+        if is_placement(item):
+            self.placements.append(item)
             return
         if key == "springs":
             self.parts.read_springs(item)
@@ -250,17 +268,20 @@ class _BodyReader:
                 hint=alternatives(kind.key, MESHES, what="meshes"),
             )
         self.mesh_kind = kind.key
+        items = item.items if isinstance(item, s.Block) else ()
+        with self.findings.together():
+            self.mesh_placement = read_placement(tuple(filter(is_placement, items)), self.scope)
+        items = tuple(one for one in items if not is_placement(one))
         if kind.key == EXPLICIT:
-            if isinstance(item, s.Block) and item.items:
+            if items:
                 self.findings.reject(
                     "TIS303",
                     "an explicit mesh is given by tables, not by entries",
-                    item.items[0].span,
+                    items[0].span,
                     hint=f"table nodes of {self.name.text} in mm "
                     'with columns "id x y z" { … }',
                 )
             return
-        items = item.items if isinstance(item, s.Block) else ()
         where = item.head if isinstance(item, s.Block) else item.span
         is_wrong = "tissue" in self.once and self.tissue is None  # and may be matter
         may_be_elements = self.may_be_elements or (
@@ -315,7 +336,10 @@ class _BodyReader:
         return made.span if wall and "bending" not in self.once else shell
 
     def _tables(self) -> Tables | None:
-        tables = tables_of(self.name, self.declarations, self.findings)
+        tables: dict[str, s.Table] = {}
+        # Of the nearest body that has a table of a kind.
+        for name in names_like(self.name, self.declarations, self.findings):
+            tables = tables_of(name, self.declarations, self.findings) | tables
         if self.mesh_kind == EXPLICIT:
             return explicit_tables(self.name, self.block.head, tables, self.laws, self.findings)
         if tables:

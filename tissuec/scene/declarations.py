@@ -20,6 +20,7 @@ from tissuec.scene.imports import Program
 from tissuec.scene.library import Library
 from tissuec.scene.metadata import MEANT, TEXTS, Metadata, is_metadata, with_text
 from tissuec.scene.parts import PARTS, SCENE, example_of, parts, sharing
+from tissuec.scene.repetition import REPEAT, repeated
 
 T = TypeVar("T")
 
@@ -62,6 +63,8 @@ class Declarations(Struct):
     uses: dict[str, Span] = field(default_factory=dict[str, Span])
     #: Of the program, if it has any.
     functions: Functions | None = None
+    #: Indices of repetitions.
+    indices: list[s.Name] = field(default_factory=list[s.Name])
     #: Entries that ``--set`` has replaced, as they are written.
     replaced: tuple[s.Item, ...] = ()
 
@@ -115,6 +118,8 @@ class Declarations(Struct):
         return known[name.key]
 
 
+#: Leads to what something is based on.
+LIKE = "like"
 _USES = ("import", "include", "load", "require", "from")
 _BASED = re.compile(r"(.+?) (?:extends|inherits|inherits from|copies) (.+)")
 
@@ -134,7 +139,10 @@ def collect(program: Program, findings: Findings) -> Declarations:
         ):
             declarations.uses[f"{item.name.quoted.removesuffix('.tis')}.tis"] = item.span
     for module in program.modules:
-        for item in module.items:
+        items = module.items
+        if REPEAT[1:] in module.source.text:
+            items = repeated(items, findings, declarations.indices)
+        for item in items:
             with findings.item():
                 _enter(item, declarations, findings, is_main=module is program.main)
                 continue
@@ -229,11 +237,11 @@ def without(name: s.Name, word: str) -> s.Name | None:
     ``without(tissue "head of pancreas", "tissue")`` is the quoted name alone.
     """
     first, _, rest = name.words.partition(" ")
-    if first.lower() != word or not (rest or name.quoted is not None):
+    if first.lower() != word or not (rest or name.quoted is not None or name.listed):
         return None
     start = name.span.text.find(rest or '"', len(first)) if rest else name.span.text.find('"')
-    span = type(name.span)(name.span.source, name.span.start + max(start, 0), name.span.end)
-    return s.Name(rest, name.quoted, span)
+    span = replace(name.span, start=name.span.start + max(start, 0))
+    return s.Name(rest, name.quoted, span, name.listed)
 
 
 def _declare(
@@ -245,9 +253,9 @@ def _declare(
     if PARTS[word].sort == "named" and clauses and "from" not in takes:
         clause = clauses[0]
         if clause.word not in takes or len(clauses) > 1:
-            if kind == "tissue" and clause.word == "from":
+            if LIKE in takes and clause.word == "from":
                 hint = Hint(
-                    f"write tissue {name.text} like {clause.value.span.text}",
+                    f"write {kind} {name.text} like {clause.value.span.text}",
                     Edit(
                         "like",
                         Span(
@@ -257,7 +265,7 @@ def _declare(
                         ),
                     ),
                 )
-                message = 'a tissue is based on another with "like"'
+                message = f'a {kind} is based on another with "like"'
                 findings.reject("TIS312", message, clause.span, hint=hint)
             quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"
             findings.reject(
@@ -268,12 +276,12 @@ def _declare(
                     f'write {kind} "{quoted}"', Edit(f'"{quoted}"', name.span.to(clause.span))
                 ),
             )
-    if kind == "tissue" and (based := _BASED.fullmatch(name.words)):
+    if LIKE in takes and (based := _BASED.fullmatch(name.words)):
         hint = Hint(
-            f"write tissue {based[1]} like {based[2]}", Edit(f"{based[1]} like {based[2]}")
+            f"write {kind} {based[1]} like {based[2]}", Edit(f"{based[1]} like {based[2]}")
         )
         findings.reject(
-            "TIS312", 'a tissue is based on another with "like"', name.span, hint=hint
+            "TIS312", f'a {kind} is based on another with "like"', name.span, hint=hint
         )
     if name.words in SYMBOLS and name.quoted is None and PARTS[word].names == SCENE:
         hint = 'choose a word, also where it is used, such as "load" or "length of A"'

@@ -56,7 +56,7 @@ class Entry(Struct, frozen=True):
         repeats: Whether a block can have it several times.
         more: Further forms beside that of its kind.
         begins: What an editor writes after its name; by default what its forms have in common.
-        opens: The block that it can open, if not one of a member of a family.
+        opens: The block that it can open, if not one of a member of a family alone.
         reads: Returns its value from its item and the scope, if its kind does not say how.
     """
 
@@ -79,6 +79,8 @@ class Entry(Struct, frozen=True):
     def forms(self) -> tuple[str, ...]:
         """The ways to write it, such as ``radius = …``."""
         own = self.kind.forms if isinstance(self.kind, Written) else (_form(self),)
+        if isinstance(self.kind, FromTo) and self.kind.may_bend:
+            own = (*own, f"{self.name} through [ … ]")
         return (*own, *self.more)
 
     @property
@@ -98,7 +100,7 @@ class Entry(Struct, frozen=True):
     def inside(self) -> "BlockEntries | None":
         """The block that it can open."""
         members = self.members
-        if members:
+        if members and self.opens is None:
             return BlockEntries(lambda chosen: entries_of_members(members, chosen))
         return self.opens
 
@@ -310,8 +312,8 @@ def kind_in_words(kind: Kind) -> str:
             return "" if is_family else " or ".join(map(code, words)) or "a word"
         case Point(dimension):
             return f"a vector: {describe(dimension)}"
-        case FromTo():
-            return "two points"
+        case FromTo(may_bend=may_bend):
+            return "two points, or a list of points" if may_bend else "two points"
         case Several(dimension, at_least):
             return f"a list of at least {at_least}: {describe(dimension)}"
         case FileIn(dimension):

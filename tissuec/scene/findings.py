@@ -34,6 +34,7 @@ class Findings:
     def __init__(self) -> None:
         self._found: dict[Diagnostic, None] = {}
         self._notes: tuple[Note, ...] = ()  # on whatever is found now
+        self._repeated: dict[tuple[object, ...], str] = {}
         self.failures = 0
         self._doubtful: set[str] = set()
         self._all_are_doubtful = False
@@ -53,10 +54,22 @@ class Findings:
     def extend(self, findings: Iterable[Diagnostic]) -> None:
         """Record findings that were made elsewhere, each once."""
         for finding in findings:
+            if self._is_told(finding):
+                self.failures += finding.severity == "error"
+                continue
             if self._notes:
                 finding = replace(finding, notes=(*finding.notes, *self._notes))
             self.failures += finding.severity == "error"
             self._found[finding] = None
+
+    def _is_told(self, finding: Diagnostic) -> bool:
+        """Return whether the same was found in an earlier repetition of a statement."""
+        span = finding.span
+        if span is None or not span.repetition:
+            return False
+        key = finding.code, span.source, span.start, span.end
+        is_first = self._repeated.setdefault(key, span.repetition) == span.repetition
+        return not is_first
 
     def reject(
         self,

@@ -120,8 +120,8 @@ class _JointReader:
             self._wrong_ends(item)
         if [clause.word for clause in item.clauses] != ["from", "to"]:
             self._wrong_ends(item)
-        first, second = (clause.value for clause in item.clauses)
-        if not isinstance(first, s.Name) or not isinstance(second, s.Name):
+        first, second = (s.as_name(clause.value) for clause in item.clauses)
+        if first is None or second is None:
             self._wrong_ends(item)
         return first, second
 

@@ -17,6 +17,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.scene.learning_errors import errors_in
+from tissuec.scene.repetition import is_repeat
 
 MATTER = "matter/"  # where presets of matter are
 SPRINGS = "tissues/"  # where those of single springs are
@@ -182,6 +183,8 @@ def files_of(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
 def belongs_to_scenes(item: s.Item) -> bool:
     """Return whether an item is a body, or something else that only scenes have."""
     match item:
+        case s.Block() if is_repeat(item):
+            return any(map(belongs_to_scenes, item.items))
         case s.Block():
             return item.name.key.split(" ")[0] in SCENE_BLOCKS
         case s.Assign(keyword="set") | s.Table():

@@ -73,8 +73,9 @@ def _target(
     if item is None:
         item, others = _single(what, "acts", example, block, block.items, scope, "acts on")
         match item:
-            case s.Sentence(phrase=None, clauses=(s.Clause("on", s.Name() as name),)):
-                return name, others
+            case s.Sentence(phrase=None, clauses=(s.Clause("on", value),)):
+                if (name := s.as_name(value)) is not None:
+                    return name, others
             case _:
                 pass
     scope.findings.reject(

@@ -7,6 +7,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Source, Span
 from tissuec.forces import Force
+from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
@@ -278,6 +279,9 @@ class Body(Struct, frozen=True, eq=False):
 
     Attributes:
         mesh: The generator; None for an explicit mesh, which stands in ``tables``.
+        mesh_placement: What its mesh block does with the mesh; None if it stays where it is.
+        placement: What is then done with the body as it is described: its mesh, regions and
+            directions; None if it stays where it is.
         tissue: None where tables give everything.
         thickness, section: Of a wall [m], of the springs of an explicit net [m²]; None if not
             written.
@@ -304,6 +308,8 @@ class Body(Struct, frozen=True, eq=False):
     name: str
     mesh: Generator | None
     tables: Tables | None
+    mesh_placement: Affine | None
+    placement: Affine | None
     tissue: Tissue | None
     regions: tuple[Region, ...]
     interface: str
@@ -324,6 +330,13 @@ class Body(Struct, frozen=True, eq=False):
     is_whole: bool
     span: Span
     graded: tuple[Graded, ...] = ()
+
+    @property
+    def whole_placement(self) -> Affine | None:
+        """Return what is done with the mesh in all; None if it stays where it is."""
+        if self.mesh_placement is None or self.placement is None:
+            return self.placement or self.mesh_placement
+        return self.mesh_placement.then(self.placement)
 
     @property
     def may_rupture(self) -> bool:

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.scene.declarations import Declarations, collect
+from tissuec.scene.declarations import LIKE, Declarations, collect
 from tissuec.scene.entry_overrides import read_overrides
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
 from tissuec.scene.laws import read_laws
 from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.learning import read_learn_blocks
+from tissuec.scene.likeness import read_each_like
 from tissuec.scene.members import read_force
 from tissuec.scene.model import Environment, Scene
 from tissuec.scene.parameters import Constants
@@ -113,7 +114,10 @@ def _read_blocks(words: ResolvedProgram) -> dict[str, dict[str, Any]]:
     for kind, part in parts("named").items():
         if part.read is not None:
             read = partial(part.read, words)
-            found[kind] = declarations.read_each(kind, read, findings)
+            if LIKE in part.clauses:
+                found[kind] = read_each_like(kind, read, declarations, findings)
+            else:
+                found[kind] = declarations.read_each(kind, read, findings)
     return found
 
 

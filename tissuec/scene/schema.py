@@ -361,14 +361,29 @@ def refuse_sign(item: s.Item, scope: Scope, *, example: str) -> None:
     )
 
 
-def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tuple[Any, Any]:
-    if not isinstance(item, s.Sentence) or [c.word for c in item.clauses] != ["from", "to"]:
+def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tuple[Any, ...]:
+    if not isinstance(item, s.Sentence) or item.phrase is not None:
         _wrong_form(entry, item, scope)
+    nodes = [clause.value for clause in item.clauses]
+    match [clause.word for clause in item.clauses]:
+        case ["from", "to"]:
+            pass
+        case ["through"] if kind.may_bend:
+            nodes = _points_of_curve(entry, nodes[0], scope)
+        case _:
+            _wrong_form(entry, item, scope)
     point = Point(kind.dimension)
-    first, last = (
-        read_value(point, clause.value, scope, what=entry.name) for clause in item.clauses
-    )
-    return first, last
+    return tuple(read_value(point, node, scope, what=entry.name) for node in nodes)
+
+
+def _points_of_curve(entry: Entry, node: s.Expression, scope: Scope) -> list[s.Expression]:
+    """Return the points of a curve, which are listed."""
+    if isinstance(node, s.Listing) and len(node.items) > 2:
+        return list(node.items)
+    scope.findings.reject(
+        "TIS312", f"{entry.name} must lead through a list of three points or more", node.span,
+        hint=f"for example: {entry.name} through [(0, 0, 0) mm, (20, 0, 0) mm, (30, 10, 0) mm]",
+    )  # fmt: skip
 
 
 def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:

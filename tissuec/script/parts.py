@@ -72,11 +72,13 @@ class SubjectPart(Part, frozen=True):
             that is "moved".
         places: What it can be, in forms.
         word: The joining word; empty directly behind the verb.
+        alone: Whether it is one set or body, and no union.
     """
 
     kind: Literal["nodes", "springs", "moved"]
     places: tuple[Placeholder, ...]
     word: str = ""
+    alone: bool = False
 
 
 class ToolClause(ClausePart, frozen=True):

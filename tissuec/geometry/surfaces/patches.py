@@ -122,7 +122,8 @@ def _patches(skin: Skin, pieces: int) -> "tuple[csr_array, Indices]":
     assert skin.grid is not None
     _, columns, closed = skin.grid
     whole = skin.is_whole.reshape(-1, 2)
-    corners = skin.triangles.reshape(-1, 6)[:, [0, 1, 5, 2]]
+    is_mirrored = skin.triangles[0, 1] != skin.triangles[0, 0] + 1
+    corners = skin.triangles.reshape(-1, 6)[:, [0, 2, 4, 1] if is_mirrored else [0, 1, 5, 2]]
     width = columns * pieces if closed else (columns - 1) * pieces + 1
     place, triangles = _divided(pieces)
     row, column = np.divmod(corners[:, :1], columns)
@@ -141,7 +142,8 @@ def _patches(skin: Skin, pieces: int) -> "tuple[csr_array, Indices]":
     shape = len(points), 4 * skin.nodes
     matrix = csr_array((weights.ravel(), vector.ravel(), start), shape=shape)
     matrix.eliminate_zeros()
-    return matrix, triangle.reshape(-1, 3)
+    triangle = triangle.reshape(-1, 3)
+    return matrix, triangle[:, [0, 2, 1]] if is_mirrored else triangle
 
 
 @lru_cache(maxsize=8)

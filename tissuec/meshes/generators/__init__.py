@@ -12,6 +12,8 @@ from tissuec.core.fields import LocatedFile
 from tissuec.core.registry import Family
 from tissuec.model.network import Grid
 
+_ALIKE = 1e-6  # relative difference of lengths that are equal, far from the origin as well
+
 
 class FileOrigin(Struct, frozen=True):
     """The file that a mesh was read from, and the SHA-256 digest of its bytes."""
@@ -48,6 +50,8 @@ class Mesh(Struct, frozen=True, eq=False):
         groups: Nodes of the parts that a file names, by name, ascending.
         shares: By what the spring constant and the viscosity that the tissue gives are
             multiplied, shape (spring,); None where each spring gets them as they are.
+        shared_by_area: Whether ``shares`` follow the areas of triangles, and not the volumes of
+            tetrahedra.
         origin: Where it was read from; None for what is generated.
         remarks: What its author should know about it.
     """
@@ -59,12 +63,28 @@ class Mesh(Struct, frozen=True, eq=False):
         default_factory=dict[str, NDArray[np.int64]]
     )
     shares: NDArray[np.float64] | None = None
+    shared_by_area: bool = False
     origin: FileOrigin | None = None
     remarks: tuple[str, ...] = ()
     grid: Grid | None = None
     volume: NDArray[np.float64] | None = None
     tetrahedra: NDArray[np.int64] | None = None
     elements: tuple[ElementMesh, ...] = ()
+
+    @property
+    def even_grid(self) -> Grid | None:
+        """Return the rows and columns if all of their cells are alike; None if they differ."""
+        if self.grid is None:
+            return None
+        rows, columns, closed = self.grid
+        place = self.position.reshape(rows, columns, 3)
+        if closed:
+            place = np.concatenate([place, place[:, :1]], axis=1)
+        along, down = np.diff(place, axis=1), np.diff(place, axis=0)
+        across = place[1:, 1:] - place[:-1, :-1]
+        lengths = [np.linalg.norm(sides, axis=2) for sides in (along, down, across)]
+        is_even = all(np.ptp(one) <= _ALIKE * one.max() for one in lengths)
+        return self.grid if is_even else None
 
     def with_ends(self, ends: NDArray[np.int32]) -> "Mesh":
         """Return this mesh with other springs, given by node pairs of shape (spring, 2)."""

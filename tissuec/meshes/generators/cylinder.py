@@ -4,13 +4,13 @@ from typing import Annotated
 
 import numpy as np
 
-from tissuec.core.fields import Length, LengthIfAny, OneOf, Points
+from tissuec.core.fields import Axis, Length, LengthIfAny, OneOf
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
+from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline, Rings
 from tissuec.meshes.generators.hexahedral import Hexahedral, in_order_of_vtk
 from tissuec.meshes.generators.limits import require_limits
 from tissuec.meshes.generators.round_cells import RoundCells
-from tissuec.meshes.generators.tube import perpendicular_frame
 
 #: For each of the two directions across the axis, whether only the positive half is drawn.
 PARTS = {"whole": (False, False), "half": (False, True), "quarter": (True, True)}
@@ -25,29 +25,34 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
     planes of symmetry through the axis. They face the direction in which a tube has its first
     side, and the direction at right angles to it.
 
+    The axis can lead through a list of points, as that of a tube; then the cylinder is whole.
+
     Nodes of the ends and of the surface around the axis are the groups ``first end``, ``last
     end`` and ``side``.
 
     A net of springs has springs along the edges of the cells and the diagonals of their faces.
 
     Attributes:
-        axis: Centres of the first and the last end.
+        axis: Centres of the first and the last end, or points of a curve.
         radius: Radius of the cylinder at its first end.
         end_radius: Radius at its last end; by default, that of the first end.
         cell: Typical edge of a cell; there are at least four cells across.
+        bends: How a curve leads through its points: smooth, or sharp with straight pieces.
         part: The part of the cylinder that is drawn: whole, half or quarter.
     """
 
-    axis: Points
+    axis: Axis
     radius: Length
     cell: Length
     end_radius: LengthIfAny = None
+    bends: Annotated[str, OneOf(BENDS)] = SMOOTH
     part: Annotated[str, OneOf(tuple(PARTS))] = "whole"
 
     def __post_init__(self) -> None:
         require_limits(self)
-        if np.array_equal(*self.axis):
-            raise ValueError('"axis" must join two different points')
+        if self.part != "whole" and len(self.axis) > 2:
+            raise ValueError(f'"part is {self.part}" needs a straight axis')
+        self._rings()
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -62,12 +67,9 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
         """Return nodes, hexahedra, and the ends and the side; see ``Hexahedral``."""
         place, squares, circle = self._round.build()
         count, along = len(place), self._along
-        start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)
-        frame = np.stack(perpendicular_frame(end - start))
-        share = np.linspace(0.0, 1.0, along + 1)[:, None, None]
-        last = self.radius if self.end_radius is None else self.end_radius
-        radius = (1.0 - share) * self.radius + share * last
-        position = (1.0 - share) * start + share * end + radius * (place @ frame)
+        centre, across, share = self._rings()
+        radius = (1.0 - share) * self.radius + share * self._last
+        position = centre[:, None] + radius[:, None, None] * (place @ across)
         layer = count * np.arange(along)[:, None, None] + squares
         cells = np.concatenate([layer, layer + count], axis=2).reshape(-1, 8)
         first = np.arange(count)
@@ -81,8 +83,22 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
     @property
     def _along(self) -> int:
         """Return the number of cells along the axis."""
-        start, end = self.axis
-        return max(round(float(np.linalg.norm(end - start)) / self.cell), 1)
+        line = self._line
+        least = 1 if line.is_straight else len(self.axis) - 1
+        return max(round(line.length / self.cell), least)
+
+    @property
+    def _line(self) -> Centreline:
+        return Centreline(self.axis, self.bends)
+
+    @property
+    def _last(self) -> float:
+        """Return the radius at the last end [m]."""
+        return self.radius if self.end_radius is None else self.end_radius
+
+    def _rings(self) -> Rings:
+        """Return the layers of nodes; ValueError if they intersect."""
+        return self._line.rings(self._along + 1, self.radius, self._last)
 
     @property
     def _round(self) -> RoundCells:

@@ -249,6 +249,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             shape.skin.astype(np.int32),
             groups=self._groups(filling),
             shares=shares,
+            shared_by_area=self.stiffness == AREA,
             origin=FileOrigin(self.file, self._digest),
             remarks=(*shape.remarks, *filling.remarks),
             volume=self._volume(position, filling),

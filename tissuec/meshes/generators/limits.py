@@ -41,8 +41,9 @@ def _problem(value: Any, declared: object) -> str:
             return _outside(value, at_least, at_most, dimension)
         case Point():
             return _not_points(value, (3,))
-        case FromTo():
-            return _not_points(value, (2, 3))
+        case FromTo(may_bend=may_bend):
+            count = max(len(value), 2) if may_bend else 2
+            return _not_points(value, (count, 3))
         case _:
             return ""
 

@@ -1,17 +1,18 @@
-"""A tube with a thick wall, such as an artery: layers of hexahedra around a straight axis."""
+"""A tube with a thick wall, such as an artery: layers of hexahedra around an axis."""
 
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.fields import Count, Length, OneOf, Points, UnfitEntries, Whole
+from tissuec.core.fields import Axis, Count, Length, LengthIfAny, OneOf, UnfitEntries, Whole
 from tissuec.core.units import LENGTH, show
+from tissuec.core.vectors import cross, norm
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
+from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline, Rings
 from tissuec.meshes.generators.hexahedral import Hexahedral
 from tissuec.meshes.generators.limits import require_limits
-from tissuec.meshes.generators.tube import perpendicular_frame
 
 PARTS = {"whole": 1, "half": 2, "quarter": 4}
 
@@ -24,33 +25,39 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
     begins where that of a thin tube would; half a tube, or a quarter, also begins there, and
     ends at a plane of symmetry. All layers are equally thick.
 
+    The axis can lead through a list of points, as that of a thin tube; then the tube is whole.
+
     Nodes of the ends and of both surfaces are the groups ``first end``, ``last end``,
     ``inside`` and ``outside``.
 
     A net of springs has springs along the edges of the cells and the diagonals of their faces.
 
     Attributes:
-        axis: Centres of the first and the last ring.
+        axis: Centres of the first and the last ring, or points of a curve.
         inner_radius: Distance of the innermost nodes from the axis.
         outer_radius: Distance of the outermost nodes from the axis.
         rings: Number of rings of nodes, both ends included.
         sides: Number of cells around the axis of the whole tube.
         layers: Number of cells across the wall.
+        end_inner_radius: Inner radius at the last end; by default, that of the first end.
+        end_outer_radius: Outer radius at the last end; by default, that of the first end.
+        bends: How a curve leads through its points: smooth, or sharp with straight pieces.
         part: The part of the tube that is drawn: whole, half or quarter.
     """
 
-    axis: Points
+    axis: Axis
     inner_radius: Length
     outer_radius: Length
     rings: Annotated[int, Whole(at_least=2)]
     sides: Annotated[int, Whole(at_least=3)]
     layers: Count = 2
+    end_inner_radius: LengthIfAny = None
+    end_outer_radius: LengthIfAny = None
+    bends: Annotated[str, OneOf(BENDS)] = SMOOTH
     part: Annotated[str, OneOf(tuple(PARTS))] = "whole"
 
     def __post_init__(self) -> None:
         require_limits(self)
-        if np.array_equal(*self.axis):
-            raise ValueError('"axis" must join two different points')
         if not self.inner_radius < self.outer_radius:
             inner, outer = (show(r, LENGTH) for r in (self.inner_radius, self.outer_radius))
             raise UnfitEntries(
@@ -59,10 +66,18 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
                 if self.inner_radius > self.outer_radius
                 else "the difference of both is the thickness of the wall",
             )
+        (_, inner), (_, outer) = self._radii
+        if not inner < outer:
+            raise ValueError(
+                "the outer radius at the last end must be larger than the inner one"
+            )
+        if self.part != "whole" and len(self.axis) > 2:
+            raise ValueError(f'"part is {self.part}" needs a straight axis')
         if self.sides % PARTS[self.part]:
             raise ValueError(
                 f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'
             )
+        self._along()
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -101,12 +116,44 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         corners = [part[:-1] for part in lower] + [part[1:] for part in lower]
         return np.stack([part.ravel() for part in corners], axis=1)
 
+    @property
+    def _radii(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the inner and the outer radius, at the first and the last end each."""
+        inner, outer = self.inner_radius, self.outer_radius
+        return (inner, self.end_inner_radius or inner), (outer, self.end_outer_radius or outer)
+
+    def _along(self) -> Rings:
+        """Return the rings; ValueError if they intersect."""
+        return Centreline(self.axis, self.bends).rings(self.rings, *self._radii[1])
+
+    @property
+    def is_even(self) -> bool:
+        """Return whether it is straight and equally wide everywhere."""
+        return len(self.axis) == 2 and all(first == last for first, last in self._radii)
+
     def _position(self) -> Floats:
-        start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)
-        across, upward = perpendicular_frame(end - start)
+        centre, across, share = self._along()
         angle = np.arange(self._columns)[:, None] * (2.0 * np.pi / self.sides)
-        ring = np.cos(angle) * across + np.sin(angle) * upward
-        radius = np.linspace(self.inner_radius, self.outer_radius, self.layers + 1)
-        centre = np.linspace(start, end, self.rings)
-        wall = ring[:, None] * radius[:, None]
+        ring = np.cos(angle) * across[:, :1] + np.sin(angle) * across[:, 1:]
+        ends = [np.linspace(inner, outer, self.layers + 1) for inner, outer in self._ends()]
+        radius = ends[0] + share[:, None] * (ends[1] - ends[0])
+        wall = ring[:, :, None] * radius[:, None, :, None]
         return (centre[:, None, None, :] + wall).reshape(-1, 3)
+
+    def _ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return both radii [m] at the first end, and at the last one."""
+        (inner, last_inner), (outer, last_outer) = self._radii
+        return (inner, outer), (last_inner, last_outer)
+
+
+def along_and_around(corners: Floats) -> tuple[Floats, Floats]:
+    """Return unit vectors along and around a tube in its cells, shape (cell, 3) each.
+
+    Args:
+        corners: Of the hexahedra of a thick tube, also of one that was moved, shape
+            (cell, 8, 3).
+    """
+    along = corners[:, 4:].sum(axis=1) - corners[:, :4].sum(axis=1)
+    outward = corners[:, [1, 2, 5, 6]].sum(axis=1) - corners[:, [0, 3, 4, 7]].sum(axis=1)
+    around = cross(along, outward)
+    return along / norm(along)[:, None], around / norm(around)[:, None]

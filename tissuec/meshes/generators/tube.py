@@ -1,4 +1,4 @@
-"""A tube: rings of nodes around a straight axis, such as a vessel or a Fallopian tube."""
+"""A tube: rings of nodes around an axis, such as a vessel or a Fallopian tube."""
 
 from typing import Annotated
 
@@ -6,8 +6,9 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.fields import Length, OneOf, Points, Whole
+from tissuec.core.fields import Axis, Length, LengthIfAny, OneOf, Whole
 from tissuec.meshes.generators import MESHES, Mesh
+from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline, Rings
 from tissuec.meshes.generators.joining import Pairs, grid_pairs, grid_triangles, springs
 from tissuec.meshes.generators.limits import require_limits
 from tissuec.model.network import Grid
@@ -27,26 +28,35 @@ class Tube(Struct, frozen=True, eq=False):
     opposite node. Crossed springs need 6 sides. Spokes cross each ring to the opposite node or,
     if the number of sides is odd, to the two nodes nearest to it. Spokes need 4 sides.
 
+    The axis is straight, or leads through a list of points. Along a curve, rings are at right
+    angles to it and do not twist about it. They must not intersect: the radius of curvature is
+    everywhere larger than the radius of the tube.
+
+    Nodes of the ends are the groups ``first end`` and ``last end``.
+
     Attributes:
-        axis: Centres of the first and the last ring.
-        radius: Distance of every node from the axis.
+        axis: Centres of the first and the last ring, or points of a curve.
+        radius: Distance of every node from the axis; with an end radius, at the first end.
         rings: Number of rings of nodes, both ends included.
         sides: Number of nodes in each ring.
+        end_radius: Radius at the last end; by default, that of the first end.
+        bends: How a curve leads through its points: smooth, or sharp with straight pieces.
         diagonals: Springs across the faces of the wall: none, one or both of each face.
         interior: Springs through the inside: none, crossed (to the next ring) or spokes.
     """
 
-    axis: Points
+    axis: Axis
     radius: Length
     rings: Annotated[int, Whole(at_least=2)]
     sides: Annotated[int, Whole(at_least=3)]
+    end_radius: LengthIfAny = None
+    bends: Annotated[str, OneOf(BENDS)] = SMOOTH
     diagonals: Annotated[str, OneOf(("none", "one", "both"))] = "none"
     interior: Annotated[str, OneOf(("none", "crossed", "spokes"))] = "none"
 
     def __post_init__(self) -> None:
         require_limits(self)
-        if np.array_equal(*self.axis):
-            raise ValueError('"axis" must join two different points')
+        self._along()
         if self.interior == "crossed" and self.sides < 6:
             raise ValueError(
                 f'"interior is crossed" needs "sides" of 6 or more, not {self.sides}: '
@@ -75,7 +85,10 @@ class Tube(Struct, frozen=True, eq=False):
         pairs = [grid_pairs(shape, step, wrap=True) for step in self._steps()]
         ends = springs(self.rings * self.sides, *pairs)
         skin = grid_triangles(shape, wrap=True)
-        return Mesh(self._position(), ends, skin, grid=Grid(*shape, closed=True))
+        number = np.arange(self.rings * self.sides).reshape(shape)
+        groups = {"first end": number[0], "last end": number[-1]}
+        position = self._position()
+        return Mesh(position, ends, skin, groups, grid=Grid(*shape, closed=True))
 
     def _steps(self) -> list[tuple[int, int]]:
         """Return how far springs reach, as (rings, sides)."""
@@ -98,31 +111,17 @@ class Tube(Struct, frozen=True, eq=False):
         steps = [(0, 2)] + ([(2, 0)] if self.rings > 2 else [])
         return np.concatenate([grid_pairs(shape, step, wrap=True) for step in steps])
 
+    def _along(self) -> Rings:
+        """Return the rings; ValueError if they intersect."""
+        last = self.radius if self.end_radius is None else self.end_radius
+        return Centreline(self.axis, self.bends).rings(self.rings, self.radius, last)
+
     def _position(self) -> NDArray[np.float64]:
-        start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)
-        across, upward = perpendicular_frame(end - start)
+        centre, across, share = self._along()
         angle = np.arange(self.sides)[:, None] * (2.0 * np.pi / self.sides)
-        ring = self.radius * (np.cos(angle) * across + np.sin(angle) * upward)
-        centre = np.linspace(start, end, self.rings)
+        first, second = across[:, :1], across[:, 1:]
+        radius = self.radius
+        if self.end_radius is not None:
+            radius = ((1.0 - share) * radius + share * self.end_radius)[:, None, None]
+        ring = radius * (np.cos(angle) * first + np.sin(angle) * second)
         return (centre[:, None, :] + ring).reshape(-1, 3)
-
-
-def perpendicular_frame(
-    direction: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two unit vectors that form a right-handed frame with ``direction`` as third.
-
-    Args:
-        direction: Any vector but zero, shape (3,).
-
-    Returns:
-        Two vectors, each of shape (3,).
-    """
-    unit = direction / np.abs(direction).max()
-    unit = unit / np.linalg.norm(unit)
-    # The coordinate direction least along the axis has at least sin^2 = 2/3 across it, so the
-    # subtraction below never cancels.
-    least = int(np.argmin(np.abs(unit)))
-    across = np.eye(3)[least] - unit[least] * unit
-    across /= np.linalg.norm(across)
-    return across, np.cross(np.asarray(unit, dtype=float), np.asarray(across, dtype=float))

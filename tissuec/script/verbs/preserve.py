@@ -54,7 +54,7 @@ class PreserveWords(VerbSentence, frozen=True):
     """
 
     what: Chosen
-    group: Annotated[Group, SubjectPart("nodes", (BODY, SET), "of", what="body")]
+    group: Annotated[Group, SubjectPart("nodes", (BODY, SET), "of", alone=True, what="body")]
     modulus: Annotated[
         float,
         NumberClause(
@@ -237,7 +237,7 @@ class Inflate(VerbSentence, frozen=True):
 
     meant: ClassVar[str] = "fill insufflate pump blow"
 
-    group: Annotated[Group, SubjectPart("nodes", (BODY,))]
+    group: Annotated[Group, SubjectPart("nodes", (BODY,), alone=True)]
     volume: Annotated[
         float,
         NumberClause("to", VOLUME, "positive", what="volume", example="to 5 ml"),
