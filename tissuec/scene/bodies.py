@@ -114,11 +114,7 @@ class _BodyReader:
 
     def read(self) -> Body:
         failures = self.findings.failures
-        for item in sorted(self.block.items, key=_order):
-            with self.findings.item():
-                self._item(item)
-                continue
-            self._doubt(item)
+        self._items()
         placement = read_placement(self.placements, self.scope)
         is_whole = self.findings.failures == failures
         if self.mesh is None and self.mesh_kind != EXPLICIT and not is_whole:
@@ -183,6 +179,14 @@ class _BodyReader:
         for one in regions:
             tissue = one.tissue or self.tissue
             require_of_tissue(one.graded, tissue, one.name, one.span, self.findings)
+
+    def _items(self) -> None:
+        """Read all entries; each error rejects one only."""
+        for item in sorted(self.block.items, key=_order):
+            with self.findings.item():
+                self._item(item)
+                continue
+            self._doubt(item)
 
     def _doubt(self, item: s.Item) -> None:
         """Make doubtful the region that a rejected item may have been."""
