@@ -134,6 +134,10 @@ class ActingSprings:
             inelastic=inelastic,
         )
 
+    def move_to(self, layout: Layout) -> None:
+        """Take a layout with other hidden nodes, which leaves those of springs in place."""
+        self._layout, self._chunks = layout, None
+
     @property
     def places(self) -> RunPlaces:
         """Return the places of springs in runs."""
@@ -158,7 +162,8 @@ class ActingSprings:
         """Return chunks of nodes, for springs that are not taken in runs."""
         if self._chunks is None:
             low, high = self._ends.T
-            self._chunks = chunks_of(low, high, len(self._layout.order))
+            order, place = self._layout.order, self._layout.place
+            self._chunks = chunks_of(low, high, len(order), len(place))
         return self._chunks
 
     def runs(self, near: dict[str, Floats], parts: int) -> Runs:

@@ -58,7 +58,8 @@ class Loads:
             own = found[first : first + count]
             call(0.0, x, _STILL, own, _STILL)
             if not shape.is_coded():
-                position = x.reshape(-1, 3)[self._place]
+                # Nodes of elements keep their places; hidden ones may have none any more.
+                position = x.reshape(-1, 3).take(self._place, axis=0, mode="clip")
                 np.maximum(own, shape.by_energy(position), out=own)
             first += count
         return found

@@ -22,17 +22,20 @@ def are_chunks(nodes: int) -> bool:
     return nodes >= LEAST * NODES
 
 
-def chunks_of(low: Places, high: Places, nodes: int) -> Chunks:
+def chunks_of(low: Places, high: Places, nodes: int, whole: int | None = None) -> Chunks:
     """Return chunks of a net.
 
     Args:
         low, high: Ends of springs as places of nodes, by ascending lower ones, shape (spring,).
         nodes: How many there are.
+        whole: How many there are with hidden nodes that are left out for a time, on which the
+            chunks of all others must not depend; by default none are.
     """
     lower, upper = (4 * low).astype(np.uint32), (4 * high).astype(np.uint32)
-    size = max(nodes, 1)
-    if are_chunks(nodes):
-        size = -(-max(NODES, -(-nodes // MOST)) // PIECE) * PIECE
+    whole = nodes if whole is None else whole
+    size = max(whole, 1)
+    if are_chunks(whole):
+        size = -(-max(NODES, -(-whole // MOST)) // PIECE) * PIECE
     begins = np.append(np.arange(0, nodes, size), nodes)
     chunk = low // size
     away = np.flatnonzero(high // size != chunk)

@@ -227,7 +227,7 @@ class Engine:
             raise ValueError("no step is viewed")
         x, v, ledger = self._viewed[0].state(time)
         return (
-            self.stepper.inputs.outwards(x),
+            self.stepper.inputs.positions(x),
             self.stepper.inputs.outwards(v),
             ledger,
         )
@@ -390,9 +390,8 @@ class Engine:
         if reason == FULL:
             stepper.synchronise(state)
             stepper.flush()
-        elif reason == STRAYED and stepper.listed_at != stepper.progress.time:
-            stepper.forget_net()
-            position = stepper.inputs.outwards(stepper.work.x[stepper.progress.current])
+        elif reason == STRAYED and stepper.list_anew():
+            position = stepper.inputs.positions(stepper.work.x[stepper.progress.current])
             self.follow(stepper.progress.time, position)
         elif reason == OUTSIZE and failures.is_flight(
             stepper.work, stepper.progress, stepper.inputs

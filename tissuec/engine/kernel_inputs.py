@@ -39,7 +39,14 @@ from tissuec.kernels.records import (
     Solver,
 )
 from tissuec.mechanics.state import State
-from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Indices, Network
+from tissuec.model.network import (
+    ELEMENTS,
+    FRICTION,
+    SPRINGS,
+    Floats,
+    Indices,
+    Network,
+)
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.springs import Springs
 
@@ -48,6 +55,8 @@ if TYPE_CHECKING:  # which needs SciPy
 
 Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table that it reads
 SPORADIC = {"contact", "jet"}
+# Bristles: times as many as are near, and so many more, may have places.
+SPARE, FEW = 1.5, 200
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
     "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered",
@@ -65,17 +74,18 @@ class KernelInputs:
 
     Attributes:
         layout: Places of nodes and springs.
-        inwards, outwards: Of the layout.
         acting: The springs that act.
         team: The threads that share loops.
+        share: Way of nodes for which lists of what is near hold, as a part of the longest.
     """
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
-        self.layout = layout_of(network, threads)
-        self.inwards, self.outwards = self.layout.inwards, self.layout.outwards
+        self.layout = self._whole = layout_of(network, threads)
+        self._bristles, self._home = network.remembering(FRICTION), network.position
         self.acting = ActingSprings(self.layout, watched=watched, ledger=ledger)
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
+        self.share = 1.0
         self.spring_count = network.spring_count
         self.team = ThreadTeam(self.layout.threads, network.node_count)
         self._solver: Solver | None = None
@@ -87,6 +97,40 @@ class KernelInputs:
         """Return the springs that act; see ``ActingSprings``."""
         return self.acting.springs
 
+    def inwards(self, vector: Floats) -> Floats:
+        """Return numbers or vectors of nodes, flat, as ``Layout.inwards`` does."""
+        return self.layout.inwards(vector)
+
+    def outwards(self, flat: Floats) -> Floats:
+        """Return vectors of all nodes, as ``Layout.outwards`` does; zero if left out."""
+        return self.layout.outwards(flat)
+
+    def positions(self, flat: Floats) -> Floats:
+        """Return positions of all nodes, as ``Layout.outwards`` does [m], (…, node, 3)."""
+        return self.layout.outwards(flat, self._home)
+
+    @property
+    def left_out(self) -> bool:
+        """Return whether some bristles have no place."""
+        return len(self.layout.order) < len(self.layout.place)
+
+    def leaves_out(self, bristles: Indices) -> bool:
+        """Return whether some bristles have no place, or far too many others have one."""
+        kept = self.layout.place[self._bristles] >= 0
+        is_missing = bool((self.layout.place[bristles] < 0).any())
+        return is_missing or np.count_nonzero(kept) > SPARE * (len(bristles) + FEW)
+
+    def keep(self, bristles: Indices | None) -> None:
+        """Give places to these bristles and to no others; None for all.
+
+        Args:
+            bristles: Nodes, shape (n,).
+        """
+        kept = self._bristles if bristles is None else bristles
+        self.layout = self._whole.only(kept, self._bristles)
+        self.acting.move_to(self.layout)
+        self._place_nodes()
+
     def update(self, state: State) -> None:
         """Update everything that acts in a state, but not positions and velocities."""
         self.state, self.around = state, state.position
@@ -96,12 +140,8 @@ class KernelInputs:
             self.moved[nodes] = True
         self.held = state.held | self.moved
         self.acting.update(state, self.held, self.moved)
-        inverse = np.where(self.held, 0.0, 1.0 / state.mass)
-        self.inverse_mass = self.response = self.inwards(inverse)
+        self._inverse = inverse = np.where(self.held, 0.0, 1.0 / state.mass)
         self.hidden = state.network.remembering(ELEMENTS)
-        if len(self.hidden):
-            self.response = self.inverse_mass.copy()
-            self.response[self.layout.place[self.hidden]] = 1.0
         push, steady = np.zeros((2, len(inverse), 3))
         drag, self.timed = np.zeros(len(inverse)), list[Load]()
         motion = state.position, state.velocity
@@ -116,10 +156,19 @@ class KernelInputs:
                     load.add_forces(state.time, *motion, push)
         push[self.held] = steady[self.held] = 0.0
         steady += push * inverse[:, None]
-        self.drag = self.inwards(drag)
-        self.push, self.steady = self.inwards(push), self.inwards(steady)
-        self.driven = self.layout.place[np.flatnonzero(self.moved)]
+        self._drag, self._push, self._steady = drag, push, steady
+        self._place_nodes()
         self.stage = None
+
+    def _place_nodes(self) -> None:
+        """Set arrays with a number or a vector for each place."""
+        self.inverse_mass = self.response = self.inwards(self._inverse)
+        if len(self.hidden):
+            self.response = self.inverse_mass.copy()
+            self.response[self.layout.place[self.hidden]] = 1.0
+        self.drag = self.inwards(self._drag)
+        self.push, self.steady = self.inwards(self._push), self.inwards(self._steady)
+        self.driven = self.layout.place[np.flatnonzero(self.moved)]
 
     @property
     def features(self) -> Features:
@@ -314,6 +363,8 @@ class KernelInputs:
         acts = acts_of(field.changes, self.start, self.until)
 
         def table_of(part: Field) -> Any:
+            if self.share < 1.0:
+                part = part.within(self.share * part.reach)
             return part.table(self.layout.place, acts, self.around)
 
         groups = parts_of(field, self.layout.place)

@@ -4,6 +4,7 @@ Nodes are put in an order for springs in long runs, or for near neighbours, and 
 places for a whole run. Springs are sorted by their lower and then by their upper node.
 """
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from tissuec.engine.blocks import block_size
 from tissuec.engine.chunks import are_chunks
 from tissuec.engine.spring_runs import RunPlaces, are_shared, places_of
 from tissuec.engine.threads import useful
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.model.topology import lower_and_upper
 
 Places = NDArray[np.integer]
@@ -31,8 +32,8 @@ class Layout(Struct, frozen=True, eq=False):
     """The places of the nodes and springs of a network, for a whole run.
 
     Attributes:
-        order: The node at each place, shape (node,).
-        place: The place of each node, shape (node,).
+        order: The node at each place, shape (place,).
+        place: The place of each node, -1 of those that are left out, shape (node,).
         keeps_order: Whether nodes are where they are in the network.
         springs: Springs by their places; None where they are in this order in the network.
         runs: All springs in runs, by the numbers of the network; None where that is of no use.
@@ -62,20 +63,44 @@ class Layout(Struct, frozen=True, eq=False):
         Args:
             vector: In the order of the network and in any unit, shape (node,) or (node, 3).
         """
-        flat = aligned_zeros(vector.size)
+        shape = (len(self.order), *vector.shape[1:])
+        flat = aligned_zeros(prod(shape))
         # Clipped, because where it tests indices, NumPy keeps a second copy.
-        np.take(vector, self.order, axis=0, out=flat.reshape(vector.shape), mode="clip")
+        np.take(vector, self.order, axis=0, out=flat.reshape(shape), mode="clip")
         return flat
 
-    def outwards(self, flat: Floats) -> Floats:
+    def outwards(self, flat: Floats, others: Floats | None = None) -> Floats:
         """Return flat vectors in the order of the network, shape (…, node, 3).
 
         Args:
-            flat: In the order of the stepping code and in any unit, shape (…, 3 node).
+            flat: In the order of the stepping code and in any unit, shape (…, 3 place).
+            others: In the order of the network, from which those of nodes that are left out are
+                taken, shape (node, 3); None for zeros.
         """
-        apart = flat.reshape(*flat.shape[:-1], -1, 3)
+        apart = flat.reshape(*flat.shape[:-1], len(self.order), 3)
+        if self.keeps_order:
+            return apart.copy()
         # Contiguous, unlike what an index in the middle returns, and twice as fast.
-        return apart.copy() if self.keeps_order else apart.take(self.place, axis=-2)
+        found = apart.take(self.place, axis=-2)
+        if len(self.order) < len(self.place):
+            out = self.place < 0
+            found[..., out, :] = 0.0 if others is None else others[out]
+        return found
+
+    def only(self, hidden: Indices, among: Indices) -> "Layout":
+        """Return a layout without some hidden nodes.
+
+        Args:
+            hidden: Those to keep, shape (n,).
+            among: Those of which others are left out, shape (m,).
+        """
+        out = np.zeros(len(self.place), dtype=bool)
+        out[among], out[hidden] = True, False
+        order = self.order[~out[self.order]]
+        place = np.full_like(self.place, -1)
+        place[order] = np.arange(len(order))
+        keeps = self.keeps_order and not out.any()
+        return replace(self, order=order, place=place, keeps_order=keeps)
 
 
 def layout_of(network: Network, threads: int) -> Layout:
@@ -86,8 +111,11 @@ def layout_of(network: Network, threads: int) -> Layout:
     """
     bodies, shown, count = network.body_nodes, network.shown_nodes, network.node_count
     order, runs = order_nodes(network.position[:bodies], network.springs.ends)
-    # Nodes of tools come last, where measures of motion leave them out.
-    order = np.concatenate([order, np.arange(shown, count), np.arange(bodies, shown)])
+    # Nodes of tools come last, where measures of motion leave them out, behind bristles, some
+    # of which may be left out.
+    bristles = network.remembering(FRICTION)
+    others = np.setdiff1d(np.arange(shown, count), bristles)
+    order = np.concatenate([order, others, bristles, np.arange(bodies, shown)])
     place = np.empty_like(order)
     place[order] = np.arange(count)
     # Runs are counted by the numbers of the network, which only tools may change then.

@@ -34,30 +34,24 @@ INSIDE = 0.5  # of the tolerance: errors of samples within steps
 ROUNDING, LEAST_ROUNDING = 8 * float(np.finfo(float).eps), 0.5 * float(np.finfo(float).eps)
 
 
-def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work:
+def new_work(
+    integrator: type[Integrator], network: Network, team: Team, places: int | None = None
+) -> Work:
     """Return arrays of zeros, with the coefficients of an integrator.
 
     Args:
         integrator: The integrator.
         network: The network.
         team: Threads that share loops.
+        places: Of nodes in the arrays; those of all by default.
     """
-    size, rows = 3 * network.node_count, integrator.rows
-    tools = network.shown_nodes - network.body_nodes
+    rows = integrator.rows
     return Work(
-        x=aligned_zeros(2, size),
-        v=aligned_zeros(2, size),
-        a=aligned_zeros(2, size),
+        **_of_nodes(rows, network, network.node_count if places is None else places),
         ledger=np.zeros((2, 2)),
-        origin=aligned_zeros(size),
-        rows=aligned_zeros(rows, size),
         end_row=integrator.end_row,
         power=np.zeros((rows, 2)),
-        trial_x=aligned_zeros(size),
-        trial_v=aligned_zeros(size),
         trial_ledger=np.zeros(2),
-        zero=aligned_zeros(size),
-        each=aligned_zeros(network.node_count - tools),
         moving=aligned_zeros(network.body_nodes),
         tableau=cast(Tableau, deepcopy(integrator.tableau)),  # None where nothing reads it
         choices=PropagationChoices().row(),
@@ -71,7 +65,6 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         trend=np.full(2, np.nan),
         effort=np.zeros(5, dtype=np.int64),
         pieces=np.zeros(1, dtype=np.int64),
-        inner=aligned_zeros(3, size),
         sides=np.zeros((2, 3, 0)),
         doubt=np.zeros(1),
         errors=np.zeros(2),
@@ -80,6 +73,39 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         solver=no_solver(),
         team=team,
     )
+
+
+def _of_nodes(rows: int, network: Network, places: int) -> dict[str, Floats]:
+    """Return the arrays of zeros of ``Work`` that have a vector or a number for each place."""
+    size, tools = 3 * places, network.shown_nodes - network.body_nodes
+    return {
+        "x": aligned_zeros(2, size),
+        "v": aligned_zeros(2, size),
+        "a": aligned_zeros(2, size),
+        "origin": aligned_zeros(size),
+        "rows": aligned_zeros(rows, size),
+        "trial_x": aligned_zeros(size),
+        "trial_v": aligned_zeros(size),
+        "zero": aligned_zeros(size),
+        "each": aligned_zeros(places - tools),
+        "inner": aligned_zeros(3, size),
+    }
+
+
+def moved_work(work: Work, network: Network, places: int, **vectors: Floats) -> Work:
+    """Return arrays with other places of nodes, between two steps.
+
+    Args:
+        work: As it was.
+        network: The network.
+        places: How many there are.
+        vectors: ``x``, ``v``, ``a`` and ``origin`` by their new places, shape (3 place,).
+    """
+    made = _of_nodes(len(work.rows), network, places)
+    for name, vector in vectors.items():
+        made[name][:] = vector
+    made["trial_x"][:], made["trial_v"][:] = vectors["x"], vectors["v"]
+    return work._replace(**made)
 
 
 def new_progress(time: float) -> Progress:
@@ -214,6 +240,7 @@ def new_task(
         noise=max(rounding * max(coordinates, size), TINIEST),
         least=max(_least_energy(network, least * size, duration), TINIEST),
         bound=1e6 * size if size and network.spring_count else inf,
+        stride=inf if network.contact is None else network.contact.stride,
     )
 
 

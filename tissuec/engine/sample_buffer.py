@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import numpy as np
 from msgspec.structs import replace
 
 from tissuec.engine.kernel_inputs import KernelInputs
@@ -23,12 +24,29 @@ class SampleBuffer:
     def __init__(self, times: Floats, inputs: KernelInputs, record: Callable[[Samples], None]):
         self.buffer = new_buffer(times, len(inputs.layout.order), inputs.spring_count)
         self._inputs, self._record = inputs, record
+        self._aside: list[Samples] = []
 
     def make_room(self, steps: int) -> None:
         """Allocate room for states within some steps."""
         buffer = self.buffer
         if buffer.glance_time.size < GLANCES * steps:
             self.buffer = buffer._replace(**glances(steps, buffer.position.shape[1]))
+
+    def set_aside(self, progress: Progress) -> Progress:
+        """Keep the samples so far in the order of the network, before places change.
+
+        Call ``fit`` once they have. Returns the updated progress.
+        """
+        if progress.filled:
+            self._aside.append(self._samples(progress.filled))
+        return replace(progress, filled=0)
+
+    def fit(self) -> None:
+        """Make room for samples of the nodes that have places now."""
+        count, size = len(self.buffer.time), 3 * len(self._inputs.layout.order)
+        position, velocity = np.zeros((2, count, size))
+        rows = {"position": position, "velocity": velocity} | glances(0, size)
+        self.buffer = self.buffer._replace(**rows)
 
     def is_due(self, progress: Progress, until: float) -> bool:
         """Return whether the next sample comes before a time [s]."""
@@ -54,18 +72,25 @@ class SampleBuffer:
         return replace(progress, sample=progress.sample + 1, filled=index + 1)
 
     def flush(self, progress: Progress) -> Progress:
-        """Hand over the samples in the buffer; return the updated progress."""
-        count, buffer = progress.filled, self.buffer
-        if count:
-            self._record(
-                Samples(
-                    time=buffer.time[:count].copy(),
-                    position=self._inputs.outwards(buffer.position[:count]),
-                    velocity=self._inputs.outwards(buffer.velocity[:count]),
-                    work=buffer.ledger[:count, 0].copy(),
-                    dissipated=buffer.ledger[:count, 1].copy(),
-                    error=buffer.error[:count].copy(),
-                    reach=buffer.reach[:count].copy(),
-                )
-            )
+        """Hand over the samples so far; return the updated progress."""
+        parts = [*self._aside, *([self._samples(progress.filled)] if progress.filled else [])]
+        self._aside = []
+        if len(parts) == 1:
+            self._record(parts[0])
+        elif parts:
+            columns = map(np.concatenate, zip(*parts, strict=True))
+            self._record(Samples(*columns))
         return replace(progress, filled=0)
+
+    def _samples(self, count: int) -> Samples:
+        """Return the first samples of the buffer."""
+        buffer = self.buffer
+        return Samples(
+            time=buffer.time[:count].copy(),
+            position=self._inputs.positions(buffer.position[:count]),
+            velocity=self._inputs.outwards(buffer.velocity[:count]),
+            work=buffer.ledger[:count, 0].copy(),
+            dissipated=buffer.ledger[:count, 1].copy(),
+            error=buffer.error[:count].copy(),
+            reach=buffer.reach[:count].copy(),
+        )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict, astuple
 
+from tissuec.engine.listing import ContactListing
 from tissuec.engine.method import MethodChange
 from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
@@ -18,13 +19,14 @@ from tissuec.mechanics.state import State
 
 def saved_engine(stepper: Stepper, control: MethodControl) -> dict[str, Any]:
     """Return everything that the state does not tell, between two steps."""
-    now, work, around = stepper.progress, stepper.work, stepper.listed_around
+    now, work, listing = stepper.progress, stepper.work, stepper.listing
+    around = listing.around
     return {
         **asdict(now),
         "segment": np.nan if stepper.segment is None else stepper.segment,
         "stretch": stepper.inputs.start,
         "acceleration": stepper.inputs.outwards(work.a[now.current]),
-        "origin": stepper.inputs.outwards(work.origin),
+        "origin": stepper.inputs.positions(work.origin),
         "ledger": work.ledger[now.current].copy(),
         "power": work.power[1].copy(),
         "trend": work.trend.copy(),
@@ -39,8 +41,8 @@ def saved_engine(stepper: Stepper, control: MethodControl) -> dict[str, Any]:
         "made_speed": work.solver.speed.copy(),
         "bound": stepper.task.bound,
         "tier": stepper.backend,
-        "listed_at": stepper.listed_at,
-        "listed_around": np.zeros((0, 3)) if around is None else around,
+        **{f"listed {name}": value for name, value in asdict(listing).items()},
+        "listed around": np.zeros((0, 3)) if around is None else around,
         "slipping": stepper.slipping.copy(),
         **{f"contest {name}": value for name, value in control.trial.state().items()},
         "changes": json.dumps([astuple(change) for change in control.changes]),
@@ -82,13 +84,17 @@ def restore_stepper(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> 
     inputs.start, inputs.until = float(kept["stretch"]), segment
     stepper.cap = float(kept["cap"])
     # Steps are cut by how far nodes are from where they were listed: so those lists again.
-    stepper.listed_at, around = float(kept["listed_at"]), np.asarray(kept["listed_around"])
-    stepper.listed_around = around if len(around) else None
+    around = np.asarray(kept["listed around"])
+    stepper.listing = ContactListing(
+        at=float(kept["listed at"]),
+        around=around if len(around) else None,
+        step=int(kept["listed step"]),
+        share=float(kept["listed share"]),
+        is_tried=bool(kept["listed is_tried"]),
+    )
     stepper.task = stepper.task._replace(bound=float(kept["bound"]))
     stepper.limit_step()
-    if len(slipping := np.asarray(kept["slipping"])):
-        stepper.acting()
-        stepper.slipping[:] = slipping
+    stepper.let_slip(np.asarray(kept["slipping"]))
 
 
 def _restore_arrays(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> None:

@@ -49,6 +49,7 @@ from tissuec.kernels.records import (
     FULL,
     GLANCES,
     HELD,
+    LOOKED,
     OUTSIZE,
     PAUSED,
     REACHED,
@@ -69,6 +70,8 @@ from tissuec.kernels.vectors import distance, greater, length
 SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
 NO_REASON = -1  # to come back to Python
+# Times the way of a node in a step: stages may be as far beside it.
+ASIDE = 4.0
 # Parts of a step: above the first, the next one may be as long; up to the second, it is made
 # shorter at once.
 KEPT, LESS = 0.95, 0.8
@@ -137,7 +140,12 @@ def make_step(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         h = now.end - now.time
         if now.end < task.until and h <= 16.0 * 2.2e-16 * abs(now.time) + 1e-300:
             return Trial(UNDERFLOW, False, 0.0, 0.0, 0.0, 0.0)
+        evaluated = work.effort[0]
         trial = attempt(now, task, work, net)
+        if trial.verdict == STRAYED:
+            # Methods must not be chosen by how far lists reach.
+            work.effort[LOOKED] += work.effort[0] - evaluated
+            work.effort[0] = evaluated
         if trial.verdict == ACCEPTED:
             accept(now, trial, is_first, task, net)
             if net.touched:
@@ -205,11 +213,13 @@ def keep_in_lists(now: Progress, task: Task, work: Work, net: Net) -> int:
     What moves far may pass through a shape, or meet one that is not listed.
     """
     x = work.x[1 - now.current]
-    way = strayed(x, work.x[now.current], net)
-    if task.fixed == 0 and way > 1.0:
-        retry(now, (now.end - now.time) * max(0.1, 0.9 / way))
+    way, since = strayed(x, work.x[now.current], net), strayed(x, net.touches.listed, net)
+    if task.fixed == 0 and way > task.stride:
+        retry(now, (now.end - now.time) * max(0.1, 0.9 * task.stride / way))
         return REJECTED
-    return STRAYED if strayed(x, net.touches.listed, net) > 1.0 else ACCEPTED
+    if net.touches.reach < task.stride:
+        since += ASIDE * way
+    return STRAYED if since > net.touches.reach else ACCEPTED
 
 
 def turns_over(now: Progress, pace: float, task: Task, work: Work, net: Net) -> bool:

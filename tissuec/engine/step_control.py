@@ -127,12 +127,12 @@ def judge(
 
 
 def strayed(x: Floats, since: Floats, net: Net) -> float:
-    """Return the largest displacement of a node divided by the allowed one, without NaN.
+    """Return the largest displacement of a node [m], without NaN.
 
     Args:
-        since: Positions at which pairs of contact were listed [m], shape (3 node,).
+        since: Positions before [m], shape (3 node,).
     """
-    return distance(x, since, net.touches.squares, net.team) / net.touches.stride
+    return distance(x, since, net.touches.squares, net.team)
 
 
 def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:

@@ -11,20 +11,22 @@ from tissuec.engine.backends import BACKENDS, bound_drive, loop_operations, with
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.engine.listing import ContactListing
 from tissuec.engine.method import Method
 from tissuec.engine.run_arrays import (
     first_step,
     least_pressure,
+    moved_work,
     new_progress,
     new_task,
     new_work,
 )
 from tissuec.engine.sample_buffer import SampleBuffer
 from tissuec.forces.bristle_kernel import SLIDES
-from tissuec.kernels.records import Task, Work
+from tissuec.kernels.records import ContactTable, Task, Work
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Network
+from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.script.plan import DEFAULT_TOLERANCE
 
 
@@ -46,8 +48,7 @@ class Stepper:
         cap: Longest step by stability [s].
         segment: Up to when profiles have no knots [s]; None before the first stretch.
         asked: Evaluations when a pause was last offered.
-        listed_at: When what is near shapes was listed [s].
-        listed_around: And around which positions, shape (node, 3).
+        listing: When and how far around what is near shapes was listed.
     """
 
     integrator: type[Integrator]
@@ -63,8 +64,7 @@ class Stepper:
         self.cap = np.inf
         self.segment: float | None = None
         self.asked = 0
-        self.listed_at = np.nan
-        self.listed_around: Floats | None = None
+        self.listing = ContactListing()
         self._net: RecordTable | None = None  # what acts, once it is asked for
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
 
@@ -79,14 +79,18 @@ class Stepper:
         """Make the arrays for an integrator; the state stays where it is."""
         before = getattr(self, "work", None)
         self.integrator = integrator
-        work = new_work(integrator, self.network, self.inputs.team.record)
+        if integrator.implicit and self.inputs.left_out:
+            self._place_bristles(None)
+            before = self.work
+        places = len(self.inputs.layout.order)
+        work = new_work(integrator, self.network, self.inputs.team.record, places)
         method = self.method
         if isinstance(method.choices, PropagationChoices):
             work.choices[:] = method.choices.row()
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
         task = new_task(self.network, integrator, tolerance, method.duration)
         self.task = task._replace(fixed=0 if method.step is None else 1)
-        self.cap = np.inf
+        self.cap, self.listing = np.inf, ContactListing()
         if before is not None:
             half = self.progress.current
             work.x[:], work.v[:] = before.x[half], before.v[half]
@@ -141,7 +145,7 @@ class Stepper:
         """Copy time and state into the state."""
         now, work = self.progress, self.work
         state.time = now.time
-        state.position[:] = self.inputs.outwards(work.x[now.current])
+        state.position[:] = self.inputs.positions(work.x[now.current])
         state.velocity[:] = self.inputs.outwards(work.v[now.current])
         state.keep_rest()
 
@@ -187,8 +191,9 @@ class Stepper:
             evaluations: Likewise.
         """
         task = self.task._replace(until=self.inputs.until, evaluations=evaluations, hold=hold)
+        net = self.acting()  # which may give other places to nodes
         self.buffer.make_room(hold)
-        work, net, buffer = self.work, self.acting(), self.buffer.buffer
+        work, buffer = self.work, self.buffer.buffer
         if BACKENDS[self.backend].takes_tables:
             work, buffer = self.table(work), self.table(buffer)
         drive = bound_drive(self.integrator, self.backend)
@@ -204,17 +209,95 @@ class Stepper:
         if self._net is None:
             inputs, needed = self.inputs, self.inputs.features
             if needed.touched:
-                if self.listed_around is None:
-                    self.listed_at = self.progress.time
-                    self.listed_around = inputs.outwards(self.work.x[self.progress.current])
-                inputs.around = self.listed_around
+                self._list_near()
             called = loop_operations(self.integrator, needed)
             in_python = dict(BACKENDS[self.backend].operations)
             net = inputs.net(self.integrator, plain=bool(in_python))
+            if needed.touched and self._is_wide(net.touches):
+                inputs.share = self.listing.share
+                net = inputs.net(self.integrator, plain=bool(in_python))
+            if needed.touched and self._is_to_place(net.touches):
+                net = inputs.net(self.integrator, plain=bool(in_python))
+            if needed.touched:
+                self._straighten(net.touches)
             called_back = in_python | inputs.in_python(self.integrator)
             net = net._replace(operations=called)
             self._net = with_python(net, called_back, self.work.solver)
         return self._net
+
+    def _list_near(self) -> None:
+        """Have pairs that are near listed around the present positions, if they are to be."""
+        listing, inputs = self.listing, self.inputs
+        if listing.around is None:
+            listing.at, listing.step = self.progress.time, self.progress.accepted
+            listing.around = inputs.positions(self.work.x[self.progress.current])
+        inputs.around, inputs.share = listing.around, listing.share
+
+    def _is_wide(self, touches: ContactTable) -> bool:
+        """Return whether pairs are to be listed again, nearer by.
+
+        Some methods list them as far as nodes may go: steps of implicit ones may change the
+        matrix before they leave their lists, and stages of stabilised ones are far away.
+        """
+        method = self.integrator
+        is_plain = not (method.implicit or method.stabilised)
+        return is_plain and self.listing.is_wide(touches.shape.size)
+
+    def _is_to_place(self, touches: ContactTable) -> bool:
+        """Give places to the bristles of points that are listed, if other ones have them.
+
+        Implicit methods keep places, at which their matrix was made.
+
+        Returns:
+            Whether places have changed, so that lists are to be made again.
+        """
+        has_bristles = touches.memory.size > 0 and touches.bent.shape[1] > SLIDES
+        if not has_bristles or self.integrator.implicit:
+            return False
+        contact = self.inputs.state.contact
+        assert contact is not None, "otherwise there are no lists"
+        near = contact.bristles_in(touches, self.inputs.layout.order)
+        if not self.inputs.leaves_out(near):
+            return False
+        self._place_bristles(near)
+        return True
+
+    def _place_bristles(self, nodes: Indices | None) -> None:
+        """Give places to some bristles only; None for all."""
+        inputs, now, work = self.inputs, self.progress.current, self.work
+        self.progress = self.buffer.set_aside(self.progress)
+        places = {
+            "x": inputs.positions(work.x[now]),
+            "v": inputs.outwards(work.v[now]),
+            "a": inputs.outwards(work.a[now]),
+            "origin": inputs.positions(work.origin),
+        }
+        inputs.keep(nodes)
+        moved = {name: inputs.inwards(vectors) for name, vectors in places.items()}
+        self.work = moved_work(work, self.network, len(inputs.layout.order), **moved)
+        self.buffer.fit()
+
+    def _straighten(self, touches: ContactTable) -> None:
+        """Set bristles of points that are not listed to zero: nothing presses on them."""
+        if touches.bent.shape[1] <= SLIDES:
+            return
+        places = self.inputs.layout.place[self.network.remembering(FRICTION)]
+        away = np.setdiff1d(places[places >= 0], touches.memory)
+        self.work.v[self.progress.current].reshape(-1, 3)[away] = 0.0
+
+    def list_anew(self) -> bool:
+        """Have what is near listed around the present positions, and nothing else changed.
+
+        Returns:
+            Whether the next step can do with it. It cannot if it alone is too long.
+        """
+        now = self.progress
+        if not self.listing.end(now.time, now.accepted, self.acting().touches.shape.size):
+            return False
+        slipping = self.slipping
+        self.forget_net()
+        self.let_slip(slipping)
+        return True
 
     @property
     def slipping(self) -> Floats:
@@ -226,11 +309,21 @@ class Stepper:
         touches = None if self._net is None else self._net.touches
         if touches is None or touches.bent.shape[1] <= SLIDES:
             return np.zeros(0)
-        return touches.bent[:, SLIDES]
+        slips = np.zeros(self.network.node_count)
+        slips[self.inputs.layout.order[touches.memory]] = touches.bent[:, SLIDES]
+        return slips[self.network.remembering(FRICTION)]
+
+    def let_slip(self, slipping: Floats) -> None:
+        """Set which bristles slip, as ``slipping`` gives it."""
+        if not len(slipping):
+            return
+        touches, slips = self.acting().touches, np.zeros(self.network.node_count)
+        slips[self.network.remembering(FRICTION)] = slipping
+        touches.bent[:, SLIDES] = slips[self.inputs.layout.order[touches.memory]]
 
     def forget_net(self) -> None:
         """Have what acts, and the lists of what is near, made anew when they are needed."""
-        self._net, self.listed_around = None, None
+        self._net, self.listing.around = None, None
 
     def table(self, record: Any) -> RecordTable:
         """Return a record as compiled code takes it; that of the last one if it is the same."""

@@ -55,12 +55,13 @@ def may_happen(
 
 def _may_hold(stepper: Stepper, survey: Survey) -> bool:
     """Return whether a condition may hold in the steps of the last call."""
-    buffer, outwards = stepper.buffer.buffer, stepper.inputs.outwards
+    buffer, inputs = stepper.buffer.buffer, stepper.inputs
     found = slice(stepper.progress.glanced)
     if not stepper.progress.glanced:
         return False
-    states = buffer.glance_position[found], buffer.glance_velocity[found]
-    return survey(buffer.glance_time[found], *map(outwards, states))
+    position = inputs.positions(buffer.glance_position[found])
+    velocity = inputs.outwards(buffer.glance_velocity[found])
+    return survey(buffer.glance_time[found], position, velocity)
 
 
 class Standpoint:
@@ -125,11 +126,11 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
         watch: The condition.
         stop: Time in the step [s].
     """
-    outwards = stepper.inputs.outwards
+    positions, outwards = stepper.inputs.positions, stepper.inputs.outwards
 
     def holds(when: float) -> bool:
         x, v, _ = within.state(when)
-        return watch(when, outwards(x), outwards(v))
+        return watch(when, positions(x), outwards(v))
 
     before, buffer = within.start, stepper.buffer.buffer
     last = stepper.progress.glanced
@@ -138,7 +139,7 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
         when = float(buffer.glance_time[row])
         x, v = buffer.glance_position[row], buffer.glance_velocity[row]
         # A glance is cheap and a little wrong; what it finds is looked at closely.
-        seen = when < stop and watch(when, outwards(x), outwards(v))
+        seen = when < stop and watch(when, positions(x), outwards(v))
         when = min(when, stop)
         if (seen or when == stop) and holds(when):
             finest = 1e-15 * stepper.method.duration

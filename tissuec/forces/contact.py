@@ -132,6 +132,7 @@ class Contact(Field, frozen=True, dict=True):
         damping: b [s/m].
         friction: μ.
         stride: Longest way of a node in a step, lest it passes through a shape unseen [m].
+        listed: Longest way since pairs were listed [m]; None for ``stride``.
         memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
@@ -172,6 +173,7 @@ class Contact(Field, frozen=True, dict=True):
     there: NDArray[np.bool_] | None = None
     pairs: ContactPairs | None = None
     exhaustive: bool = False
+    listed: float | None = None
 
     @property
     def block(self) -> FieldBlock:
@@ -619,27 +621,33 @@ class Contact(Field, frozen=True, dict=True):
     @property
     def reach(self) -> float:
         """Return how far nodes may go before others are near shapes [m]."""
-        return self.stride
+        return self.stride if self.listed is None else self.listed
 
     def within(self, distance: float) -> "Contact":
         """Return the same with a table that holds until a node has moved by a distance [m]."""
-        return replace(self, stride=distance)
+        return replace(self, listed=distance)
 
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
     ) -> ContactTable | ContactPointTable:
-        """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""
-        pairs = self.near(position, 2.0 * self.stride)
+        """Return shapes and the nodes near them; it holds until one has moved by ``reach``.
+
+        Where there are points, nodes and points near no shape are left out, and so are their
+        bristles, which do not change from zero.
+        """
+        pairs = self.near(position, 2.0 * self.reach)
         if self.between is None:
-            return self._table(place, position, pairs)
+            return self._table(place, position, pairs, np.arange(len(self.nodes)))
         count, points = len(position), len(self.between.corners)
-        places = np.concatenate([place, len(place) + np.arange(points)])
-        near = np.unique(self.nodes[pairs.node])
+        kept = int(np.count_nonzero(place >= 0))
+        places = np.concatenate([place, kept + np.arange(points)])
+        listed = np.unique(pairs.node)
+        near = self.nodes[listed]
         near = near[near >= count]
         own = near - count
-        room = np.zeros((3, 3 * (len(place) + points)))
+        room = np.zeros((3, 3 * (kept + points)))
         return ContactPointTable(
-            touches=self._table(places, position, pairs),
+            touches=self._table(places, position, pairs, listed),
             part=UNDIVIDED,
             at=3 * places[near],
             corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
@@ -649,19 +657,25 @@ class Contact(Field, frozen=True, dict=True):
             f=room[2],
         )
 
-    def _table(self, place: Indices, position: Floats, pairs: ContactPairs) -> ContactTable:
+    def _table(
+        self, place: Indices, position: Floats, pairs: ContactPairs, listed: Indices
+    ) -> ContactTable:
         """Return the record of pairs.
 
         Args:
             place: Index of each node and point in the arrays of the kernel.
             position: Of all nodes [m], shape (node, 3).
             pairs: Those near one another.
+            listed: Numbers of the nodes that the record contains, ascending, shape (n,).
         """
-        counts, home = np.bincount(pairs.node, minlength=len(self.nodes)), position[self.memory]
-        most, listed = int(counts.max(initial=0)), np.empty_like(position)
-        listed[place[: len(position)]] = position
+        counts = np.bincount(pairs.node, minlength=len(self.nodes))[listed]
+        memory = self.memory[listed] if len(self.memory) else self.memory
+        home = position[memory]
+        most, there = int(counts.max(initial=0)), place[: len(position)]
+        around = np.empty((np.count_nonzero(there >= 0), 3))
+        around[there[there >= 0]] = position[there >= 0]
         return ContactTable(
-            nodes=place[self.nodes],
+            nodes=place[self.nodes[listed]],
             first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             shape=pairs.shape,
             weight=pairs.weight,
@@ -674,20 +688,34 @@ class Contact(Field, frozen=True, dict=True):
             part=UNDIVIDED,
             met=np.zeros((most, COLUMNS)),
             at=np.zeros((most, PLACES), dtype=np.int64),
-            memory=place[self.memory],
+            memory=place[memory],
             home=home,
             bent=np.zeros((len(home), 3 if self.between is None else SLIDES + 1)),
             lag=np.zeros(1),
             bends=np.zeros(3, dtype=np.int64),
-            listed=listed.ravel(),
-            squares=np.zeros(len(position)),
-            stride=self.stride,
-            stiffness=self.stiffness,
+            listed=around.ravel(),
+            squares=np.zeros(len(around)),
+            reach=self.reach,
+            stiffness=self.stiffness[listed],
             layer=self.layer,
             damping=self.damping,
             friction=self.friction,
             rate=self.rate,
         )
+
+    def bristles_in(self, touches: ContactTable, order: Indices) -> Indices:
+        """Return the bristles of a record with friction, shape (n,).
+
+        Args:
+            touches: It may have no places for them.
+            order: Node at each place, shape (place,).
+        """
+        kept = len(order)
+        is_node = touches.nodes < kept
+        first = len(self.nodes) - (0 if self.between is None else len(self.between.corners))
+        node = order[np.where(is_node, touches.nodes, 0)]
+        own = np.searchsorted(self.nodes[:first], node)
+        return self.memory[np.where(is_node, own, first + touches.nodes - kept)]
 
     def in_parts(
         self, table: ContactTable | ContactPointTable, parts: int

@@ -93,7 +93,7 @@ class ContactTable(NamedTuple):
     bends: Integers  # of the law that are passed: at the last look, least and most in a step
     listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
     squares: Floats  # scratch, shape (node,)
-    stride: float  # longest way of a node in a step, and since pairs were listed [m]
+    reach: float  # longest way of a node since pairs were listed [m]
     stiffness: Floats  # [N/m], shape (m,)
     layer: float  # [m]
     damping: float  # [s/m]
@@ -354,6 +354,7 @@ class Task(NamedTuple):
     noise: float  # error that is put down to rounding [m]
     least: float  # smallest energy that errors of the ledger are measured by [J]
     bound: float  # displacement beyond which the run is looked at [m]
+    stride: float  # longest way of a node, lest it passes through a shape unseen [m]
 
 
 class Progress(Struct):
