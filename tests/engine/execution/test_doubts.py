@@ -430,3 +430,42 @@ def test_bodies_that_pass_through_each_other_are_found(contact, why):
 
 def test_bodies_that_touch_as_drawn_and_those_that_stay_apart_are_not_reported():
     assert doubts(two_blocks(10)) == () == doubts(two_blocks(14))
+
+
+PINCHED = """language 1
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+body tube { mesh is tube { axis from (0, 0, 0) mm to (20, 0, 0) mm; radius = 5 mm; rings = 7
+  sides = 12 }; tissue is gel; thickness = 0.5 mm; made of springs }
+set top = nodes of tube where z > 4.9 mm and x between 6 mm and 14 mm
+set bottom = nodes of tube where z < -4.9 mm
+environment { gravity = (0, 0, 0) m/s^2; mass damping = 50 Hz; CONTACT }
+script { at 0 s: fix bottom
+  from 0 s to 20 ms: move top by (0, 0, WAY) mm using smooth profile }
+simulate { duration = 20 ms; tolerance = 1e-2 }
+output { trajectory every 1 ms }
+"""
+
+
+@pytest.mark.parametrize(
+    ("contact", "way", "why"),
+    [
+        ("contact is off", -8, ""),
+        ("contact is off", -12, "contact within bodies is off"),
+        (
+            "contact is everywhere; contact thickness = 0.5 mm; "
+            "contact surface stiffness = 1 kPa/m",
+            -12,
+            "contact cannot hold it apart",
+        ),
+    ],
+)
+def test_a_body_that_passes_through_itself_is_found(contact, way, why):
+    found = doubts(PINCHED.replace("CONTACT", contact).replace("WAY", str(way)))
+    kinds = [one.kind for one in found]
+    if not why:
+        assert "bodies overlap" not in kinds
+        return
+    one = found[kinds.index("bodies overlap")]
+    assert one.subject == "tube" and one.most >= one.last > 0
+    assert one.what == f"the surface of tube passes through itself: {why}"
+    assert one.time > 10e-3 and one.where.endswith(" of tube")

@@ -71,8 +71,6 @@ def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[
         return ("rkc2", *others) if is_coarse and _is_overdamped(network) else others
     if method == "rkc2":
         # For elements, other explicit methods need the short steps that this one avoids.
-        if any(each.unsolved for each in network.elements):
-            return ()
         return ("esdirk43",) if network.elements else ("esdirk43", *others)
     return ("rkn4", *others) if method == "dop853" else others
 

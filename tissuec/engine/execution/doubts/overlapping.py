@@ -1,8 +1,10 @@
-"""Bodies whose surfaces pass through each other.
+"""Bodies whose surfaces pass through each other, or through themselves.
 
 Without contact between bodies, nothing keeps them apart; with it, bodies pass through if they
-press harder than contact can bear. Then edges of one surface cross triangles of the other.
-Bodies that touch or overlap as drawn, such as layers that joints connect, are left out.
+press harder than contact can bear. Then edges of one surface cross triangles of the other, or
+triangles of the same surface with which they have no node in common. Bodies that touch or
+overlap as drawn, such as layers that joints connect, are left out, and so are those that pass
+through themselves as drawn.
 """
 
 from collections.abc import Iterator
@@ -12,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import norm
+from tissuec.core.vectors import cross, dot, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.engine.execution.doubts.watched_skin import WatchedSkin
 from tissuec.geometry.balls import in_balls
@@ -25,12 +27,14 @@ from tissuec.script.plan import Plan
 KIND = "bodies overlap"
 TOUCHING = 0.01  # of the median edge: surfaces as near as that as drawn touch
 AROUND = 0.5  # of the median edge: distance within which surfaces are listed
+FLAT = 1e-6  # of it: what is as near to a plane lies in it
 
 
 class _Couple:
-    """Two surfaces, and which of their edges and triangles are near each other.
+    """Two surfaces, or one twice, and which of their edges and triangles are near each other.
 
-    These hold until a node has moved by half of the distance within which they are listed.
+    These hold until a node has moved by half of the distance within which they are listed,
+    beside what all nodes move by.
     """
 
     def __init__(self, one: WatchedSkin, other: WatchedSkin):
@@ -39,6 +43,12 @@ class _Couple:
         self._nodes = np.unique(np.concatenate([one.triangles, other.triangles]))
         self._around: Floats | None = None
         self._near: list[tuple[WatchedSkin, WatchedSkin, Indices]] = []
+        self._orders = [(one, other)] if one is other else [(one, other), (other, one)]
+
+    @property
+    def is_one(self) -> bool:
+        """Return whether it is a single surface."""
+        return self.one is self.other
 
     def crossings(
         self, position: Floats, alive: NDArray[np.bool_]
@@ -50,6 +60,7 @@ class _Couple:
             alive: Springs that are there, shape (spring,).
         """
         here = position[self._nodes]
+        here = here - here.mean(axis=0)
         if (
             self._around is None
             or norm(here - self._around).max(initial=0.0) > 0.5 * self._margin
@@ -57,7 +68,7 @@ class _Couple:
             self._around = here
             self._near = [
                 (first, second, near)
-                for first, second in ((self.one, self.other), (self.other, self.one))
+                for first, second in self._orders
                 if len(near := _near(first, second, position, self._margin))
             ]
         found: list[tuple[WatchedSkin, Passage]] = []
@@ -70,21 +81,30 @@ class _Couple:
             meet = _meet(
                 *boxes(position[edges.ends[near]]), *boxes(position[second.triangles[far]])
             )
-            if not meet.any():
+            pairs = pairs[meet]
+            if self.is_one:
+                pairs = pairs[_are_across(position, edges.ends, second, pairs)]
+            if not len(pairs):
                 continue
-            passages = through(position, edges.ends, second.triangles, pairs[meet])
+            passages = through(position, edges.ends, second.triangles, pairs)
             found += [(second, passage) for passage in passages]
         return found
 
     def touch(self, drawn: Floats) -> bool:
-        """Return whether the surfaces touch or cross as drawn [m], shape (node, 3)."""
+        """Return whether the surfaces touch or cross as drawn [m], shape (node, 3).
+
+        A single surface touches itself at all of its nodes, and is asked only whether it
+        crosses.
+        """
         margin = TOUCHING * min(self.one.edge, self.other.edge)
-        for first, second in ((self.one, self.other), (self.other, self.one)):
+        for first, second in self._orders:
             edges, triangles = first.surface.edges.ends, second.triangles
             pairs = _near(first, second, drawn, margin)
+            if self.is_one:
+                pairs = pairs[_are_across(drawn, edges, second, pairs)]
             if through(drawn, edges, triangles, pairs):
                 return True
-            for end in (0, 1):
+            for end in () if self.is_one else (0, 1):
                 node = edges[pairs[:, 0], end]
                 kinds = np.full(len(node), TRIANGLE)
                 corners = drawn[triangles[pairs[:, 1]]]
@@ -96,66 +116,74 @@ class _Couple:
 
 @WATCHES.member(KIND)
 class Overlapping:
-    """Watches pairs of bodies with surfaces that are apart as drawn.
+    """Watches bodies with surfaces, and pairs of them, that are apart as drawn.
 
     Args:
         network: The network of the run.
         couples: Their surfaces.
-        is_held_apart: Whether bodies touch each other.
     """
 
     kind = KIND
 
-    def __init__(self, network: Network, couples: list[_Couple], *, is_held_apart: bool):
+    def __init__(self, network: Network, couples: list[_Couple]):
         self._network, self._couples = network, couples
-        self._why, self._remedy = (
-            (
-                "contact cannot hold them apart",
-                "use a larger contact stiffness or smaller cells",
-            )
-            if is_held_apart
-            else ("contact between bodies is off", "write contact is bodies too")
-        )
+        self._is_held = {
+            is_one: _is_held_apart(network, is_one=is_one) for is_one in (False, True)
+        }
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
-        """Return the watch of a run; None without two bodies with surfaces."""
+        """Return the watch of a run; None without bodies with surfaces."""
         bodies = [b for b in network.bodies if b.thread is None and len(network.skin_of(b))]
-        if len(bodies) < 2:
-            return None
         skins = [WatchedSkin(network, body) for body in bodies]
-        couples = [_Couple(*pair) for pair in combinations(skins, 2)]
+        pairs = [*combinations(skins, 2), *((skin, skin) for skin in skins)]
+        couples = [_Couple(*pair) for pair in pairs]
         apart = [couple for couple in couples if not couple.touch(network.position)]
-        contact = network.contact
-        is_held_apart = contact is not None and bool(
-            (contact.radius[contact.kind[: len(contact.radius)] == TRIANGLE] > 0.0).any()
-        )
-        return cls(network, apart, is_held_apart=is_held_apart) if apart else None
+        return cls(network, apart) if apart else None
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
-        """Yield the pairs that overlap now."""
+        """Yield the bodies and the pairs that overlap now."""
         for couple in self._couples:
-            one, other = couple.one, couple.other
             found = couple.crossings(position, state.alive)
             where = ""
             if found:
                 crossed, passage = found[0]
                 node = int(crossed.triangles[passage.triangle, 0])
                 where = f"at node {self._network.node_ids[node]} of {crossed.body.name}"
-            yield Finding(
-                f"{one.body.name} and {other.body.name}",
-                len(found),
-                f"the surfaces of {one.body.name} and {other.body.name} pass through each "
-                f"other: {self._why}",
-                where,
-                "crossing",
-                self._remedy,
-                other.body.span,
-            )
+            yield self._finding(couple, len(found), where)
+
+    def _finding(self, couple: _Couple, count: int, where: str) -> Finding:
+        """Return the report that a couple overlaps."""
+        one, other = couple.one.body, couple.other.body
+        subject, among = f"{one.name} and {other.name}", "between"
+        what = f"the surfaces of {subject} pass through each other"
+        remedy = "write contact is bodies too"
+        if couple.is_one:
+            subject, among = one.name, "within"
+            what = f"the surface of {subject} passes through itself"
+            remedy = "write contact is everywhere"
+        why = f"contact {among} bodies is off"
+        if self._is_held[couple.is_one]:
+            why = f"contact cannot hold {'it' if couple.is_one else 'them'} apart"
+            remedy = "use a larger contact stiffness or smaller cells"
+        return Finding(subject, count, f"{what}: {why}", where, "crossing", remedy, other.span)
+
+
+def _is_held_apart(network: Network, *, is_one: bool) -> bool:
+    """Return whether surfaces touch other bodies, or their own."""
+    if (contact := network.contact) is None:
+        return False
+    touches = (contact.kind[: len(contact.radius)] == TRIANGLE) & (contact.radius > 0.0)
+    if is_one:
+        touches &= contact.spared < 0
+    return bool(touches.any())
 
 
 def _near(one: WatchedSkin, other: WatchedSkin, position: Floats, margin: float) -> Indices:
-    """Return pairs of an edge and a triangle whose boxes are near each other, (pair, 2)."""
+    """Return pairs of an edge and a triangle whose boxes are near each other, (pair, 2).
+
+    Those with a node in common are left out.
+    """
     edges, triangles = one.surface.edges.ends, other.triangles
     ends, corners = position[edges], position[triangles]
     low, high = boxes(ends)
@@ -171,7 +199,26 @@ def _near(one: WatchedSkin, other: WatchedSkin, position: Floats, margin: float)
     triangle, edge = in_balls(middle, size + half.max() + margin, ends[own].mean(axis=1))
     edge, triangle = own[edge], others[triangle]
     meet = _meet(low[edge], high[edge], least[triangle], most[triangle])
-    return np.stack([edge[meet], triangle[meet]], axis=1)
+    edge, triangle = edge[meet], triangle[meet]
+    if one is other:
+        shared = (edges[edge][:, :, None] == triangles[triangle][:, None]).any(axis=(1, 2))
+        edge, triangle = edge[~shared], triangle[~shared]
+    return np.stack([edge, triangle], axis=1)
+
+
+def _are_across(
+    position: Floats, edges: Indices, skin: WatchedSkin, pairs: Indices
+) -> NDArray[np.bool_]:
+    """Return which edges have their ends on different sides of the planes of triangles.
+
+    Within flat parts of a surface, rounding would decide that. The shape is (pair,).
+    """
+    ends = position[edges[pairs[:, 0]]]
+    a, b, c = position[skin.triangles[pairs[:, 1]]].swapaxes(0, 1)
+    normal = cross(b - a, c - a)
+    sides = np.stack([dot(normal, end - a) for end in ends.swapaxes(0, 1)])
+    least = FLAT * skin.edge * norm(normal)
+    return np.asarray((np.abs(sides).min(axis=0) > least) & (sides[0] * sides[1] < 0.0))
 
 
 def _meet(low: Floats, high: Floats, least: Floats, most: Floats) -> NDArray[np.bool_]:
