@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from tests.derivatives import forces
 from tests.forces.remembering import (
     agree,
     flow_is_kept_when_settled,
@@ -189,3 +190,30 @@ def test_the_reference_agrees_by_formulas_of_its_own(case):
     bare = MembraneWall(rest, velocity)
     matrices_agree(rest, bare, position, velocity, relative=1e-10 * close)
     give_way_for_good_alike(made, reference, position, velocity)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_response_of_implicit_steps_has_the_rates_and_the_stress_of_the_loops(case):
+    law, ratio, size, more = CASES[case]
+    made, drawn = yielding(law, ratio=ratio, **more)
+    position, velocity = moved(made, drawn, size), given_way(made, drawn)
+    stored = [each for each in (made.yielding, made.branches) if each is not None]
+
+    def tensors(of):
+        return np.concatenate([each.tensors(of, 1) for each in stored])
+
+    f = made.deformations(position)[:, None]
+    stress, found = made.response(f, tensors(velocity))
+    later = velocity.copy()
+    later[made.hidden] += 1e-3 * rates(made, position, velocity)
+    has = np.concatenate([each.slot for each in stored]) >= 0
+    expected = (tensors(later) - tensors(velocity))[has] / 1e-3
+    assert np.abs(expected[: has[0].sum()]).max() > 1.0  # some flow
+    np.testing.assert_allclose(found[has], expected, atol=1e-9 * np.abs(expected).max())
+    pulls = -np.einsum("t,txk,tak->tax", made.weight, stress[:, 0], made.gradients)
+    force = np.zeros_like(position)
+    np.add.at(force, made.nodes, pulls)
+    still = np.zeros_like(velocity)
+    still[made.hidden] = velocity[made.hidden]
+    expected = forces(made, position, still)
+    np.testing.assert_allclose(force, expected, atol=1e-10 * np.abs(expected).max())

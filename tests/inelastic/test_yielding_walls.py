@@ -5,10 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from tests.engine.running import Bench
 from tests.inelastic.elements import PULLED, observed_order, the_reference_agrees
-from tests.inelastic.test_walls import ORDERS as RELAXING
-from tests.inelastic.test_walls import scene
+from tests.inelastic.test_walls import ORDERS, scene
 from tests.inelastic.yielding import (
     BULK,
     CLAY,
@@ -29,7 +27,6 @@ from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out, same_on_two_threads, same_when_resumed
 from tissuec.compiler.anatomy import anatomy_of
 from tissuec.core.errors import CompileError
-from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.network import ELEMENTS
 
 #: A quarter of a strip or a sheet, whose other half is its mirror image.
@@ -249,8 +246,6 @@ def test_blocks_have_no_stress_of_walls_that_yield():
 
 # --- methods ----------------------------------------------------------------------------------
 
-ORDERS = {name: one for name, one in RELAXING.items() if not INTEGRATORS[name].implicit}
-
 
 @pytest.fixture(scope="module")
 def swinging():
@@ -265,12 +260,6 @@ def test_methods_keep_their_order(swinging, method):
     declared, counts = ORDERS[method]
     observed = observed_order(swinging, method, counts)
     assert observed > declared - 0.15 * max(declared, 2)
-
-
-def test_implicit_methods_refuse(swinging):
-    end = Bench(swinging, 0.1, method="esdirk43", tolerance=1e-4).advance(0.1)
-    assert end.kind == "stuck"
-    assert end.message == "esdirk43 does not support walls of elements that yield"
 
 
 def test_a_run_that_is_resumed_gives_the_same_bytes():

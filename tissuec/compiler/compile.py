@@ -33,6 +33,7 @@ from tissuec.compiler.joints import JointArrays, build_joints
 from tissuec.compiler.outputs import OutputReader
 from tissuec.compiler.script import Script, ScriptReader
 from tissuec.compiler.sets import Groups, PlacedBody
+from tissuec.compiler.statics import refuse_intervals, refuse_method
 from tissuec.compiler.threads import idle_knots, renumbered
 from tissuec.core.arrays import behind_one_another, uniform
 from tissuec.core.names import key_of
@@ -163,15 +164,21 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     braked = with_drag(joined, scene.environment, findings)
     network = with_memory(with_tools(braked, tools, scene.environment))
     network = with_element_memory(network)
-    _refuse_method(scene, network, findings)
+    refuse_method(scene, network, findings)
     _refuse_forces(network, findings)
     groups.choose_all()
     duration = scene.simulation.duration
-    conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
+    conditions = Conditions(
+        groups,
+        scene.tools,
+        scene.constants,
+        duration=duration,
+        touching=scene.environment.contact is not None,
+    )
     expects, of_learning = split_expectations(scene.declarations.expects)
     start = _kept_volumes(network, bodies.built)
     plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
-    _refuse_intervals(scene, network, plan, findings)
+    refuse_intervals(scene, network, plan, findings)
     blocks = _blocks(scene, network, conditions, plan, planes, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
     vocabulary_fits: tuple[VocabularyFit, ...] = ()
@@ -185,42 +192,6 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     assert len(bodies.built) == len(scene.declarations.of("body"))  # only errors leave out any
     whole = network.with_blocks(*blocks)
     return Compiled(scene, whole, plan, groups, fit_problems, vocabulary_fits)
-
-
-def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
-    """Reject a method that does not step the internal variables of springs and elements."""
-    name = scene.simulation.integrator
-    implicit = name in INTEGRATORS and INTEGRATORS[name].implicit
-    if scene.simulation.is_static and network.relaxes:
-        said = f"{name} does not support {_relaxing(network)}: it ignores time"
-        hint = "write integrator is automatic, or the name of another method such as dop853"
-    elif implicit and (unsolved := [e.unsolved for e in network.elements if e.unsolved]):
-        said = f"{name} does not support {unsolved[0]}: its matrix does not include them"
-        hint = "write integrator is automatic, or an explicit one such as dop853 or rkc2"
-    else:
-        return
-    findings.add("TIS306", said, scene.simulation.span, hint=hint)
-
-
-def _refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Findings) -> None:
-    """Reject static intervals of tissue that needs time, and of runs that are static anyway."""
-    name = scene.simulation.integrator
-    for interval in plan.static_intervals:
-        if scene.simulation.is_static:
-            said = f"settle over an interval has no effect: {name} is always static"
-            hint = "remove it, or write integrator is automatic"
-        elif network.relaxes:
-            said = f"{_relaxing(network)} cannot settle over an interval: they need time"
-            hint = "let them move instead, as slowly as they need, or settle at one time"
-        else:
-            continue
-        findings.add("TIS306", said, interval.span, hint=hint)
-
-
-def _relaxing(network: Network) -> str:
-    """Return the relaxing or yielding tissue, in words for messages."""
-    what = "springs" if network.springs.inelastic is not None else "elements"
-    return f"{what} that relax or yield"
 
 
 def _refuse_forces(network: Network, findings: Findings) -> None:

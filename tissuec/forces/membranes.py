@@ -51,6 +51,7 @@ from tissuec.forces.matrices import without_negative
 from tissuec.forces.membrane_branches import MembraneBranches, RelaxingPlane
 from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
 from tissuec.forces.membrane_record_kernel import STATE, MembraneTable
+from tissuec.forces.membrane_response import MembraneResponse
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
 from tissuec.forces.membranes_kernel import relax_membranes, stretch_membranes
@@ -373,30 +374,24 @@ class Membranes(MaterialField, frozen=True):
         none = np.zeros(0, dtype=np.int64)
         return np.concatenate([none, *(each.nodes(1) for each in self._stored())])
 
-    @property
-    def unsolved(self) -> str:
-        """Return the name of walls that yield, if any; branches are in the matrix. See
-        ``Field``."""
-        is_stored = self.yielding is not None and len(self.hidden)
-        return "walls of elements that yield" if is_stored else ""
-
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
-        """Return the derivatives of branches; see ``Field``."""
-        if self.branches is None:
+        """Return the derivatives of branches and plastic strain; see ``Field``."""
+        if not len(self.hidden):
             return None
+        stored = [each for each in (self.yielding, self.branches) if each is not None]
         return tangents_by_differences(
-            [self.branches], self._response, self.deformations(position)[:, None], velocity,
+            stored, self.response, self.deformations(position)[:, None], velocity,
             self.nodes, self.gradients[:, None], self.weight[:, None],
         )  # fmt: skip
 
-    def _response(self, f: Floats, tensors: Floats) -> tuple[Floats, Floats]:
-        """Return stress and rates of branches; see ``tangents_by_differences``."""
-        assert self.branches is not None
-        plane = tensors[..., 0, :, :]
-        wall = replace(self, remembered=self.branches.effect_of(plane))
-        strain = MembraneStrain(wall, f[:, 0])
-        rates = self.branches.rates(*strain.isochoric, plane)
-        return strain.piola()[:, None], rates[..., None, :, :]
+    @property
+    def response(self) -> MembraneResponse:
+        """Return stress and rates as a function of F and of what triangles remember."""
+
+        def recalling(branches: RelaxingPlane | None, plastic: PlasticPlane | None) -> Self:
+            return replace(self, remembered=branches, plastic=plastic)
+
+        return MembraneResponse(self.yielding, self.branches, recalling)
 
     @property
     def relaxed(self) -> Self:
