@@ -190,6 +190,42 @@ def test_pushes_on_a_free_body_are_warned_of_unless_they_balance():
     assert not unheld(later.replace("; at", "\nat"), environment=WEIGHTLESS)
 
 
+EIGHTH = """language 1
+tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
+body cube {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, 10) mm }; tissue is gel
+}
+set far = nodes of cube where x > 9.9 mm
+environment { gravity = (0, 0, 0) m/s^2; PLANES }
+script { at 0 s: push far with WAY N }
+simulate { duration = 10 ms }
+"""
+MIRROR = "symmetric about plane through (0, 0, 0) mm facing"
+
+
+@pytest.mark.parametrize(
+    ("facing", "way", "left"),
+    [
+        ([], "(1, 0, 0)", "1"),
+        (["(1, 0, 0)"], "(1, 0, 0)", ""),
+        (["(-1, 0, 0)"], "(1, 0, 0)", ""),
+        (["(1, 0, 0)", "(0, 1, 0)"], "(1, 1, 0)", ""),
+        (["(1, 0, 0)", "(0, 1, 0)"], "(1, 0, 2)", "2"),
+        (["(1, 0, 0)", "(0, 1, 0)", "(0, 0, 1)"], "(1, 2, 3)", ""),
+        (["(0, 1, 0)"], "(1, 0, 0)", "1"),
+    ],
+)
+def test_planes_of_symmetry_bear_what_is_across_them(facing, way, left):
+    text = EIGHTH.replace("PLANES", "\n".join(f"{MIRROR} {normal}" for normal in facing))
+    # What is pushed must stay on the other planes.
+    text = text.replace("WAY", way).replace(
+        "x > 9.9 mm", "x > 9.9 mm and y > 1 mm and z > 1 mm"
+    )
+    found = [one.message for one in tissuec.check(text) if one.code == "W310"]
+    said = [f"nothing holds cube: pushes of {left} N in all drive it away"] if left else []
+    assert found == said
+
+
 @pytest.mark.parametrize("damping", ["1 nN*s/m", "0.1 mN*s/m", "10 mN*s/m"])
 def test_a_body_falls_as_far_as_its_warning_says(damping):
     environment = f"gravity = (0, 0, -9.81) m/s^2; damping = {damping}"

@@ -38,3 +38,31 @@ def test_what_slips_bears_the_whole_friction_until_it_turns_back(speed, slips):
     # Of each point: two depths, pressure that damping leaves, and a bristle at its limit.
     assert touching.any()
     assert table.touches.bends[0] == touching.sum() * (4 if slips else 3)
+
+
+@pytest.mark.parametrize(
+    ("point", "normal"),
+    [("(15.9, 8, 2)", (-1, 0, 0)), ("(8, 0.1, 2)", (0, 1, 0)), ("(8, 8, 3.9)", (0, 0, -1))],
+)
+def test_in_an_implicit_stage_bristles_bend_by_its_velocity_in_any_direction(point, normal):
+    network = slab(
+        f"kind is plane; point = {point} mm; normal = {normal}", entries="friction = 1"
+    )
+    contact, position = network.contact, network.position
+    along = np.ones(3) - np.abs(normal)
+    velocity, lag = np.zeros_like(position), 1e-3
+    speed = np.array([3e-3, -5e-3, 7e-3]) * along
+    velocity[: network.body_nodes] = speed
+    begun = np.array([4e-6, 1e-6, -6e-6]) * along
+    velocity[contact.memory] = contact.rate * begun
+    table = contact.table(np.arange(len(position)), None, position)
+    table.touches.lag[0] = lag
+    forces, power = np.zeros_like(position), np.zeros(2)
+    call = kernel_on(contact.kernel, table)
+    call(0.0, position.ravel(), velocity.ravel(), forces.reshape(-1), power)
+    total = forces[: network.body_nodes].sum(axis=0)
+    pressure = total @ np.array(normal)
+    depth = 0.1e-3 - 0.5 * contact.layer
+    assert pressure > 0.0
+    expected = -(begun + lag * speed) / depth * pressure
+    assert total * along == pytest.approx(expected, rel=1e-9, abs=1e-12 * pressure)

@@ -156,6 +156,27 @@ def test_a_part_of_a_cube_rests_as_the_whole(by, axes):
     assert mismatch(whole, settled(cube(axes, script=""), by, -4e-3)) < 1e-9
 
 
+NOTHING = "nothing holds the net: the centre of mass is unchanged"
+PLANES_ONLY = (
+    "nothing but planes of symmetry holds the net: along these, the centre of mass is unchanged"
+)
+
+
+@pytest.mark.parametrize(
+    ("axes", "said"), [("", NOTHING), ("x", PLANES_ONLY), ("xy", PLANES_ONLY), ("xyz", "")]
+)
+def test_settling_tells_what_planes_do_not_hold(axes, said):
+    base = "symmetric about plane through (0, 0, 0) mm facing (0, 0, 1)" if "z" in axes else ""
+    text = cube(axes.replace("z", ""), script="").replace(
+        "environment {", f"environment {{ {base};"
+    )
+    compiled = compiled_scene(text.replace("at 0 s: fix base", "").replace("-9.81", "0"))
+    state = State.start(compiled.network, gravity=np.zeros(3), drag=0.0)
+    remarks = settle(state, np.ones(compiled.network.node_count, dtype=bool))
+    assert [one.message for one in remarks] == ([said] if said else [])
+    assert np.abs(state.position - compiled.network.position).max() < 1e-12
+
+
 def test_half_of_a_cantilever_bends_as_the_whole():
     assert mismatch(settled(bar(), settle), settled(bar("y"), settle)) < 1e-9
 

@@ -21,6 +21,7 @@ from tissuec.compiler.net_checks import (
 )
 from tissuec.compiler.start_checks import costly, out_of_balance
 from tissuec.compiler.support_checks import unheld
+from tissuec.compiler.thickness_checks import thin_skins
 from tissuec.compiler.thread_checks import passing_threads, passing_tools
 from tissuec.compiler.uneven_walls import uneven_walls
 from tissuec.compiler.unusual_sizes import unusual_sizes
@@ -71,6 +72,7 @@ CHECKS: tuple[Check, ...] = (
     cuts_in_vain,
     passing_threads,
     passing_tools,
+    thin_skins,
     unusual_sizes,
     uneven_walls,
     out_of_balance,

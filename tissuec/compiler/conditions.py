@@ -41,16 +41,30 @@ NOT_MEASURED = {
 
 
 class Conditions:
-    """Turns conditions of ``when`` and ``expect`` into functions of a snapshot."""
+    """Turns conditions of ``when`` and ``expect`` into functions of a snapshot.
+
+    Args:
+        groups: The sets and bodies.
+        tools: By name.
+        scope: Of the scene.
+        duration: Of the run [s].
+        touching: Whether contact is on.
+    """
 
     def __init__(
-        self, groups: Groups, tools: Mapping[str, Tool], scope: Scope, *, duration: float
+        self,
+        groups: Groups,
+        tools: Mapping[str, Tool],
+        scope: Scope,
+        *,
+        duration: float,
+        touching: bool,
     ):
         self.groups = groups
         self.tools = tools
         self.scope = scope
         self.findings = scope.findings
-        self.duration = duration
+        self.duration, self.touching = duration, touching
         self.needs_ledger = False
 
     def condition(self, node: s.Expression) -> Condition:
@@ -318,6 +332,13 @@ class Conditions:
 
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
         none = np.zeros(0, dtype=np.int64)
+        if getattr(measure, "of_contact", False) and not self.touching:
+            self.findings.reject(
+                "TIS702",
+                f"{measure.form} is always 0: contact is off",
+                name.span,
+                hint="write contact is tools only, or contact is everywhere, in environment",
+            )
         self._refuse_others(measure, name)
         if name.key in self.tools:
             tool = self.tools[name.key]

@@ -34,7 +34,9 @@ from tissuec.scene.model import ContactLaw, Environment, Tool
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
     from tissuec.forces.contact import Contact, ContactPairs
 
-SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
+#: Of the size of a face, or of the mean length of a spring: how far around surfaces others
+#: touch them.
+SKIN = 0.25
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
 STRIDE = 0.5  # the same, as the way that nodes may go in a step
@@ -83,7 +85,7 @@ def _can_touch(network: Network, tools: Sequence[Tool], law: ContactLaw) -> bool
     """Return whether a scene has shapes that touch nodes."""
     if any(tool.may_touch for tool in tools):
         return True
-    skins = _of_skins(network, law, threaded=bool(_sizes(network).any()))
+    skins = _of_skins(network, law, None, threaded=bool(_sizes(network).any()))
     return bool(len(_of_threads(network).kind) or len(skins.kind))
 
 
@@ -122,7 +124,7 @@ def contact_of(
         return None
     points = face_points(network, tools, law)
     threaded = bool(_touchable(network, points).size.any())
-    skins = _of_skins(network, law, threaded=threaded)
+    skins = _of_skins(network, law, points, threaded=threaded)
     parts = [_of_tools(network, tools), _of_threads(network), skins]
     columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
     faces = Faces(*map(np.concatenate, columns))
@@ -289,19 +291,29 @@ def _unbound(count: int) -> Indices:
     return np.full((count, 2), -1)
 
 
-def _of_skins(network: Network, law: ContactLaw, *, threaded: bool) -> Faces:
+def default_thickness(network: Network, points: FacePoints | None) -> float:
+    """Return a quarter of the size of the smallest faces that have points [m].
+
+    Where none have, it is a quarter of the mean length of a spring, or 0 without any.
+    """
+    size = _mean_length(network) if points is None else float(points.face_size.min())
+    return SKIN * size if size > 0.0 else 0.0
+
+
+def _of_skins(
+    network: Network, law: ContactLaw, points: FacePoints | None, *, threaded: bool
+) -> Faces:
     """Return the triangles of the surfaces of all bodies, if anything can touch them.
 
     Threads and thin tools always touch surfaces, at their own radius; surfaces then have none.
 
     Args:
+        points: Of contact of faces.
         threaded: Whether there are any of those.
     """
     skin, thickness = network.skin.astype(np.int64), 0.0
     if law.between_bodies:
-        thickness = law.thickness or SKIN * _mean_length(network)
-        if not thickness > 0.0:
-            thickness = 0.0  # without springs there is no skin either
+        thickness = law.thickness or default_thickness(network, points)
     elif not threaded:
         skin = skin[:0]
     owner = _owners(network)[skin[:, 0]]

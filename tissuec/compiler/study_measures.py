@@ -145,7 +145,11 @@ class _MeasureReader:
         self.network = compiled.network
         self.duration = scene.simulation.duration
         self.conditions = Conditions(
-            compiled.groups, scene.tools, scene.constants, duration=self.duration
+            compiled.groups,
+            scene.tools,
+            scene.constants,
+            duration=self.duration,
+            touching=scene.environment.contact is not None,
         )
         self.findings = self.conditions.findings
         self._quantities = QuantityReader(self.conditions, SENTENCES["measure"].forms[0])

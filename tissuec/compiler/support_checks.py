@@ -46,7 +46,7 @@ def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
     """W310: bodies with springs that nothing holds, where weight or pushes move them.
 
     Left out are bodies that are thrown, whose motion is expected, or that contact can catch;
-    and scenes with force blocks, which may hold anything.
+    what planes of symmetry bear; and scenes with force blocks, which may hold anything.
     """
     plan = compiled.plan
     events = plan.every_event
@@ -54,7 +54,7 @@ def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
     if compiled.scene.forces or not (pushes or np.any(plan.gravity)):
         return
     loose, held = loose_bodies(compiled.network, plan)
-    moved = [(one, _direction(one, plan, pushes)) for one in loose]
+    moved = [(one, _direction(one, compiled, pushes)) for one in loose]
     waiting = [(one, along) for one, along in moved if along.any() and not _expected(one, plan)]
     catching = held + [body for one, along in moved if not along.any() for body in one.bodies]
     while caught := [pair for pair in waiting if _is_caught(compiled, *pair, catching, events)]:
@@ -111,13 +111,13 @@ def _held_by(action: Action) -> Indices:
             return none
 
 
-def _direction(one: Loose, plan: Plan, pushes: Sequence[Push]) -> Floats:
+def _direction(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Floats:
     """Return where weight, or else pushes, drive some bodies; 0 where they balance, (3,)."""
-    acting = _acting(one, pushes)
-    total = np.sum(acting, axis=0)
-    if np.any(plan.gravity):
+    acting, gravity = _acting(one, pushes), compiled.plan.gravity
+    total = _resultant(one, acting, compiled.network)
+    if np.any(gravity):
         # What is pushed up may float.
-        return np.zeros(3) if total @ plan.gravity < 0.0 else plan.gravity / norm(plan.gravity)
+        return np.zeros(3) if total @ gravity < 0.0 else gravity / norm(gravity)
     size = float(norm(total))
     is_balanced = size <= BALANCED * float(norm(acting).sum())
     return np.zeros(3) if is_balanced else total / size
@@ -126,8 +126,17 @@ def _direction(one: Loose, plan: Plan, pushes: Sequence[Push]) -> Floats:
 def _acting(one: Loose, pushes: Sequence[Push]) -> Floats:
     """Return the forces of all pushes on some bodies [N], shape (push, 3)."""
     counts = [np.isin(push.group.indices, one.nodes).sum() for push in pushes]
-    forces = [push.force * count for push, count in zip(pushes, counts, strict=True)]
+    forces = [push.on_each * count for push, count in zip(pushes, counts, strict=True)]
     return np.array(forces, dtype=float).reshape(-1, 3)
+
+
+def _resultant(one: Loose, acting: Floats, network: Network) -> Floats:
+    """Return the sum of some forces without what planes of symmetry bear [N], shape (3,)."""
+    total = acting.sum(axis=0)
+    for plane in network.mirrored:  # which are parallel or perpendicular
+        if np.isin(plane.nodes, one.nodes).any():
+            total = total - (total @ plane.normal) * plane.normal
+    return total
 
 
 def _expected(one: Loose, plan: Plan) -> bool:
@@ -206,7 +215,8 @@ def _told(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Iterator[Di
     if not np.any(plan.gravity):
         if np.isfinite(one.until):
             return
-        total = show(float(norm(_acting(one, pushes).sum(axis=0))), FORCE)
+        left = _resultant(one, _acting(one, pushes), network)
+        total = show(float(norm(left)), FORCE)
         text = f"nothing holds {one.name}: pushes of {total} in all drive it away"
         hint += "; forces that balance need no support"
     elif plan.simulation.is_static:

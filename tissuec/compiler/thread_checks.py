@@ -119,7 +119,7 @@ def _radius(body: BodyPart) -> float:
 def turning_contact_on(compiled: "Compiled") -> Hint:
     """Return what turns contact on."""
     block = compiled.scene.declarations.single["environment"]
-    if (written := _entry(block, "contact")) is not None:
+    if (written := entry_of(block, "contact")) is not None:
         return Hint(f"write: {TOUCHING}", Edit(TOUCHING, written))
     return missing(TOUCHING, block.head)
 
@@ -167,12 +167,12 @@ def _more_pieces(compiled: "Compiled", body: BodyPart, count: int) -> Hint:
     """Return in how many pieces a thread lies closely enough."""
     text = f"pieces = {count}"
     block = compiled.scene.declarations.of("body")[key_of(body.name)].item
-    written = _entry(block, "pieces")
+    written = entry_of(block, "pieces")
     edits = [] if written is None else [Edit(text, written)]
     return Hint(f"write: {text}", *edits)
 
 
-def _entry(block: s.Item, name: str) -> Span | None:
+def entry_of(block: s.Item, name: str) -> Span | None:
     """Return where a block says something of a name, in the blocks within it too."""
     entries = (part for part in walk(block) if isinstance(part, s.Assign | s.Sentence))
     return next((one.span for one in entries if one.name.key == name), None)

@@ -64,6 +64,11 @@ class Freedom(Struct, frozen=True, eq=False):
     within: Floats
     motion: Floats
 
+    @property
+    def is_on_plane(self) -> bool:
+        """Return whether a plane of symmetry keeps it from some shifts."""
+        return bool(np.trace(self.within) < 2.5)
+
     def restored(self, x: Floats, start: Floats, mass: Floats) -> Floats:
         """Return the nodes moved as a rigid body, as close to their start as possible [m].
 

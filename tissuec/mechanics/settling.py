@@ -135,14 +135,15 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
     """Return notes on pieces that can move as a whole without any force."""
     if not neutral.freedoms:
         return ()
-    held = all(freedom.pivot is not None for freedom in neutral.freedoms)
+    loose = [one for one in neutral.freedoms if one.pivot is None]
     who = "the net" if len(neutral.freedoms) == 1 else counted(len(neutral.freedoms), "piece")
-    text = (
-        f"{who} can rotate about its support without any force; its orientation is unchanged"
-        if held
-        else f"nothing holds {who}: the centre of mass is unchanged"
-    )
-    return (Remark(text),)
+    if not loose:
+        text = f"{who} can rotate about its support without any force"
+        return (Remark(f"{text}; its orientation is unchanged"),)
+    if all(one.is_on_plane for one in loose):
+        text = f"nothing but planes of symmetry holds {who}: along these"
+        return (Remark(f"{text}, the centre of mass is unchanged"),)
+    return (Remark(f"nothing holds {who}: the centre of mass is unchanged"),)
 
 
 def _equilibrium(

@@ -64,7 +64,7 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
         contact_surface_stiffness: contact pressure per depth of penetration; on faces, it
             follows from the tissue by default
         contact_thickness: distance from the surface of a body at which contact begins; by
-            default a quarter of a spring's length
+            default a quarter of the size of a face, or of a spring's length
         contact_layer: depth over which the contact stiffness increases to its full value; by
             default a tenth of a spring's length
         contact_damping: relative decrease of the contact force per speed of separation

@@ -46,6 +46,7 @@ class Measure(Protocol):
             elements or of forceps with jaws only; or "body or solid".
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
+    What is 0 wherever contact is off has ``of_contact = True``.
     """
 
     form: str

@@ -21,6 +21,7 @@ class ContactArea(ScalarMeasure):
     dimension = units.AREA
     subjects = 1
     takes = "nodes"
+    of_contact = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

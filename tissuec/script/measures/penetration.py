@@ -20,6 +20,7 @@ class Penetration(ScalarMeasure):
     dimension = units.LENGTH
     subjects = 1
     takes = "nodes"
+    of_contact = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

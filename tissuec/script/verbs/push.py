@@ -64,12 +64,17 @@ class Push(VerbSentence, frozen=True):
         """Return that it is not known how far nodes move."""
         return inf
 
+    @property
+    def on_each(self) -> Floats:
+        """Return the force on each node [N], shape (3,)."""
+        nodes = len(self.group.indices)
+        return self.force if self.each_node else self.force / max(nodes, 1)
+
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
         load = _free_name(state, self.group.name, stop)
         nodes = self.group.indices
-        force = self.force if self.each_node else self.force / max(len(nodes), 1)
-        state.loads[load] = Load(nodes, (LoadTerm(force, profile),), self.span)
+        state.loads[load] = Load(nodes, (LoadTerm(self.on_each, profile),), self.span)
         if self.duration is not None:
             queue.add(stop, EndPush(load, self.span))
         return (LoggedEvent("push", (), sentence(self.span), self.span),)
