@@ -18,8 +18,7 @@ from msgspec import Struct
 
 from benchmarks.publishing import json_option, publish, tell
 from benchmarks.rivals.offers import RIVALS
-from tissuec.bench import report
-from tissuec.bench.bench import BenchResult, bench
+from tissuec.bench.bench import BenchResult, bench, bench_report, seconds
 from tissuec.bench.points import MeasuredPoint
 from tissuec.core.markdown import table
 from tissuec.pipeline import compile_request
@@ -134,9 +133,7 @@ def rows_of(name: str, found: BenchResult) -> list[tuple[str, ...]]:
 
 def cells(point: MeasuredPoint | None) -> tuple[str, str]:
     """Return time and error of a point, in words."""
-    return (
-        ("-", "-") if point is None else (report.seconds(point.seconds), f"{point.error:.1e}")
-    )
+    return ("-", "-") if point is None else (seconds(point.seconds), f"{point.error:.1e}")
 
 
 def as_dict(found: BenchResult) -> dict[str, Any]:
@@ -148,7 +145,7 @@ def as_dict(found: BenchResult) -> dict[str, Any]:
         for solver in SOLVERS
         if (point := within(found, solver, bound))
     ]  # fmt: skip
-    return report.as_dict(found) | {"within": best}
+    return bench_report(found, {}).document | {"within": best}
 
 
 if __name__ == "__main__":

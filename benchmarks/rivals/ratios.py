@@ -7,9 +7,8 @@ from math import exp, log
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.bench import BenchResult
+from tissuec.bench.bench import BenchResult, seconds
 from tissuec.bench.points import MeasuredPoint
-from tissuec.bench.report import seconds
 from tissuec.core.report import FactTable, Part, Report
 from tissuec.script.plan import AUTOMATIC
 

@@ -637,7 +637,7 @@ def test_commands_write_blocks_and_say_so(tmp_path):
     names = list(shown(opened(tmp_path / "pad.blocks.vtkhdf"), 0))
     done = tissuec("export", "pad.vtkhdf", "-o", "copy.blocks.vtkhdf", "--json", cwd=tmp_path)
     assert json.loads(done.stdout) == {
-        "file": "copy.blocks.vtkhdf", "frames": 9, "blocks": names, "left_out": [],
+        "ok": True, "file": "copy.blocks.vtkhdf", "frames": 9, "blocks": names, "left_out": [],
     }  # fmt: skip
     done = tissuec("export", "pad.vtkhdf", "--all", "-o", "a.vtm", cwd=tmp_path)
     assert "wrote 9 frames to a_0000.vtm … a_0008.vtm" in done.stderr

@@ -1,7 +1,7 @@
-"""The bench of a scene: time and error of every method."""
+"""The bench of a scene: time and error of every method, and the report on it."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -13,6 +13,7 @@ from tissuec.bench.truth import BestSolution, Judges, find_truth, no_judges
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
+from tissuec.core.report import FactTable, Part, Report
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC
@@ -110,3 +111,67 @@ def chosen(solvers: Sequence[BenchSolver], names: Sequence[str]) -> list[BenchSo
             hint = alternatives(name, [solver.name for solver in solvers], what="solvers")
             raise TissueError(f'there is no solver "{name}" for this scene; {hint}')
     return [known[name.lower()] for name in names] if names else list(solvers)
+
+
+POINTS = ("method", "tolerance", "error", "time", "evaluations")
+
+
+def bench_report(bench: BenchResult, facts: Mapping[str, Any]) -> Report:
+    """Return the report on a bench.
+
+    Args:
+        bench: The points.
+        facts: Further facts for programs.
+    """
+    network, truth = bench.problem.network, bench.truth
+    points = [_point(point, bench.floor) for point in bench.points]
+    parts: list[Part] = [
+        f"{network.size}; "
+        f"errors relative to {truth.method} with tolerance {truth.tolerance:g}, "
+        f"accurate to {bench.floor:.1e}",
+        "",
+        FactTable(POINTS, points),
+    ]
+    remarks = [f"{gap.name} at {gap.tolerance:g}: {gap.why}" for gap in bench.gaps]
+    remarks += bench.left_out
+    return Report([*parts, *([""] if remarks else []), *remarks], {**facts, **_document(bench)})
+
+
+def _document(bench: BenchResult) -> dict[str, Any]:
+    """Return all numbers, in SI units."""
+    network, truth = bench.problem.network, bench.truth
+    return {
+        **network.size.facts,
+        "reference": {
+            "method": truth.method,
+            "tolerance": truth.tolerance,
+            "uncertainty": bench.floor,
+        },
+        "points": [
+            {
+                "method": p.name,
+                "ours": p.ours,
+                "tolerance": p.tolerance,
+                "error": p.error,
+                "seconds": p.seconds,
+                "evaluations": p.evaluations,
+            }
+            for p in bench.points
+        ],
+        "gaps": [
+            {"method": gap.name, "tolerance": gap.tolerance, "why": gap.why}
+            for gap in bench.gaps
+        ],
+        "left_out": list(bench.left_out),
+    }
+
+
+def seconds(value: float) -> str:
+    """Return a time with three digits and a unit that suits it."""
+    return f"{value:.3g} s" if value >= 1.0 else f"{1e3 * value:.3g} ms"
+
+
+def _point(point: MeasuredPoint, floor: float) -> tuple[str, ...]:
+    error = f"{point.error:.1e}" if point.error > floor else f"< {floor:.1e}"
+    time = seconds(point.seconds)
+    return point.name, f"{point.tolerance:g}", error, time, str(point.evaluations)

@@ -86,8 +86,7 @@ def command(settings: Settings, **options: Any) -> Report:
     the plot is written to a file. Exit code: 0 done; 1 no reference could be computed; 2 the
     text or the command line is wrong.
     """
-    from tissuec.bench.bench import NONE
-    from tissuec.bench.report import bench_report
+    from tissuec.bench.bench import NONE, bench_report
 
     return measured(settings, NONE, bench_report, **options)
 

@@ -39,9 +39,8 @@ def command(
     completely; 2 a file cannot be read.
     """
     from tissuec.view.compare.comparison import compare
-    from tissuec.view.compare.data import as_dict
+    from tissuec.view.compare.report import as_dict, parts_of
     from tissuec.view.compare.sides import Side, open_side
-    from tissuec.view.compare.text import parts_of
 
     with ExitStack() as open_files:
         sides: list[Side] = []

@@ -51,6 +51,6 @@ def compared(scene, first_run):
 def told():
     """Return a comparison as the text that people read."""
     from tissuec.core.report import as_text
-    from tissuec.view.compare.text import parts_of
+    from tissuec.view.compare.report import parts_of
 
     return lambda found: "\n".join(as_text(parts_of(found)))

@@ -6,8 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from tests.test_cli import tissuec
-from tissuec.view.compare.data import as_dict
 from tissuec.view.compare.forces import compare_forces, forces_alone
+from tissuec.view.compare.report import as_dict
 
 BED = "force bed { kind is foundation; acts on low; stiffness = k; damping = 20 Pa*s/m }"
 SCENE = f"""language 1

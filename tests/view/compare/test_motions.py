@@ -11,7 +11,7 @@ from tests.api.scenes import PULL
 from tests.view.compare.scenes import AMPLITUDE, FALLING, OSCILLATOR, TEARING, omega
 from tissuec.core.data import as_data
 from tissuec.view.compare.comparison import compare
-from tissuec.view.compare.data import as_dict
+from tissuec.view.compare.report import as_dict
 from tissuec.view.compare.sides import of_result
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")  # idle sets
