@@ -5,7 +5,7 @@ import re
 from msgspec.structs import replace
 
 from tissuec.core.fields import Real
-from tissuec.core.hints import Edit, Hint, did_you_mean, proposal
+from tissuec.core.hints import Edit, Hint, did_you_mean
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
@@ -15,14 +15,6 @@ from tissuec.scene.model import Appearance
 
 COLOUR, GLOSS = "colour", "gloss"
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
-_GLOSS = Real(NUMBER, at_least=0.0, at_most=1.0)
-APPEARANCE = by_name(
-    written(
-        COLOUR, 'The colour in pictures, in hexadecimal digits: colour = "#7a3b34".',
-        'colour = "#7a3b34"', begins=' = "#',
-    ),
-    entry(GLOSS, _GLOSS, "how much it shines in pictures"),
-)  # fmt: skip
 #: Colours that people name, as organs have them.
 _NAMED = {
     "red": "#b3342d", "dark red": "#7a2a26", "brown": "#7a3b34", "pink": "#e39c96",
@@ -42,13 +34,8 @@ def read_appearance(
         before: How it looked without.
         scope: Looks up names of expressions.
     """
-    if item.name.key == GLOSS and isinstance(item, s.Assign):
-        gloss = schema.read_value(_GLOSS, item.value, scope, what=GLOSS)
-        return replace(before, gloss=float(gloss))
-    if item.name.key == GLOSS:
-        hint = proposal("gloss = 0.3")
-        scope.findings.reject("TIS312", "gloss is a number from 0 to 1", item.span, hint=hint)
-    return replace(before, colour=_colour(item, scope))
+    key = item.name.key
+    return replace(before, **{key: schema.read_entry(APPEARANCE[key], item, scope)})
 
 
 def _colour(item: s.Sentence | s.Assign, scope: Scope) -> str:
@@ -69,3 +56,16 @@ def _colour(item: s.Sentence | s.Assign, scope: Scope) -> str:
         item.span,
         hint=Hint(f"{what} {form}", Edit(form, item.span)) if named else f"{what} {form}",
     )
+
+
+#: Entries of a tissue without influence on a run.
+APPEARANCE = by_name(
+    written(
+        COLOUR, 'The colour in pictures, in hexadecimal digits: colour = "#7a3b34".',
+        'colour = "#7a3b34"', begins=' = "#', reads=_colour,
+    ),
+    entry(
+        GLOSS, Real(NUMBER, at_least=0.0, at_most=1.0, example="0.3"),
+        "how much it shines in pictures",
+    ),
+)  # fmt: skip

@@ -304,6 +304,10 @@ def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
         or item.phrase is None
     ):
         _wrong_form(entry, item, scope)
+    parts = (item.phrase, *item.clauses)  # "centre of gravity" reads as a word and a clause
+    text = s.key_of(" ".join(part.span.text for part in parts))
+    if text in kind.words and (kind.opens or not isinstance(item, s.Block)):
+        return text
     _no_clauses(item, scope)
     if isinstance(item, s.Block) and not kind.opens:
         scope.findings.reject(

@@ -43,9 +43,10 @@ _IF = written(
     "if", "A rule from words of properties to words of quantities.",
     "if CONDITION then QUANTITY is WORD weighing NUMBER", repeats=True, begins=" ",
 )  # fmt: skip
+_ENTRIES = {**OPERATOR_ENTRIES, "if": _IF}
 declare(
     "rules", "Rules that conclude words of quantities from words of properties.", 13,
-    block=block({**OPERATOR_ENTRIES, "if": _IF}),
+    block=block(_ENTRIES),
 )  # fmt: skip
 
 
@@ -180,36 +181,8 @@ class RulesReader:
         return ConcludedQuantity(scale.named.scale.axis, otherwise)
 
     def _operator(self, item: s.Item, chosen: dict[str, str]) -> None:
-        if isinstance(item, s.Assign) and item.name.key in CHOICES:
-            example = f"{item.name.key} is {next(iter(CHOICES[item.name.key]))}"
-            schema.refuse_sign(item, self.scope, example=example)
-        if (
-            not isinstance(item, s.Sentence)
-            or item.name.key not in CHOICES
-            or item.phrase is None
-        ):
-            is_named = isinstance(item, s.Sentence | s.Assign | s.Block)
-            text = item.name.text if is_named else "this"
-            self.findings.reject(
-                "TIS303",
-                f'"{text}" is not an entry of rules',
-                item.span,
-                hint=alternatives(text, (*CHOICES, "if"), what="entries"),
-            )
-        words = CHOICES[item.name.key]
-        # "centre of gravity" reads as a phrase with a clause behind it.
-        written = " ".join(
-            [item.phrase.span.text, *(clause.span.text for clause in item.clauses)]
-        )
-        choice = s.key_of(written)
-        if choice not in words:
-            self.findings.reject(
-                "TIS305",
-                f'{item.name.text} cannot be "{written}"',
-                item.phrase.span,
-                hint=alternatives(choice, words, what="choices"),
-            )
-        chosen[item.name.key] = choice
+        entry = schema.find_entry(_ENTRIES, item, self.scope, what="rules")
+        chosen[entry.name] = schema.read_entry(entry, item, self.scope)
 
     # --- rules --------------------------------------------------------------------------------
 
