@@ -2,14 +2,25 @@
 
 from collections.abc import Mapping, Sequence
 
+from msgspec.structs import replace
+
 from tissuec.core.fields import OneOf
 from tissuec.core.markdown import fenced, paragraphs
 from tissuec.core.precision import PRECISIONS
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.block_sentences import Sentences
-from tissuec.scene.entries import BlockEntries, Entry, by_name, entries_of, entry, written
+from tissuec.scene.entries import (
+    BlockEntries,
+    Entries,
+    Entry,
+    by_name,
+    entries_of,
+    entry,
+    written,
+)
 from tissuec.scene.parts import SCENE, block, block_of, declare
+from tissuec.scene.settings import integrators
 
 #: Entries of output beside measures.
 OUTPUT_ENTRIES = by_name(
@@ -60,11 +71,17 @@ def _words(forms: Sequence[str]) -> dict[str, str]:
     return {word: study_entries.DESIGNS.get(word, "") for word in words} if all(words) else {}
 
 
+def _learn_entries() -> Entries:
+    settings, known = learn_entries.learn_schema(), integrators()
+    words = {word: known[word] for word in settings["integrator"].words}
+    integrator = replace(settings["integrator"], kind=OneOf(words))
+    sentences = as_entries(learn_entries.SENTENCES, data=block({}))
+    return {**sentences, **settings, "integrator": integrator}
+
+
 declare(
     "learn", "Fits numbers of tissues, nodes, springs or words to measured data.", 30,
-    block=block(lambda: {
-        **as_entries(learn_entries.SENTENCES, data=block({})), **learn_entries.learn_schema()
-    }),
+    block=block(_learn_entries),
 )  # fmt: skip
 declare(
     "study", "Many runs of the scene: what varies, and what is measured.", 31,
