@@ -142,9 +142,6 @@ class Saying(Struct):
         for word, refusal in form.kind.refused.items():
             if word in self.clauses and form.of_word(word) is None:
                 self.reject("TIS303", refusal.message)
-        written = [one for one in form.kind.one_of if form.parts[one].word in self.clauses]
-        if form.kind.one_of and len(written) != 1:
-            self.reject("TIS306" if written else "TIS304", "either one or the other")
         parts = {
             field: self._part(part, name, form, is_optional=field in form.optional)
             for field, part in form.parts.items()
@@ -169,6 +166,12 @@ class Saying(Struct):
                 if named is None and not is_optional:
                     self.reject("TIS304", "a name is missing")
                 return None if named is None else self._named(part, named)
+        if isinstance(part, parts.EitherClause):
+            written = [one for one in part.clauses if one.word in self.clauses]
+            if len(written) != 1:
+                self.reject("TIS306" if written else "TIS304", "either one or the other")
+            word = written[0].word
+            return parts.Amount(word, self._value(written[0], self.clauses[word]))
         if part.word not in self.clauses:
             return None if is_optional else self.reject("TIS304", f"no {part.word}")
         return self._value(part, self.clauses[part.word])

@@ -14,14 +14,16 @@ from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.values import Value, unit_vector
-from tissuec.script.forms import VerbForm, VerbSentence, form_of, one_by_one, text_of, texts_of
+from tissuec.script.forms import VerbForm, VerbSentence, form_of, text_of, texts_of
 from tissuec.script.parts import (
+    Amount,
     CasePart,
     Cases,
     ChoiceClause,
     ClausePart,
     DirectedClause,
     DirectionClause,
+    EitherClause,
     FlagPart,
     LastingPart,
     NumberClause,
@@ -87,7 +89,6 @@ class ClauseReader:
             is_of_sine = word == "of" and "using" in self.clauses
             if word in self.clauses and form.of_word(word) is None and not is_of_sine:
                 self.reject("TIS303", refusal.message, hint=refusal.hint, word=word)
-        self._check_alternatives(form)
         self._check_complete(form)
         values = {name: self._part(name, part) for name, part in form.parts.items()}
         return form.kind(span=self.span, **values)
@@ -170,20 +171,6 @@ class ClauseReader:
             hint = alternatives(key, shown, what="it can be")
         self.reject(cases.code, cases.wrong.format(key), hint=hint)
 
-    def _check_alternatives(self, form: VerbForm) -> None:
-        """Reject a sentence with none, or with several, of some alternative clauses."""
-        parts = [form.parts[name] for name in form.kind.one_of]
-        written = [p for p in parts if isinstance(p, ClausePart) and p.word in self.clauses]
-        if not parts or len(written) == 1:
-            return
-        either = " or ".join(f"a {part.what}" for part in parts)
-        message = f'"{self.verb} {form.literal}" needs either {either}'
-        if written:
-            places = [self.clauses[part.word].span for part in written]
-            self.reject("TIS306", message, hint=one_left(*places))
-        texts = ", or: ".join(one_by_one(self.verb, form))
-        self.reject("TIS304", message, hint=f"write: {texts}")
-
     def _check_complete(self, form: VerbForm) -> None:
         """Reject a sentence that lacks something, before its parts are read."""
         for name, part in form.parts.items():
@@ -220,13 +207,10 @@ class ClauseReader:
                 return self._flag(part)
             case ProfileClause() | SubjectPart() | ToolClause():
                 return self._of_script(part, is_optional=name in self.form.optional)
-            case ClausePart(word=word):
-                return self._clause(part) if self.has(word) else None
-            case _:
-                raise TypeError(f"{type(part).__name__} is not a part of sentences")
-
-    def _clause(self, part: ClausePart) -> Any:
-        match part:
+            case EitherClause():
+                return self._either(part)
+            case ClausePart(word=word) if not self.has(word):
+                return None
             case NumberClause():
                 return self._number(part)
             case VectorClause(word=word, dimension=dimension):
@@ -238,7 +222,7 @@ class ClauseReader:
             case ChoiceClause():
                 return self._choice(part)
             case _:
-                raise TypeError(f"{type(part).__name__} is not a clause")
+                raise TypeError(f"{type(part).__name__} is not a part of sentences")
 
     def missing(self, part: Part, *, word: str | None = None) -> NoReturn:
         """Reject a sentence without a part.
@@ -281,6 +265,20 @@ class ClauseReader:
             message = f'unexpected "{text}" after "{word}"'
             self.reject("TIS305", message, hint=hint, word=word)
         return False
+
+    def _either(self, part: EitherClause) -> Amount:
+        written = [one for one in part.clauses if self.has(one.word)]
+        if len(written) == 1:
+            return Amount(written[0].word, self._number(written[0]))
+        either = " or ".join(f"a {one.what}" for one in part.clauses)
+        message = f'"{self.verb} {self.form.literal}" needs either {either}'
+        if written:
+            places = [self.clauses[one.word].span for one in written]
+            self.reject("TIS306", message, hint=one_left(*places))
+        text = text_of(self.verb, self.form)
+        first, *others = (f"{one.word} {one.placeholder}" for one in part.clauses)
+        texts = [text, *(text.replace(first, other) for other in others)]
+        self.reject("TIS304", message, hint=f"write: {', or: '.join(texts)}")
 
     def _choice(self, part: ChoiceClause) -> str:
         value = self.clauses[part.word].value

@@ -17,6 +17,7 @@ from tissuec.script.parts import (
     ClausePart,
     DirectedClause,
     DirectionClause,
+    EitherClause,
     FlagPart,
     NumberClause,
     Part,
@@ -37,11 +38,9 @@ class VerbSentence(Struct, frozen=True):
 
     Attributes:
         span: The sentence.
-        one_of: Fields of which exactly one is written.
         refused: Clauses that are not taken, although they might be expected, by joining word.
     """
 
-    one_of: ClassVar[tuple[str, ...]] = ()
     refused: ClassVar[Mapping[str, Refusal]] = MappingProxyType({})
 
     span: Span
@@ -89,6 +88,8 @@ class VerbForm(Struct, frozen=True, eq=False):
                     yield part.along, DirectionClause(part.along)
                 case ProfileClause(path=path) if path:
                     yield from (("using", part), ("along", "table"))
+                case EitherClause(clauses=clauses):
+                    yield from ((one.word, one) for one in clauses)
                 case ProfileClause() | FlagPart():
                     yield part.word, part
                 case SubjectPart(word=word) | ClausePart(word=word) if word:
@@ -188,13 +189,6 @@ def text_of(verb: str, form: VerbForm) -> str:
     return _line(verb, form, _usual(form))
 
 
-def one_by_one(verb: str, form: VerbForm) -> Iterator[str]:
-    """Yield the usual text of a form with each of its alternative clauses."""
-    rest = {name: text for name, text in _usual(form).items() if name not in form.kind.one_of}
-    for name in form.kind.one_of:
-        yield _line(verb, form, {**rest, name: _written(form.parts[name])[0]})
-
-
 def _choices(form: VerbForm, usual: Mapping[str, str]) -> Iterator[dict[str, str]]:
     """Yield the usual text of each part, with each choice."""
     chosen = [name for name in usual if isinstance(form.parts[name], ChoiceClause)]
@@ -229,16 +223,15 @@ def _usual(form: VerbForm) -> dict[str, str]:
     """Return the usual text of each part that is needed, and of the subject."""
     profiles = (part for part in form.parts.values() if isinstance(part, ProfileClause))
     paths = [profile.path for profile in profiles if profile.path]
-    left_out = form.optional - set(form.kind.one_of[:1])
     texts = {
         name: _written(part)[0]
         for name, part in form.parts.items()
-        if _written(part) and (name not in left_out or _word(part) in paths)
+        if _written(part) and (name not in form.optional or _word(part) in paths)
     }
     subject = {
         name: _written(part)[0]
         for name, part in form.parts.items()
-        if part in form.subjects and name in left_out and texts
+        if part in form.subjects and name in form.optional and texts
     }
     return {**subject, **texts}
 
@@ -246,8 +239,7 @@ def _usual(form: VerbForm) -> dict[str, str]:
 def _excludes(form: VerbForm, name: str, other: str, text: str) -> bool:
     """Return whether one part with some text stands in place of another part."""
     path = getattr(form.parts[name], "path", "")
-    is_path = text.endswith(PATH) and _word(form.parts[other]) == path
-    return is_path or {name, other} <= set(form.kind.one_of)
+    return text.endswith(PATH) and _word(form.parts[other]) == path
 
 
 def _line(verb: str, form: VerbForm, texts: Mapping[str, str]) -> str:
@@ -280,6 +272,8 @@ def _written(part: Part) -> list[str]:
             return [f"{word} {part.placeholder}S", f"{word} {part.placeholder} {along} VECTOR"]
         case ChoiceClause(word=word, words=words):
             return [f"{word} {one}" for one in words]
+        case EitherClause(clauses=clauses):
+            return [f"{one.word} {one.placeholder}" for one in clauses]
         case FlagPart(text=text):
             return [text]
         case ProfileClause(path=path):

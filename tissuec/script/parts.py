@@ -6,7 +6,7 @@ part is required unless its type includes None or its field has a default.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from msgspec import Struct
 
@@ -171,6 +171,19 @@ class ProfileClause(Part, frozen=True):
 
 class LastingPart(Part, frozen=True):
     """How long the sentence lasts [s]; None if it happens at once."""
+
+
+class Amount(NamedTuple):
+    """A number and the joining word before it."""
+
+    word: str
+    number: float  # in SI units
+
+
+class EitherClause(Part, frozen=True):
+    """Exactly one of several clauses with numbers, which is read to an ``Amount``."""
+
+    clauses: tuple[NumberClause, ...]
 
 
 class CasePart(Part, frozen=True):

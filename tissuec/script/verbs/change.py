@@ -18,8 +18,10 @@ from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
     SET,
     SPRINGS,
+    Amount,
     Cases,
     Chosen,
+    EitherClause,
     NumberClause,
     SubjectPart,
     VectorClause,
@@ -176,8 +178,9 @@ OfNodes = Annotated[Group, SubjectPart("nodes", (SET,), "of")]
 OfSprings = Annotated[Group, SubjectPart("springs", (SPRINGS,), "of")]
 
 
-def _to(sign: Literal["positive", "not negative"]) -> NumberClause:
-    return NumberClause("to", _DIMENSIONS, sign, what="new value", place="NUMBER")
+def _to_or_by(sign: Literal["positive", "not negative"]) -> EitherClause:
+    to = NumberClause("to", _DIMENSIONS, sign, what="new value", place="NUMBER")
+    return EitherClause((to, factor("by", sign)))
 
 
 def _to_vector(dimension: Dimension, example: str) -> VectorClause:
@@ -187,25 +190,20 @@ def _to_vector(dimension: Dimension, example: str) -> VectorClause:
 class ChangeOfSprings(VerbSentence, frozen=True):
     """Another parameter of each spring of a set or body, which may be zero."""
 
-    one_of: ClassVar[tuple[str, ...]] = ("to", "by")
-
     what: Chosen
     group: OfSprings
-    to: Annotated[float | None, _to("not negative")]
-    by: Annotated[float | None, factor("by", "not negative")]
+    value: Annotated[Amount, _to_or_by("not negative")]
 
     def action(self, order: Order) -> Action:
-        parameter, number = PARAMETERS[self.what], self.by if self.to is None else self.to
-        assert number is not None  # one of both
+        parameter, is_factor = PARAMETERS[self.what], self.value.word == "by"
         kind = ChangeMemory if parameter.array in NAMES else ChangeParameter
-        return kind(parameter.array, self.group, number, self.to is None, self.span)
+        return kind(parameter.array, self.group, self.value.number, is_factor, self.span)
 
 
 class ChangeOfSpringsAboveZero(ChangeOfSprings, frozen=True):
     """Another parameter of each spring, which cannot be zero."""
 
-    to: Annotated[float | None, _to("positive")]
-    by: Annotated[float | None, factor("by", "positive")]
+    value: Annotated[Amount, _to_or_by("positive")]
 
 
 class ChangeOfNodes(ChangeOfSpringsAboveZero, frozen=True):
