@@ -242,7 +242,10 @@ class ClauseReader:
         hint: str = ""
         if examples:
             edits = [insertion(f" {one}", self.span) for one in examples if "…" not in one]
-            hint = Hint(f"for example: {', or '.join(examples)}", *edits)
+            text = f"for example: {', or '.join(examples)}"
+            if isinstance(part, ChoiceClause):
+                text = f"{part.what}s: {', '.join(part.words)}"
+            hint = Hint(text, *edits)
         what = f"the {part.what} is missing"
         if not part.what:
             what = f'{self.verb} needs "{getattr(part, "word", "")}"'
