@@ -63,9 +63,9 @@ def test_parts_become_html_that_escapes_what_it_shows():
 
 
 def test_levels_come_from_the_part_or_from_the_report():
-    parts = ["a", Fact("", "b", "detail"), FactSection("c", [Fact("d", "e")]), PARTS[3]]
+    parts = ["a", Fact("", "b", "failure"), FactSection("c", [Fact("d", "e")]), PARTS[3]]
     levels = [level for level, _ in lines(parts, "remark")]
-    assert levels == ["remark", "detail", "remark", "remark", "failure", "failure"]
+    assert levels == ["remark", "failure", "remark", "remark", "failure", "failure"]
 
 
 def test_a_table_that_is_too_wide_keeps_its_first_columns():
@@ -102,7 +102,7 @@ def call():
     return call
 
 
-LEVELS = [Fact("", level, level) for level in ("result", "remark", "failure", "detail")]
+LEVELS = [Fact("", level, level) for level in ("result", "remark", "failure")]
 
 
 @pytest.mark.parametrize(
@@ -110,8 +110,6 @@ LEVELS = [Fact("", level, level) for level in ("result", "remark", "failure", "d
     [
         ([], "remark\nfailure\n"),
         (["-q"], "failure\n"),
-        (["-v"], "remark\nfailure\ndetail\n"),
-        (["-q", "-v"], "failure\n"),
     ],
 )
 def test_results_go_to_stdout_and_the_rest_to_stderr(call, words, err):

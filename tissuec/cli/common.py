@@ -122,7 +122,7 @@ class Settings(Struct, frozen=True):
                 elif line_level == "failure":
                     shown = _wrapped(line, line_width(sys.stderr))
                     echo(_RAISED.sub(_RED, shown) if self.color else shown, err=True)
-                elif line_level == "remark" or self.verbose:
+                else:
                     self.say(line)
 
 

@@ -57,7 +57,10 @@ def command(
     if within is not None:
         document |= {"within": within, "reason": reason}
     if reason:
-        parts.append(Fact(f"not within {within:g}", reason, "remark"))
+        said = f"not within {within:g}: {reason}"
+        parts.append(Fact("", said, "remark"))
+        if settings.json:  # beside a document that is often written to a file
+            settings.say(said)
     return Report(parts, document, FAILED if reason else DONE)
 
 

@@ -259,4 +259,7 @@ def _run(path: Path, target: Path, order: _RunOrder, settings: Settings) -> Repo
         code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
         return failed(error, code, scene=scene)
     again = order.again(path)
-    return run_report(scene, compiled, result, warnings, again, strict=order.given.strict)
+    return run_report(
+        scene, compiled, result, warnings, again, strict=order.given.strict,
+        details=settings.verbose,
+    )  # fmt: skip

@@ -17,8 +17,8 @@ from tissuec.core.errors import Diagnostic, as_dict
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
 
 #: A "result" is what a command is for, and is printed on stdout. The others are printed on
-#: stderr: a "remark" unless the command is quiet, a "failure" always, a "detail" if asked for.
-Level = Literal["result", "remark", "failure", "detail"]
+#: stderr: a "remark" unless the command is quiet, a "failure" always.
+Level = Literal["result", "remark", "failure"]
 Part: TypeAlias = "str | Fact | FailedExpectation | FactTable | FactSection | Verbatim"
 
 _DEEPER = "    "  # before text that has no room in its line

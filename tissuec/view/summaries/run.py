@@ -38,6 +38,7 @@ def run_report(
     again: str,
     *,
     strict: bool,
+    details: bool = False,
 ) -> Report:
     """Return the report on a run.
 
@@ -48,13 +49,14 @@ def run_report(
         warnings: About the text.
         again: The command line that resumes the run if it was interrupted.
         strict: Whether doubtful numbers and an unknown error are failures.
+        details: Whether all events are listed.
     """
     outcome = result.outcome
     facts = outcome_facts(compiled.plan, outcome, result.estimate)
     facts = {**facts, "wall_time": outcome.wall_time}
     is_interrupted = outcome.kind == "interrupted"
     document = _document(compiled, result, facts)
-    parts: list[Part] = [*_said(compiled, result, facts)]
+    parts: list[Part] = [*_said(compiled, result, facts, details=details)]
     if is_interrupted:
         document["go_on_with"] = again
         parts.append(Fact("resume with", again))
@@ -74,11 +76,13 @@ def _code(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
     return FAILED if outcome.failures or is_off else DONE
 
 
-def _said(compiled: "Compiled", result: "Result", facts: Mapping[str, Any]) -> Iterator[Part]:
+def _said(
+    compiled: "Compiled", result: "Result", facts: Mapping[str, Any], *, details: bool
+) -> Iterator[Part]:
     outcome, network = result.outcome, compiled.network
     yield f"{network.size}; {wording.stepping(facts)}"
     yield from (Fact("note", note) for note in outcome.notes)
-    yield from _events(outcome, network)
+    yield from _events(outcome, network, details=details)
     yield from wording.springs_of_events(
         ((e.kind, e.springs) for _, e in outcome.logged_events), network.first_mark
     )
@@ -99,21 +103,19 @@ def _said(compiled: "Compiled", result: "Result", facts: Mapping[str, Any]) -> I
     yield from (Fact("note", sentence) for sentence in result.left_out)
 
 
-def _events(outcome: "Outcome", network: "Network") -> Iterator[Fact]:
-    """Yield the events; what slips or leaks may do so again in many small steps."""
+def _events(outcome: "Outcome", network: "Network", *, details: bool) -> Iterator[Fact]:
+    """Yield what conditions did, notes, and what slips or leaks first; or all events."""
     known: set[str] = set()
     doubted = {doubt.what for doubt in outcome.doubts}
     for time, event in outcome.logged_events:
-        subject = {"slip": event.cause, "leak": event.span.place}.get(event.kind, "")
+        subject = event.cause if event.kind == "slip" else ""
+        subject = event.span.place if event.kind == "leak" else subject
         is_first = bool(subject) and subject not in known
         known.add(subject)
         is_note = event.kind == "note" and event.cause not in doubted
-        what = f"{event.kind}{_springs(network, event.springs)}: {event.cause}"
-        yield Fact(
-            show(time, TIME),
-            f"{what} ({event.span.place})",
-            "remark" if is_first or is_note or event.kind == "trigger" else "detail",
-        )
+        if details or is_first or is_note or event.kind == "trigger":
+            what = f"{event.kind}{_springs(network, event.springs)}: {event.cause}"
+            yield Fact(show(time, TIME), f"{what} ({event.span.place})")
 
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
