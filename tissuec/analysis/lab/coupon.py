@@ -20,7 +20,7 @@ class Coupon(Struct, frozen=True):
     """A bar with a square section, or a strip of a sheet.
 
     Attributes:
-        cells: Across; even, so that there are nodes at the gauges.
+        cells: Across; with an odd number, there are no gauges.
         width: [m].
         thickness: Of a strip [m]; None of a bar.
         fibres: Along which axis they run, "x" or "y"; empty without any.
@@ -88,6 +88,8 @@ class Coupon(Struct, frozen=True):
         if rupture:
             yield "  rupture is allowed"
         yield "}"
+        if self.cells % 2:
+            return  # no node is at a gauge
         gauge = f"x between {self._beside(0.25, -1)} and {self._beside(0.75, 1)}"
         conditions = {
             FIRST: self._at(0.25),

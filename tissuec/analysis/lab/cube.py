@@ -28,18 +28,21 @@ class Cube(Struct, frozen=True):
         is_prestressed: Whether its tissue has a prestress.
         is_inviscid: Whether its viscosity is left out.
         relaxing: Names of shares of branches to leave out, for the response after a long time.
+        times: Names and values [s] of relaxation times that it has instead of its own.
     """
 
     has_fibres: bool
     is_prestressed: bool
     is_inviscid: bool = False
     relaxing: tuple[str, ...] = ()
+    times: tuple[tuple[str, float], ...] = ()
 
     def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
         """Yield the cube; it has no tabs."""
         free = ["prestress = 0"] if self.is_prestressed else []
         free += ["retardation time = 0 s"] if self.is_inviscid else []
         free += [f"{share} = 0" for share in self.relaxing]
+        free += [f"{name} = {value:.15g} s" for name, value in self.times]
         yield f"tissue {FREE} like {tissue} {{ {'; '.join(free)} }}"
         yield f"body {BODY} {{"
         yield f"  mesh is lattice {{ cell = {SIDE} m; box from (0, 0, 0) m to ({SIDE}, {SIDE}, "

@@ -6,7 +6,9 @@ the share of the stress at its end that remains after the time t is
 
     (1 - Σ s + Σ s c exp(-t/τ)) / (1 - Σ s + Σ s c),    c = (1 - exp(-d/τ)) τ/d.
 
-(R. M. Christensen, Theory of Viscoelasticity, 1982, chapter 1.)
+(R. M. Christensen, Theory of Viscoelasticity, 1982, chapter 1.) Only the ratio of the times
+counts, so runs are in scaled time, in which the shortest relaxation time is at most 0.1 s:
+steps are as short as those of the elastic cube, however long it is held.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,6 +27,7 @@ AMOUNT = 0.01  # of shear
 _RAMP = 0.02  # of the shortest relaxation time
 _SAMPLES = 300  # of one run
 _LONGER = 30.0  # one run than the one before it, at least
+_SHORTEST = 0.1  # relaxation time of a run [s]
 _RELAXED = 5.0  # relaxation times, after which nothing is left
 
 Branches = Sequence[tuple[float, float]]  # share and time [s] of each
@@ -58,11 +61,12 @@ def relaxed(bench: TestBench) -> RelaxedCube:
         Unmeasured: A run stopped.
     """
     branches, known = branches_of(bench), known_of(bench.tissue, "")
+    scale = min(1.0, _SHORTEST / min(time for _, time in branches))
     ramp = _RAMP * min(time for _, time in branches)
     ends = [_RELAXED * time for _, time in branches] + [one.places[-1] for one in known]
     place, stress = np.zeros(0), np.zeros(0)
     for duration in _durations(ends):
-        time, found = _held(bench, ramp, duration)
+        time, found = _held(bench, ramp, duration, scale)
         later = time > (place[-1] if len(place) else -1.0)
         place, stress = np.append(place, time[later]), np.append(stress, found[later])
     left, check = stress / stress[0], left_by_law(branches, ramp, place)
@@ -83,12 +87,22 @@ def _durations(ends: Sequence[float]) -> Iterator[float]:
     yield longest
 
 
-def _held(bench: TestBench, ramp: float, duration: float) -> tuple[Floats, Floats]:
-    """Return times since the end of a ramp [s], and stresses [Pa], shape (time,) each."""
+def _held(
+    bench: TestBench, ramp: float, duration: float, scale: float
+) -> tuple[Floats, Floats]:
+    """Return times since the end of a ramp [s], and stresses [Pa], shape (time,) each.
+
+    Args:
+        ramp, duration: Of the ramp and of the hold [s].
+        scale: Times of the run per time of the tissue.
+    """
+    given = bench.tissue.given
+    times = tuple((name, scale * given[name].value) for name in TIMES if name in given)
+    ramp, duration = scale * ramp, scale * duration
     interval = duration / _SAMPLES
     begins = interval * np.ceil(ramp / interval)  # so that the ramp ends at a sample
     reading = bench.run(
-        Cube(bench.has_fibres, bench.is_prestressed, is_inviscid=True),
+        Cube(bench.has_fibres, bench.is_prestressed, is_inviscid=True, times=times),
         [
             "at 0 s: fix lab y0",
             f"from {begins - ramp:.15g} s to {begins:.15g} s: move lab y1 by "
@@ -103,7 +117,7 @@ def _held(bench: TestBench, ramp: float, duration: float) -> tuple[Floats, Float
         raise Unmeasured(reading.stopped)
     force = reading.logs["force of lab y1"][:, 0]
     start = round(begins / interval)
-    return reading.time[start:] - begins, force[start:] / SIDE**2
+    return (reading.time[start:] - begins) / scale, force[start:] / SIDE**2
 
 
 def left_by_law(branches: Branches, ramp: float, time: Floats) -> Floats:
