@@ -199,6 +199,6 @@ def test_a_lobe_of_liver_in_words_alone_is_retracted_by_a_force_of_newtons():
     weight = 1050.0 * 9.81 * 0.105 * 0.09 * 0.03
     # At first a propped beam: 3/8 of the weight, and more as the lobe sags to the edge.
     assert 0.3 * weight < force[0] < 0.6 * weight
-    # In laparoscopic resections, surgeons grip the liver of living pigs with 1.75 N, 3.38 N at most
-    # (Minim Invasive Ther Allied Technol 31:28, 2022): the edge needs as much.
+    # In laparoscopic resections, surgeons grip the liver of living pigs with 1.75 N, 3.38 N at
+    # most (Minim Invasive Ther Allied Technol 31:28, 2022): the edge needs as much.
     assert force.min() > 0.8 and 1.2 < force.max() < 3.4
