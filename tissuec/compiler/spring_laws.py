@@ -131,7 +131,8 @@ class SpringLaws:
             laws: All laws, to which means are added.
         """
         is_mixed = (first != second) & self._springs.is_mean
-        for one, other in np.unique(np.stack([first, second], axis=1)[is_mixed], axis=0):
+        pairs = set(zip(first[is_mixed].tolist(), second[is_mixed].tolist(), strict=True))
+        for one, other in sorted(pairs):
             chosen = is_mixed & (first == one) & (second == other)
             mean = _mean(laws[one], laws[other])
             if mean is None:

@@ -117,8 +117,8 @@ def _refuse_angles(
 
 def _direction(vector: Floats) -> str:
     """Return a direction as text, with a largest component of 1."""
-    parts = (f"{part:.3g}" for part in np.round(vector / np.abs(vector).max(), 6) + 0.0)
-    return f"({', '.join(parts)})"
+    parts: list[float] = (np.round(vector / np.abs(vector).max(), 6) + 0.0).tolist()
+    return f"({', '.join(f'{part:.3g}' for part in parts)})"
 
 
 def _placed(plane: Blade, network: Network, findings: Findings, span: Span) -> WrittenPlane:
