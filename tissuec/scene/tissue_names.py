@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 
+from msgspec.structs import replace
+
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
-from tissuec.scene.entries import Entry, written
+from tissuec.scene.entries import Entries, Entry, written
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tissue
 
@@ -18,6 +20,23 @@ def tissue_entry(about: str) -> Entry:
         about: What is made of it, in one sentence.
     """
     return written("tissue", about, "tissue is TISSUE")
+
+
+def reading_tissues(
+    entries: Entries, tissues: Mapping[str, Tissue], declarations: Declarations
+) -> dict[str, Entry]:
+    """Return entries of which ``tissue`` is read as one of some tissues.
+
+    Args:
+        entries: Of a block.
+        tissues: By name.
+        declarations: Of the scene.
+    """
+
+    def read(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Tissue:
+        return read_tissue(item, tissues, declarations, scope)
+
+    return {**entries, "tissue": replace(entries["tissue"], reads=read)}
 
 
 def read_tissue(
