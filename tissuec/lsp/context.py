@@ -4,16 +4,15 @@ from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.clauses import in_clause
+from tissuec.lsp.clauses import in_clause, stands_for
 from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import SPRINGS, Expected, number
-from tissuec.lsp.forms import forms_of
+from tissuec.lsp.forms import forms_of, texts_of
 from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
 from tissuec.scene.evidence import KNOWN
 from tissuec.scene.graded import GRADABLE
-from tissuec.scene.parts import parts
 
 
 def named_with(prefix: Prefix) -> Expected:
@@ -25,10 +24,6 @@ def named_with(prefix: Prefix) -> Expected:
             return Expected((v.QUANTITY_TERMS,), declares="quantity")
         case _, "repeat":
             return Expected(declares="let")
-        case "", part:
-            return Expected(declares=part if part in (*parts("named"), "hedge") else "")
-        case _, "region":
-            return Expected(declares="region")
         case _, "known":
             return Expected((v.KNOWN_TERMS,))
         case "learn", "adjust":
@@ -39,8 +34,10 @@ def named_with(prefix: Prefix) -> Expected:
             return Expected((study.varied(),), ("param", "property"))
         case "study", "measure":
             return Expected(declares="column")
-        case _, entry:
-            takes_file = entries(prefix.block)[entry].behind == IN_QUOTES
+        case kind, entry:
+            if texts_of(kind, entry)[0].startswith(f"{entry} NAME"):
+                return Expected(declares=entry)
+            takes_file = bool(kind) and entries(prefix.block)[entry].behind == IN_QUOTES
             return Expected(files=entry) if takes_file else Expected()
 
 
@@ -64,12 +61,16 @@ def choices(prefix: Prefix) -> Expected:
         return Expected(scale=subject)
     if subject == "otherwise":
         return Expected(scale=prefix.block.member)
-    if subject == "tissue":
-        return Expected(names=("tissue",))
     known = entries(prefix.block).get(subject)
-    if known is not None:
-        return Expected((known.choices,)) if known.choices else Expected()
-    return Expected(scale=subject)
+    if known is None:
+        return Expected(scale=subject)
+    if known.choices:
+        return Expected((known.choices,))
+    clauses = (clause for form in forms_of(kind, subject) for clause in form.clauses)
+    behind = (content for word, content in clauses if word == "is" and content)
+    return next(
+        (stands_for(one) for one in behind if not isinstance(one, Expected)), Expected()
+    )
 
 
 def expected_in(prefix: Prefix) -> Expected:
