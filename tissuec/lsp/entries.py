@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from functools import cache
 
 from tissuec.core.markdown import described
-from tissuec.core.units import describe
 from tissuec.lang.words import RESERVED
 from tissuec.lsp.terms import CHOICE, ENTRY, IN_QUOTES, MEASURE, BlockKind, Term, Terms
 from tissuec.lsp.vocabulary import logged, parts
@@ -15,13 +14,8 @@ from tissuec.scene.entries import (
     kind_in_words,
     sentence,
 )
-from tissuec.scene.graded import GRADABLE
 from tissuec.scene.parts import entries_in
-from tissuec.scene.repetition import ABOUT, FORMS, REPEAT
 from tissuec.script.measures import MEASURES
-
-#: Blocks that often hold statements that are alike.
-_REPEATING = ("body", "script", "output", "learn", "study", "environment")
 
 
 @cache
@@ -30,10 +24,6 @@ def entries(block: BlockKind) -> Terms:
     if not block.kind:
         return parts()
     found = {name: _term(entry) for name, entry in entries_in(*block).items()}
-    if block.kind in _REPEATING:
-        found[REPEAT] = Term(REPEAT, ENTRY, ABOUT, FORMS[0], " ")
-    if block.kind in ("body", "region"):
-        return {**graded(), **found}
     return {**_measured(), **found} if block.kind == "output" else found
 
 
@@ -46,20 +36,6 @@ def _term(entry: Entry) -> Term:
     return Term(
         entry.name, ENTRY, about, entry.forms[0], begins, entry.dimension, _choices(entry)
     )
-
-
-@cache
-def graded() -> Terms:
-    """Return the quantities that a body or a region can give by a formula of the place."""
-    return {
-        name: Term(
-            quantity.name, ENTRY,
-            f"The {quantity.name} of the tissue of this body, {describe(quantity.dimension)}, "
-            "as a formula of x, y and z, the coordinates of the body as drawn.",
-            f"{quantity.name} = …", " = ", quantity.dimension,
-        )
-        for name, quantity in GRADABLE.items()
-    }  # fmt: skip
 
 
 def _begins(name: str, forms: Iterable[str]) -> str:

@@ -11,8 +11,6 @@ from tissuec.lsp.expected import Expected, number
 from tissuec.lsp.terms import CHOICE, Term, Terms, by_label, plain
 from tissuec.scene.parts import PARTS, blocks, entries_in
 from tissuec.scene.parts import forms_of as part_forms
-from tissuec.scene.repetition import FORMS as FORMS_OF_REPEAT
-from tissuec.scene.repetition import REPEAT
 from tissuec.script import forms as script_forms
 from tissuec.script.fit_problem import WEIGHTS, WORDS
 from tissuec.script.forms import VerbForm
@@ -61,8 +59,8 @@ def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
         block: Kind of the block that it stands in.
         entry: The part, entry or verb.
     """
-    if block == "script" and entry != REPEAT:
-        return tuple(map(_of_verb, script_forms.forms_of(entry))) if entry in VERBS else ()
+    if block == "script" and entry in VERBS:
+        return tuple(map(_of_verb, script_forms.forms_of(entry)))
     return tuple(_form(text, entry) for text in texts_of(block, entry))
 
 
@@ -73,10 +71,8 @@ def texts_of(block: str, entry: str) -> tuple[str, ...]:
         block: Kind of the block that it stands in.
         entry: The part, entry or verb.
     """
-    if entry == REPEAT:
-        return FORMS_OF_REPEAT
-    if block == "script":
-        return script_forms.texts_of(entry, every=True) if entry in VERBS else ()
+    if block == "script" and entry in VERBS:
+        return script_forms.texts_of(entry, every=True)
     if not block:
         return part_forms(entry) if entry in PARTS else ()
     found = entries_in(block).get(entry)

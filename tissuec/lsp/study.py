@@ -9,13 +9,14 @@ from tissuec.compiler.study_expectations import OVER_RUNS
 from tissuec.compiler.study_measures import EVENTS
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
-from tissuec.lsp.entries import entries, graded
+from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import NUMBERS, SPRINGS, Expected, number
 from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
-from tissuec.scene.parts import blocks, parts
+from tissuec.scene.graded import GRADED_ENTRIES
+from tissuec.scene.parts import blocks, entries_in, parts
 from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
@@ -62,9 +63,11 @@ def _chooses(kind: str, entry: str) -> bool:
 @cache
 def _own(block: BlockKind) -> Terms:
     """Return the entries of a block, without formulas of the place, which do not vary."""
-    formulas = graded()
+    known = entries_in(*block)
     return {
-        name: term for name, term in entries(block).items() if term is not formulas.get(name)
+        name: term
+        for name, term in entries(block).items()
+        if name not in GRADED_ENTRIES or known[name] is not GRADED_ENTRIES[name]
     }
 
 

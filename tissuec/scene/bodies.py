@@ -37,7 +37,13 @@ from tissuec.scene.element_bodies import (
 from tissuec.scene.entries import NEEDED, BlockEntries, by_name, entries_of_members, entry
 from tissuec.scene.entry_hints import unknown_entry
 from tissuec.scene.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
-from tissuec.scene.graded import GRADABLE, is_graded, read_graded, require_of_tissue
+from tissuec.scene.graded import (
+    GRADABLE,
+    is_graded,
+    read_graded,
+    require_of_tissue,
+    with_graded,
+)
 from tissuec.scene.likeness import names_like
 from tissuec.scene.model import Bending, Body, Graded, MadeOfElements, Tables, Tissue
 from tissuec.scene.parts import SCENE, block, declare
@@ -63,8 +69,8 @@ ENTRIES = by_name(
 declare(
     "body", "A mesh made of tissue.", 22, forms=("body NAME like BODY",),
     example="body NAME { … }",
-    block=block(ENTRIES), read=lambda program, declared: _BodyReader(program, declared).read(),
-    names=SCENE, entries_vary=True,
+    block=block(with_graded(ENTRIES)), names=SCENE, entries_vary=True,
+    read=lambda program, declared: _BodyReader(program, declared).read(),
 )  # fmt: skip
 #: What is said of a body elsewhere, and how.
 ELSEWHERE = {

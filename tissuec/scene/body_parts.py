@@ -10,9 +10,9 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
-from tissuec.scene.entries import BlockEntries, by_name, entry, written
+from tissuec.scene.entries import Entry, by_name, entry, written
 from tissuec.scene.expressions import Scope
-from tissuec.scene.graded import GRADABLE, is_graded, read_graded
+from tissuec.scene.graded import GRADABLE, is_graded, read_graded, with_graded
 from tissuec.scene.model import AssignedQuantity, Graded, Region, SpringPart, Tissue
 from tissuec.scene.parts import block
 from tissuec.scene.quantities import QUANTITIES
@@ -26,35 +26,37 @@ INTERFACES = {
 }
 
 
-def _inside(tissue: str, prestress: str) -> BlockEntries:
+def _inside(tissue: str, prestress: str) -> dict[str, Entry]:
     """What the block of a part of a body contains.
 
     Args:
         tissue, prestress: What these entries mean, in one sentence.
     """
     limits = QUANTITIES["prestress"].limits
-    return block(by_name(tissue_entry(tissue), entry("prestress", limits, prestress)))
+    return by_name(tissue_entry(tissue), entry("prestress", limits, prestress))
 
 
 REGION_ENTRY = written(
     "region", "a part of the body with its own tissue or prestress",
     "region NAME where CONDITION", repeats=True, begins=" ",
-    opens=_inside(
+    opens=block(with_graded(_inside(
         "the tissue of the region; by default that of the body",
         "initial strain of the springs or elements of the region",
-    ),
+    ))),
 )  # fmt: skip
 SPRINGS_ENTRY = written(
     "springs", "springs with their own tissue", "springs where CONDITION", repeats=True,
-    opens=_inside("the tissue of the selected springs", "initial strain of these springs"),
+    opens=block(
+        _inside("the tissue of the selected springs", "initial strain of these springs")
+    ),
 )  # fmt: skip
 INTERFACE_ENTRY = entry(
     "interface", OneOf(INTERFACES), "the material of springs between two regions", "",
     more=("interface is MEAN from REGION to REGION", "interface from REGION to REGION"),
     repeats=True, begins=" ",
-    opens=_inside(
+    opens=block(_inside(
         "the tissue of the springs between two regions", "initial strain of these springs"
-    ),
+    )),
 )  # fmt: skip
 
 

@@ -184,8 +184,8 @@ def written(
 
 
 def by_name(*entries: Entry) -> dict[str, Entry]:
-    """Entries by their names."""
-    return {one.name: one for one in entries}
+    """Entries by their names, as names are compared."""
+    return {one.name.lower(): one for one in entries}
 
 
 def entries_of(cls: type) -> dict[str, Entry]:

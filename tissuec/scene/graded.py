@@ -11,9 +11,11 @@ from msgspec.structs import replace
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.units import describe
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.entries import Entries, by_name, written
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body, Graded, Tissue
 from tissuec.scene.quantities import QUANTITIES, SHARES, STIFFENING
@@ -23,6 +25,25 @@ COORDINATES = frozenset("xyz")
 _EVEN = ("mass", STIFFENING, *SHARES)
 #: What a body can grade, by key.
 GRADABLE = {key: quantity for key, quantity in QUANTITIES.items() if key not in _EVEN}
+#: The entries that do so.
+GRADED_ENTRIES = by_name(
+    *(
+        written(
+            one.name, f"The {one.name} of the tissue of this body, {describe(one.dimension)}, "
+            "as a formula of x, y and z, the coordinates of the body as drawn.",
+            f"{one.name} = FORMULA", dimension=one.dimension, begins=" = ",
+        )
+        for one in GRADABLE.values()
+    )
+)  # fmt: skip
+
+
+def with_graded(entries: Entries) -> Entries:
+    """Return the entries of a body or region, and those that grade its other quantities."""
+    return {
+        **entries,
+        **{key: one for key, one in GRADED_ENTRIES.items() if key not in entries},
+    }
 
 
 def is_graded(item: s.Item) -> bool:

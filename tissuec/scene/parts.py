@@ -23,6 +23,7 @@ from tissuec.scene.entries import (
     by_name,
     entries_of_members,
     entry,
+    written,
 )
 
 Sort: TypeAlias = Literal["text", "named", "single", "sentence"]
@@ -42,6 +43,7 @@ class TextPart(Struct, frozen=True, kw_only=True):
         block: What its braces contain.
         names: Which parts have names that must differ, since sentences use them without their
             kinds; by default only those of its kind.
+        within: Kinds of blocks that can contain such sentences as well.
         entries_vary: Whether its entries are likely to be set from outside.
         read: Reads a named block as far as it needs no mesh, from a ``ResolvedProgram`` and a
             ``Declared``. ``Scene.blocks`` contains what it returns.
@@ -54,6 +56,7 @@ class TextPart(Struct, frozen=True, kw_only=True):
     example: str = ""
     block: BlockEntries | None = None
     names: str = ""
+    within: tuple[str, ...] = ()
     entries_vary: bool = False
     read: Callable[[Any, Any], Any] | None = None
 
@@ -160,7 +163,14 @@ def entries_in(kind: str, member: str = "") -> Entries:
         member: The member that the block chooses, if it is known.
     """
     found = blocks().get(kind)
-    return found.entries(member) if found is not None else {}
+    if found is None:
+        return {}
+    others = (
+        written(word, part.about, *part.forms, repeats=True, begins=" ")
+        for word, part in parts("sentence").items()
+        if kind in part.within
+    )
+    return {**found.entries(member), **by_name(*others)}
 
 
 def block(entries: Entries | Callable[[], Entries], *free: str) -> BlockEntries:

@@ -24,10 +24,12 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.parts import declare
 
 REPEAT = "repeat"
-FORMS = ("repeat NAME from NUMBER to NUMBER", "repeat NAME in LIST")
 EXAMPLE = "repeat i from 1 to 8 { … }"
-ABOUT = "Repeats the statements of a block, each time with another value of an index."
-declare(REPEAT, ABOUT, 55, "sentence", forms=FORMS, example=EXAMPLE)
+declare(
+    REPEAT, "Repeats the statements of a block, each time with another value of an index.", 55,
+    "sentence", forms=("repeat NAME from NUMBER to NUMBER", "repeat NAME in LIST"),
+    example=EXAMPLE, within=("body", "script", "output", "learn", "study", "environment"),
+)  # fmt: skip
 MOST = 10_000  # copies of the statements of one text
 #: Words that stand for something else in conditions.
 _TAKEN = ("x", "y", "z", "id", "length")
