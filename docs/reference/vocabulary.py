@@ -13,6 +13,7 @@ from tissuec.pipeline import read_words
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import (
     BREAKING_STRAIN,
+    FRICTION,
     QUANTITIES,
     SHARES,
     STIFFENING,
@@ -41,6 +42,7 @@ _HOLDING = {
     "tearing": (TOUGHNESS, ("ready", "laboured", "reluctant")),
     "slackening": (SHARES[0], ("little", "moderate", "great")),
     "pace": (TIMES[0], ("quick", "steady", "slow")),
+    "surface": (FRICTION, ("slimy", "moist", "sticky")),
 }
 _SIZES = {
     "size": "largest extent of a body of matter, or from a file", "thickness": "of a wall",
@@ -95,7 +97,7 @@ def preset_table() -> str:
     """Return the written numbers of presets of matter, each with its ratio to the words."""
     keys = (
         YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density", TOUGHNESS, SHARES[0],
-        TIMES[0],
+        TIMES[0], FRICTION,
     )  # fmt: skip
     rows = [(t.name, *(_beside_words(t, key) for key in keys)) for t in _presets()]
     rows = [row for row in rows if any(row[1:])]

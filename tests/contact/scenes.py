@@ -125,31 +125,39 @@ def contact_of(compiled):
 
 def by_loops(contact, position, velocity):
     """Return forces, power lost and ``Touches`` as the loops of the engine leave them."""
-    touches = replace(contact, stride=0.1).table(np.arange(len(position)), None, position)
+    table = replace(contact, stride=0.1).table(np.arange(len(position)), None, position)
     forces, power = np.zeros(position.size), np.zeros(2)
-    touch(0.0, position.ravel(), velocity.ravel(), forces, power, touches)
-    return forces.reshape(-1, 3), power[1], touches
+    touch(0.0, position.ravel(), velocity.ravel(), forces, power, table)
+    return forces.reshape(-1, 3), power[1], table.touches
 
 
-def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1, stiffness=50.0):
+def contact_with(
+    kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1, stiffness=50.0, rough=None,
+    surface=None,
+):  # fmt: skip
     """Return a contact of the first ``nodes`` nodes with faces of one surface.
 
     Args:
         kind: Of all faces.
         points: Their nodes, shape (face, 3); bristles stand behind them.
+        friction: Of all nodes, or, with ``rough``, of each.
         stiffness: Of all nodes, or of each [N/m].
+        rough: Friction of the nodes of faces, by their numbers, shape (node,).
+        surface: Of each face; one of all if None.
     """
-    count, surface = len(points), np.zeros(len(points), dtype=np.int64)
+    count = len(points)
+    surface = np.zeros(count, dtype=np.int64) if surface is None else surface
     sides = {TRIANGLE: 3, CAPSULE: 2, PLANE: 0}[kind]
     shared = shared_elements(points, np.full(count, sides), surface)
     rings = np.stack([points, np.roll(points, -1, axis=1)], axis=-1)
     behind = int(points.max()) + 1
+    shapes = np.concatenate([points, shared.points])
     return Contact(
         nodes=np.arange(nodes),
         owner=np.zeros(nodes, dtype=np.int64),
         size=np.zeros(nodes),
         kind=np.concatenate([np.full(count, kind), np.full(len(shared.points), CAPSULE)]),
-        points=np.concatenate([points, shared.points]),
+        points=shapes,
         surface=np.concatenate([surface, surface[shared.face]]),
         parts=shared.parts,
         radius=np.full(count, radius),
@@ -160,9 +168,11 @@ def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1, 
         stiffness=np.full(nodes, stiffness),
         layer=0.05,
         damping=damping,
-        friction=friction,
+        friction=friction if rough is None else None,
+        node_friction=np.full(nodes, friction),
+        face_friction=shapes * 0.0 if rough is None else rough[shapes],
         stride=0.1,
-        memory=np.arange(behind, behind + nodes) if friction else np.zeros(0, dtype=int),
+        memory=np.arange(behind, behind + nodes if np.any(friction) else behind),
         rate=100.0,
         span=Span(Source("s.tis", "language 1"), 0, 1),
     )

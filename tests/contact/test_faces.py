@@ -138,10 +138,21 @@ def test_a_torn_piece_of_a_thread_touches_nothing():
     assert force == pytest.approx(force.sum() / 4.0 * np.ones(4)) and force.sum() > 0.0
 
 
+def rubbed(tool, friction):
+    """Return a slab that a tool touches, with friction everywhere or on one half of it."""
+    damping = "contact damping = 0.5 s/m"
+    if friction:
+        return slab(tool, entries=f"friction = {friction}; {damping}")
+    half = "(0, 0, 0) mm to (16, 16, 4) mm }; region far where x > 8.1 mm { tissue is rough"
+    return slab(
+        tool, box=half, extra="tissue rough like gel { friction = 0.5 }", entries=damping
+    )
+
+
 @pytest.mark.parametrize("name", TOOLS)
-@pytest.mark.parametrize("friction", ["0", "0.4"])
+@pytest.mark.parametrize("friction", ["0", "0.4", ""])
 def test_loops_and_the_independent_reference_agree(name, friction):
-    network = slab(TOOLS[name], entries=f"friction = {friction}; contact damping = 0.5 s/m")
+    network = rubbed(TOOLS[name], friction)
     contact, (position, velocity) = network.contact, deformed(network)
     pairs = contact.near(position, 0.0)
     expected = ContactForce(contact).at(position, velocity, pairs)
@@ -153,9 +164,10 @@ def test_loops_and_the_independent_reference_agree(name, friction):
     assert energy == pytest.approx(contact.energy(0.0, position), rel=1e-12)
 
 
+@pytest.mark.parametrize("friction", ["0.4", ""])
 @pytest.mark.parametrize("name", ["ball", "plate", "needle"])
-def test_bristles_are_cut_and_slip_as_in_the_reference(name):
-    network = slab(TOOLS[name], entries="friction = 0.4; contact damping = 0.5 s/m")
+def test_bristles_are_cut_and_slip_as_in_the_reference(name, friction):
+    network = rubbed(TOOLS[name], friction)
     contact, (position, velocity) = network.contact, deformed(network)
     velocity[contact.memory] *= contact.rate * 1e-3
     table = contact.table(np.arange(len(position)), None, position)

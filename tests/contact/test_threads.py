@@ -8,7 +8,7 @@ from tests.whole_runs import same_on_threads
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import state_at_start
 from tissuec.forces import contact
-from tissuec.kernels.records import ContactTable
+from tissuec.kernels.records import ContactNodeTable
 from tissuec.kernels.thread_loops import UNDIVIDED
 
 #: With enough nodes for threads. The upper block slides to a side and sinks into the lower one.
@@ -46,7 +46,8 @@ def touching():
     field, position = state_at_start(compiled).contact, compiled.network.position.copy()
     position[position[:, 2] > 0.121, 2] -= 1e-3
     table = field.table(np.arange(len(position)), None, position)
-    assert len(table.shape) > contact.WORTHWHILE and len(table.memory)
+    touches = table.touches
+    assert len(touches.shape) > contact.WORTHWHILE and len(touches.memory)
     return field, table, position, np.random.default_rng(2).normal(0.0, 0.1, position.shape)
 
 
@@ -56,7 +57,8 @@ def evaluated(field, groups, position, velocity):
     state = position.reshape(-1), velocity.reshape(-1)
     for table in (table for group in groups for table in group):
         kernel_on(field.kernel, table)(0.0, *state, forces.reshape(-1), power)
-    return forces, power, groups[0][0].bent.copy(), groups[0][0].bends.copy()
+    touches = groups[0][0].touches
+    return forces, power, touches.bent.copy(), touches.bends.copy()
 
 
 @pytest.mark.parametrize("parts", [2, 8, 5000])
@@ -65,7 +67,7 @@ def test_parts_do_the_same_to_the_last_bit(touching, parts):
     groups = field.in_parts(table, parts)
     assert [len(group) for group in groups] == [parts, 1]
     whole = evaluated(field, [[table]], position, velocity)
-    table.bent[:] = table.bends[:] = 0.0
+    table.touches.bent[:] = table.touches.bends[:] = 0.0
     found = evaluated(field, groups, position, velocity)
     assert np.abs(whole[0]).max() > 0.0 < whole[1][1] and whole[3][0] > 100
     assert all(np.array_equal(one, other) for one, other in zip(whole, found, strict=True))
@@ -73,10 +75,10 @@ def test_parts_do_the_same_to_the_last_bit(touching, parts):
 
 def test_few_pairs_and_single_threads_have_no_parts(touching):
     field, table, *_ = touching
-    few = table._replace(shape=table.shape[:10])
+    few = table._replace(touches=table.touches._replace(shape=table.touches.shape[:10]))
     for one in field.in_parts(table, 1), field.in_parts(few, 8):
         ((only,),) = one
-        assert isinstance(only, ContactTable) and only.part == UNDIVIDED
+        assert isinstance(only, ContactNodeTable) and only.touches.part == UNDIVIDED
 
 
 def test_every_number_is_the_same_to_the_last_bit(threads_in_small_nets):

@@ -29,6 +29,7 @@ LEADS = {
     "tearing": {"toughness": 1},
     "slackening": {"relaxing share": 1},
     "pace": {"relaxation time": 1},
+    "surface": {"friction": 1},
 }  # fmt: skip
 #: Those of the method; the others can be left out.
 PUBLISHED = ("hardness", "elasticity", "weight", "shiftability", "consistency")

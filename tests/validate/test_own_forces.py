@@ -163,8 +163,9 @@ def test_tools_press_and_rub_alike(friction, seed):
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("tissues", [1, 2])
 @pytest.mark.parametrize("shape", ["ball", "plate", "ring"])
-def test_surfaces_and_threads_press_and_rub_alike(shape, seed):
+def test_surfaces_and_threads_press_and_rub_alike(shape, tissues, seed):
     rng = np.random.default_rng(seed)
     if shape == "ring":
         kind, turn = CAPSULE, np.arange(6) * np.pi / 3.0
@@ -174,8 +175,11 @@ def test_surfaces_and_threads_press_and_rub_alike(shape, seed):
         kind, (corners, faces) = TRIANGLE, ball(1, 1.0) if shape == "ball" else plate(3, 1.0)
     nodes, faces = 12, faces.astype(np.int64)
     stiffness = rng.uniform(40.0, 60.0, nodes)
+    own, rough = 0.3, None
+    if tissues > 1:
+        own, rough = rng.uniform(0.1, 0.5, nodes), rng.uniform(0.0, 0.4, nodes + len(corners))
     contact = contact_with(
-        kind, faces + nodes, nodes, friction=0.3, radius=0.25, stiffness=stiffness
+        kind, faces + nodes, nodes, friction=own, radius=0.25, stiffness=stiffness, rough=rough
     )
     corners = corners + 0.02 * rng.normal(size=corners.shape)
     above = corners[faces].mean(axis=1)[rng.integers(len(faces), size=nodes)]

@@ -9,11 +9,13 @@ from tissuec.compiler.element_bodies import BodyElements, ElementReader
 from tissuec.compiler.materials import MaterialReader
 from tissuec.compiler.membrane_bodies import MembraneReader, WallBending
 from tissuec.compiler.poisson import Poisson
+from tissuec.compiler.surface_friction import friction_of
 from tissuec.compiler.threads import with_slipping
 from tissuec.forces.bending import Hinges
 from tissuec.laws import LINEAR, Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
+from tissuec.model.friction import SurfaceFriction
 from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
 from tissuec.model.springs import Springs
@@ -47,6 +49,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     thread: ThreadBody | None  # numbered within the body
     poisson: Poisson | None  # of a solid whose cells keep their volume
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
+    friction: SurfaceFriction
     elements: tuple[BodyElements, ...] = ()
     bends: WallBending | None = None  # of a wall of elements
     breaking: Provenance | None = None  # origins of the limits of elements
@@ -78,6 +81,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         drawing.thread,
         reader.poisson,
         reader.hinges(arrays),
+        friction_of(drawing),
     )
 
 
@@ -106,6 +110,7 @@ def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
         thread=None,
         poisson=None,
         hinges=None,
+        friction=friction_of(drawing),
         elements=elements,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
         breaking=reader.limits.known(reader.part) if body.may_rupture else None,

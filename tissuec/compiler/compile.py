@@ -45,6 +45,7 @@ from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled, Generator
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.friction import SurfaceFriction
 from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
@@ -289,6 +290,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         blocks=(*blocks, *(() if hinges is None else (hinges.block,))),
         marks=tuple(marked),
         skin_marks=skin_marks(skin, blocks),
+        friction=SurfaceFriction.joined([body.friction for body in bodies]),
     )
 
 

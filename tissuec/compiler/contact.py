@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.ambient_damping import skin_areas, thread_areas
+from tissuec.compiler.contact_friction import friction_of, has_friction
 from tissuec.compiler.contact_points import SOFT, FacePoints, face_points, stiffness_of
 from tissuec.compiler.threads import bonds
 from tissuec.core.errors import Note, counted
@@ -53,7 +54,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     """
     law = environment.contact
     shaped = [tool for tool in tools if tool.shapes]
-    rubbed = law is not None and law.friction > 0.0 and _can_touch(network, shaped, law)
+    rubbed = law is not None and has_friction(network, law) and _can_touch(network, shaped, law)
     if not shaped and not rubbed:
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
@@ -137,12 +138,13 @@ def contact_of(
     from tissuec.forces.contact import Contact  # where something touches
 
     touchable = _touchable(network, points)
+    shapes = np.concatenate([faces.points, shared.points])
     contact = Contact(
         nodes=touchable.nodes,
         owner=touchable.owner,
         size=touchable.size,
         kind=np.concatenate([faces.kind, np.full(len(shared.points), CAPSULE)]),
-        points=np.concatenate([faces.points, shared.points]),
+        points=shapes,
         surface=np.concatenate([faces.surface, faces.surface[shared.face]]),
         parts=shared.parts,
         radius=faces.radius,
@@ -154,7 +156,7 @@ def contact_of(
         stiffness=stiffness,
         layer=law.layer or _layer(network, faces.radius, environment, findings),
         damping=law.damping,
-        friction=law.friction,
+        **friction_of(network, law, shapes, points),
         memory=network.remembering(FRICTION),
         rate=_pace(stiffness, network),
         span=environment.span,
@@ -210,7 +212,8 @@ def _with_points(
     Args:
         parts: Faces of tools, of threads, and of skins.
     """
-    written = environment.contact is not None and environment.contact.layer
+    law = environment.contact
+    assert law is not None, "otherwise there are no points"
     of_tools, of_threads, of_skins = parts
     shapes, bodies = len(of_tools.kind), len(network.bodies)
     group, of, meets = points.meetings(
@@ -228,7 +231,7 @@ def _with_points(
     return replace(
         contact,
         stiffness=np.append(contact.stiffness, own),
-        layer=written or SOFT * float(points.face_size.min()),
+        layer=law.layer or SOFT * float(points.face_size.min()),
         between=points.between,
         group=group,
         of=of,

@@ -51,6 +51,7 @@ class FacePoints(Struct, frozen=True, eq=False):
         shape: The shape of a tool on whose axis each is, -1 of others, shape (point,).
         bodies: Numbers of the bodies whose faces have points, ascending.
         face_size: h of each of these bodies, the median of its faces [m], shape (body,).
+        skin: Triangle of the network that each is on, -1 on an axis, shape (point,).
         thin: Which shapes of tools are thin compared with which bodies of the network, shape
             (shape, all bodies).
     """
@@ -63,6 +64,7 @@ class FacePoints(Struct, frozen=True, eq=False):
     shape: Indices
     bodies: Indices
     face_size: Floats
+    skin: Indices
     thin: NDArray[np.bool_]
 
     @property
@@ -153,6 +155,7 @@ def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> Fac
         ),
         bodies=np.array(bodies),
         face_size=size,
+        skin=np.concatenate([every[own.face], np.full(len(lengths), -1)]),
         thin=thin,
     )
 

@@ -169,7 +169,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     contact = network.contact
     if contact is None:
         yield "contact: nothing can be in contact"
-    elif not contact.friction:
+    elif not contact.rubs:
         yield "friction: none"
     if not any(tool.kind == "nozzle" for tool in network.tools):
         yield "jets: no nozzle"

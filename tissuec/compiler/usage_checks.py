@@ -22,7 +22,7 @@ from tissuec.model.network import Indices
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.idle_overrides import idle_overrides, tissues_in_use
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import FRICTION, QUANTITIES
 from tissuec.script.verbs import Breaking, Shifting, follows
 from tissuec.script.verbs.cut import Cut
 
@@ -151,7 +151,12 @@ def dimensions_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _is_of_matter(*tissues: Tissue) -> bool:
-    return any(one.quantity.is_of_matter for tissue in tissues for one in tissue.given.values())
+    """Return whether any quantity depends on sizes of the body."""
+    return any(
+        one.quantity.is_of_matter and key != FRICTION
+        for tissue in tissues
+        for key, one in tissue.given.items()
+    )
 
 
 def _in_vain(entry: str, owner: str, place: Span) -> Diagnostic:

@@ -31,7 +31,7 @@ from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.kernels.records import (
     BoundaryConditions,
-    ContactTable,
+    ContactNodeTable,
     Fields,
     InternalVariables,
     Net,
@@ -306,9 +306,9 @@ class KernelInputs:
         kept = cast(tuple[RecordTable, ...], fields.kept)
         records = (table.record for table in kept)
         touches = (
-            record.touches if type(record) is ContactPointTable else record
+            record.touches
             for record in records
-            if type(record) in (ContactTable, ContactPointTable)
+            if isinstance(record, ContactNodeTable | ContactPointTable)
         )
         return {
             "reels": self.reels() if needed.reeled else None,

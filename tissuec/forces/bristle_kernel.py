@@ -1,13 +1,13 @@
 """Friction of faces by bristles that are cut, as scalar loops; see ``forces.contact``.
 
-A bristle bends with the sliding velocity u and exerts k |z| up to μ N. At the end of each step
-it is cut to the length μ N/k. One that was cut slips until u turns back: it exerts μ N, and
-does not grow,
+A bristle bends with the sliding velocity u and exerts k |z| up to the largest friction G = Σ μ
+N. At the end of each step it is cut to the length G/k. One that was cut slips until u turns
+back: it exerts G, and does not grow,
 
     z' = u,  or  z' = u - max(0, u·e) e  where it slips,    e = z / |z|.
 
-So a steady load below μ N causes no creep, however the contact is shaken; no rate u k / μ N
-limits steps, and nothing jumps within a step.
+So a steady load below G causes no creep, however the contact is shaken; no rate u k / G limits
+steps, and nothing jumps within a step.
 
 Shared arguments:
     touches: Record of the contact; its fields give the shapes and units.
@@ -30,6 +30,7 @@ def bend(
     begin: int,
     end: int,
     total: float,
+    grip: float,
     u0: float,
     u1: float,
     u2: float,
@@ -43,18 +44,19 @@ def bend(
         k: Index of the node among those of the contact.
         begin, end: All rows of the node: from ``begin`` up to before ``end``.
         total: Sum of the pressures on it [N].
-        u0, u1, u2: Sum of pressures times velocities along the surfaces [W].
+        grip: Sum of the largest frictions [N].
+        u0, u1, u2: Sum of these times velocities along the surfaces [W].
     """
     bent, rate, memory = touches.bent, touches.rate, 3 * touches.memory[k]
     bent[k, 0] = bent[k, 1] = bent[k, 2] = bent[k, SLIPS] = 0.0
-    if total <= 0.0:
+    if grip <= 0.0:
         return
     stiffness = touches.stiffness[k]
     # In the layer where contact begins, bristles bend more slowly, so that nothing jumps.
     begins = min(2.0 * total / (stiffness * touches.layer), 1.0)
-    u0, u1, u2 = u0 / total, u1 / total, u2 / total
+    u0, u1, u2 = u0 / grip, u1 / grip, u2 / grip
     d0, d1, d2 = begins * u0, begins * u1, begins * u2
-    lag, slips = touches.lag[0], touches.friction * total / stiffness
+    lag, slips = touches.lag[0], grip / stiffness
     bent[k, SLIPS] = slips
     z0 = v[memory] / rate + lag * d0
     z1 = v[memory + 1] / rate + lag * d1
@@ -69,12 +71,12 @@ def bend(
     bent[k, 0], bent[k, 1], bent[k, 2] = rate * d0, rate * d1, rate * d2
     bears = stiffness
     if length > slips or slip > 0.0:
-        bears = touches.friction * total / length if length > 0.0 else 0.0
+        bears = grip / length if length > 0.0 else 0.0
         touches.met[begin, BENDS] += 1.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)
-        drag_along(start, stop, bears / total, z0, z1, z2, x, touches)
+        drag_along(start, stop, bears / grip, z0, z1, z2, x, touches)
         start = stop
     touches.met[begin, LOST] += bears * (z0 * u0 + z1 * u1 + z2 * u2)
 

@@ -16,17 +16,20 @@ them equals the increase of the energy, and nothing depends on how these nodes a
 driven.
 
 Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
-velocity u and slips where it bears no more. With N now the sum over all shapes,
+velocity u and slips where it bears no more. The coefficient μ is the smaller one of the node
+and of the nearest point of the shape. With N now the sum over all shapes, and G = Σ μN the
+largest friction,
 
-    force -κ z min(1, 1/r),   κ = N / (N/k + w/2),   r = |z| / ℓ,   ℓ = μ (N/k + w/2),
+    force -κ z min(1, 1/r),   κ = N / (N/k + w/2),   r = |z| / ℓ,   ℓ = G/N (N/k + w/2),
     z' = d - max(0, d·e) e r⁸,   d = u - z κ' / 2κ,   e = z / |z|.
 
-So the force is μN where the bristle slips (r = 1), and never more. A bristle under a steady
-load below μN does not creep, as a friction that depends on velocity alone does; and since a
-bristle unbends as κ grows, κ z²/2 grows by work alone. (One-sided form of the model of
-P. R. Dahl, The Aerospace Corporation TOR-0158, 1968.) Friction acts on a surface at the nearest
-point, a distance away from the node; the couple of both forces is taken up by the touched
-faces, whose rotation counts in the sliding velocity.
+So the force is G where the bristle slips (r = 1), and never more. Shapes share it by their μN,
+which weight the sliding velocity, too. A bristle under a steady load below G does not creep, as
+a friction that depends on velocity alone does; and since a bristle unbends as κ grows, κ z²/2
+grows by work alone. (One-sided form of the model of P. R. Dahl, The Aerospace Corporation
+TOR-0158, 1968.) Friction acts on a surface at the nearest point, a distance away from the node;
+the couple of both forces is taken up by the touched faces, whose rotation counts in the sliding
+velocity.
 
 All of this holds for points between nodes as well (``forces.contact_points``): those
 on faces of bodies, and on axes of tools that are thinner than these. Where there are any, φ is
@@ -58,7 +61,12 @@ from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
-from tissuec.kernels.records import BoundaryConditions, ContactTable
+from tissuec.kernels.records import (
+    BoundaryConditions,
+    ContactNodeTable,
+    ContactTable,
+    Roughness,
+)
 from tissuec.kernels.thread_loops import UNDIVIDED
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -130,7 +138,11 @@ class Contact(Field, frozen=True, dict=True):
         stiffness: k of each node [N/m], shape (m,).
         layer: w [m].
         damping: b [s/m].
-        friction: μ.
+        friction: Coefficient everywhere; None where it is that of tissues.
+        node_friction: That of each node, shape (m,) or (0,); very large on the axis of a tool,
+            which has the coefficient of the tissue.
+        face_friction: That of the points that carry each shape, shape (shape, 3) or (0, 3);
+            very large for tools. Weights of the nearest point interpolate between the points.
         stride: Longest way of a node in a step, lest it passes through a shape unseen [m].
         listed: Longest way since pairs were listed [m]; None for ``stride``.
         memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
@@ -160,7 +172,9 @@ class Contact(Field, frozen=True, dict=True):
     stiffness: Floats
     layer: float
     damping: float
-    friction: float
+    friction: float | None
+    node_friction: Floats
+    face_friction: Floats
     stride: float
     memory: Indices
     rate: float
@@ -607,16 +621,21 @@ class Contact(Field, frozen=True, dict=True):
         """Return the derivatives, also by the stiffness; there are none of bristles."""
         from tissuec.forces.contact_derivatives_kernel import pull_contact, push_contact
 
-        if self.friction:
+        if self.rubs:
             return "has friction"
         if self.between is not None:
             return "is of faces, not of nodes, and has no exact derivatives"
         return ForceDerivatives(("stiffness",), pull_contact, push_contact)
 
     @property
+    def rubs(self) -> bool:
+        """Return whether there is friction anywhere."""
+        return len(self.memory) > 0
+
+    @property
     def loss(self) -> str:
         """Return why energy is not conserved; empty if it is."""
-        return "contact brakes" if self.damping or self.friction else ""
+        return "contact brakes" if self.damping or self.rubs else ""
 
     @property
     def reach(self) -> float:
@@ -629,7 +648,7 @@ class Contact(Field, frozen=True, dict=True):
 
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
-    ) -> ContactTable | ContactPointTable:
+    ) -> ContactNodeTable | ContactPointTable:
         """Return shapes and the nodes near them; it holds until one has moved by ``reach``.
 
         Where there are points, nodes and points near no shape are left out, and so are their
@@ -637,17 +656,20 @@ class Contact(Field, frozen=True, dict=True):
         """
         pairs = self.near(position, 2.0 * self.reach)
         if self.between is None:
-            return self._table(place, position, pairs, np.arange(len(self.nodes)))
+            every = self._table(place, position, pairs, np.arange(len(self.nodes)))
+            return ContactNodeTable(every, Roughness(self.node_friction, self.face_friction))
         count, points = len(position), len(self.between.corners)
         kept = int(np.count_nonzero(place >= 0))
         places = np.concatenate([place, kept + np.arange(points)])
         listed = np.unique(pairs.node)
+        rough = self.node_friction[listed if len(self.node_friction) else slice(None)]
         near = self.nodes[listed]
         near = near[near >= count]
         own = near - count
         room = np.zeros((3, 3 * (kept + points)))
         return ContactPointTable(
             touches=self._table(places, position, pairs, listed),
+            rough=Roughness(rough, self.face_friction),
             part=UNDIVIDED,
             at=3 * places[near],
             corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
@@ -699,7 +721,7 @@ class Contact(Field, frozen=True, dict=True):
             stiffness=self.stiffness[listed],
             layer=self.layer,
             damping=self.damping,
-            friction=self.friction,
+            friction=-1.0 if self.friction is None else self.friction,
             rate=self.rate,
         )
 
@@ -718,22 +740,21 @@ class Contact(Field, frozen=True, dict=True):
         return self.memory[np.where(is_node, own, first + touches.nodes - kept)]
 
     def in_parts(
-        self, table: ContactTable | ContactPointTable, parts: int
-    ) -> list[list[ContactTable]] | list[list[ContactPointTable]]:
+        self, table: ContactNodeTable | ContactPointTable, parts: int
+    ) -> list[list[ContactNodeTable]] | list[list[ContactPointTable]]:
         """Return tables of nodes with about equally many pairs, and one that adds them up.
 
         If there are points, a table that places them comes first.
         """
-        if isinstance(table, ContactPointTable):
-            groups = self._in_parts(table.touches, parts)
-            if len(groups) == 1:
-                return [[table]]
-            own = [
-                [table._replace(touches=each, part=each.part) for each in group]
-                for group in groups
-            ]
-            return [[table._replace(part=PLACING)], *own]
-        return self._in_parts(table, parts)
+        groups = self._in_parts(table.touches, parts)
+        if isinstance(table, ContactNodeTable):
+            return [[table._replace(touches=each) for each in group] for group in groups]
+        if len(groups) == 1:
+            return [[table]]
+        own = [
+            [table._replace(touches=each, part=each.part) for each in group] for group in groups
+        ]
+        return [[table._replace(part=PLACING)], *own]
 
     @staticmethod
     def _in_parts(table: ContactTable, parts: int) -> list[list[ContactTable]]:

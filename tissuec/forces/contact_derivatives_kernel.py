@@ -44,7 +44,7 @@ from tissuec.forces.contact_turning_kernel import (
     push_round,
 )
 from tissuec.geometry.nearest import PLANE
-from tissuec.kernels.records import ContactTable, Floats
+from tissuec.kernels.records import ContactNodeTable, ContactTable, Floats
 
 ALONG = SHARE  # column of ``met``: derivative of Σ weight · f by the pressure
 
@@ -57,14 +57,15 @@ def pull_contact(
     by_x: Floats,
     by_v: Floats,
     by: Floats,
-    touches: ContactTable,
+    table: ContactNodeTable,
 ) -> None:
     """Add the derivatives of Σ weight · f; see ``tissuec.forces.derivatives``.
 
     Args:
         by: Derivatives by the stiffness of each node.
-        touches: The contact.
+        table: The contact.
     """
+    touches = table.touches
     for k in range(touches.nodes.size):
         start, end = 0, look(k, 0, x, v, touches)
         while start < end:
@@ -125,14 +126,15 @@ def push_contact(
     dn: Floats,
     df: Floats,
     room: Floats,
-    touches: ContactTable,
+    table: ContactNodeTable,
 ) -> None:
     """Add the changes of the forces for many changes; see ``tissuec.forces.derivatives``.
 
     Args:
         dn: Changes of the stiffness of each node.
-        touches: The contact.
+        table: The contact.
     """
+    touches = table.touches
     for k in range(touches.nodes.size):
         start, end = 0, look(k, 0, x, v, touches)
         while start < end:

@@ -10,6 +10,7 @@ Shared arguments:
     begin, end: All rows of the node: from ``begin`` up to before ``end``.
     factor: Pressure with damping divided by pressure without it, dimensionless.
     touches: Record of the contact; its fields give the shapes and units.
+    rough: Coefficients of friction.
 """
 
 from tissuec.forces.contact_place_kernel import corners, meet
@@ -29,12 +30,12 @@ from tissuec.forces.contact_rows_kernel import (
     end_of_surface,
 )
 from tissuec.forces.friction_kernel import rub, rub_past
-from tissuec.kernels.records import ContactTable, Floats
+from tissuec.kernels.records import ContactNodeTable, ContactTable, Floats, Roughness
 from tissuec.kernels.thread_loops import UNDIVIDED
 
 
 def touch(
-    time: float, x: Floats, v: Floats, f: Floats, power: Floats, touches: ContactTable
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, table: ContactNodeTable
 ) -> None:
     """Add the forces of shapes to those on nodes, and the power of damping and friction.
 
@@ -44,6 +45,7 @@ def touch(
     A table of a part of the nodes only fills their rows; the table after the last part adds all
     of them.
     """
+    touches = table.touches
     bends, row, part, parts = 0.0, 0, touches.part, touches.starts.size - 1
     start, stop = 0, touches.nodes.size
     if part == parts:
@@ -55,7 +57,7 @@ def touch(
         start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
         row = int(touches.first[start])
     for k in range(start, stop):
-        end = press_node(k, row, x, v, touches)
+        end = press_node(k, row, x, v, touches, table.rough)
         if part == UNDIVIDED:
             bends += add_up(0, end, f, power, touches)
         else:
@@ -92,11 +94,13 @@ def count(bends: int, touches: ContactTable) -> None:
     touches.bends[2] = max(touches.bends[2], bends)
 
 
-def press_node(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
+def press_node(
+    k: int, begin: int, x: Floats, v: Floats, touches: ContactTable, rough: Roughness
+) -> int:
     """Fill the rows of a node, and set the rate of its bristle; return the end of the rows."""
     end = look(k, begin, x, v, touches)
-    # Pressure with and without damping, its rate, and pressure times sliding velocity.
-    total = rest = growth = u0 = u1 = u2 = 0.0
+    # Pressure with and without damping, its rate; largest friction, and that times velocity.
+    total = rest = growth = grip = u0 = u1 = u2 = 0.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)
@@ -110,11 +114,11 @@ def press_node(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) 
                 touches.met[row, STEADY] = 0.0
         push_back(start, stop, factor, touches)
         if touches.memory.size:
-            s0, s1, s2 = rub_past(start, stop, factor, x, v, touches)
-            u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
+            most, s0, s1, s2 = rub_past(k, start, stop, factor, x, v, touches, rough)
+            grip, u0, u1, u2 = grip + most, u0 + s0, u1 + s1, u2 + s2
         start = stop
     if touches.memory.size:
-        rub(k, begin, end, total, rest, growth, u0, u1, u2, x, v, touches)
+        rub(k, begin, end, total, rest, growth, grip, u0, u1, u2, x, v, touches)
     return end
 
 

@@ -14,7 +14,14 @@ from tissuec.forces.bristle_kernel import bend
 from tissuec.forces.contact_kernel import add_up, count, look, press_surface, push_back
 from tissuec.forces.contact_rows_kernel import BENDS, STEADY, end_of_surface
 from tissuec.forces.friction_kernel import rub_past
-from tissuec.kernels.records import ContactTable, Floats, IntegerRows, Integers, Rows
+from tissuec.kernels.records import (
+    ContactTable,
+    Floats,
+    IntegerRows,
+    Integers,
+    Roughness,
+    Rows,
+)
 from tissuec.kernels.thread_loops import UNDIVIDED
 
 PLACING = -2  # the part in which points are placed
@@ -24,6 +31,7 @@ class ContactPointTable(NamedTuple):
     """Points near shapes, and the contact in whose arrays they follow the nodes."""
 
     touches: ContactTable
+    rough: Roughness
     part: int  # of contact that is computed; PLACING to place the points first
     at: Integers  # where the coordinates of each point begin, shape (near,)
     corners: IntegerRows  # the same of its corners, shape (near, 3)
@@ -65,7 +73,7 @@ def press_part(power: Floats, table: ContactPointTable) -> None:
         start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
         row = int(touches.first[start])
     for k in range(start, stop):
-        end = press_point(k, row, table.x, table.v, touches)
+        end = press_point(k, row, table.x, table.v, touches, table.rough)
         if part == UNDIVIDED:
             bends += add_up(0, end, table.f, power, touches)
         else:
@@ -76,17 +84,20 @@ def press_part(power: Floats, table: ContactPointTable) -> None:
         count(round(bends), touches)
 
 
-def press_point(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
+def press_point(
+    k: int, begin: int, x: Floats, v: Floats, touches: ContactTable, rough: Roughness
+) -> int:
     """Fill the rows of a node or point, and set its bristle; return the end of the rows.
 
     Args:
         k: Its index among those of the contact.
         begin: First of its rows.
         touches: Record of the contact.
+        rough: Coefficients of friction.
     """
     end = look(k, begin, x, v, touches)
-    # Pressure with damping, and pressure times sliding velocity.
-    total = u0 = u1 = u2 = 0.0
+    # Pressure with damping, largest friction, and that times sliding velocity.
+    total = grip = u0 = u1 = u2 = 0.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)
@@ -100,11 +111,11 @@ def press_point(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable)
                 touches.met[row, STEADY] = 0.0
         push_back(start, stop, factor, touches)
         if touches.memory.size:
-            s0, s1, s2 = rub_past(start, stop, factor, x, v, touches)
-            u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
+            most, s0, s1, s2 = rub_past(k, start, stop, factor, x, v, touches, rough)
+            grip, u0, u1, u2 = grip + most, u0 + s0, u1 + s1, u2 + s2
         start = stop
     if touches.memory.size:
-        bend(k, begin, end, total, u0, u1, u2, x, v, touches)
+        bend(k, begin, end, total, grip, u0, u1, u2, x, v, touches)
     return end
 
 

@@ -12,7 +12,7 @@ Shared arguments:
 from tissuec.kernels.records import ContactTable
 
 # Columns of ``met``.
-STEADY = 0  # pressure at rest, with the sign of the weight; with friction, then with damping
+STEADY = 0  # pressure at rest, with the sign of the weight
 NORMAL = 1
 WEIGHT = 4  # of the three points of a shape
 LEVER = 7  # on a plane
@@ -23,7 +23,8 @@ BENDS = 15  # of the law that are passed, those of the depth times the weight
 SHARE = 16  # of the couple of its surface
 LOST = 17  # power that damping dissipates; in the first row, with that of friction
 FORCE = 18  # on the node, and on the three points of the shape
-COLUMNS = 30
+GRIP = 30  # largest friction, with the sign of the weight
+COLUMNS = 31
 # Columns of ``at``, behind the places of the coordinates of the node and of the three points.
 PAIR, SURFACE, PLACES = 4, 5, 6
 

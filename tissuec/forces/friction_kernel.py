@@ -6,6 +6,7 @@ Shared arguments:
     begin, end: All rows of the node: from ``begin`` up to before ``end``.
     factor: Pressure with damping divided by pressure without it, dimensionless.
     touches: Record of the contact; its fields give the shapes and units.
+    rough: Coefficients of friction.
 """
 
 from math import sqrt
@@ -14,6 +15,7 @@ from tissuec.forces.contact_couples_kernel import spin, twist
 from tissuec.forces.contact_rows_kernel import (
     BENDS,
     GAP,
+    GRIP,
     LOST,
     NORMAL,
     RATE,
@@ -23,8 +25,9 @@ from tissuec.forces.contact_rows_kernel import (
     WEIGHT,
     end_of_surface,
     push,
+    shape_of,
 )
-from tissuec.kernels.records import ContactTable, Floats
+from tissuec.kernels.records import ContactTable, Floats, Roughness
 
 SHARPNESS = 8  # power of r with which a bristle slips
 LARGEST = 2.0  # r that counts
@@ -33,38 +36,60 @@ NEWTON = 100  # iterations for the length of a bristle; bisection alone needs ab
 
 
 def rub_past(
-    start: int, stop: int, factor: float, x: Floats, v: Floats, touches: ContactTable
-) -> tuple[float, float, float]:
-    """Return the sum of pressures times velocities along a surface [W].
+    k: int,
+    start: int,
+    stop: int,
+    factor: float,
+    x: Floats,
+    v: Floats,
+    touches: ContactTable,
+    rough: Roughness,
+) -> tuple[float, float, float, float]:
+    """Return how a surface can rub a node, by the pressures with damping.
 
-    Also sets how the faces of the surface share couples, and stores pressures with damping.
+    Also sets how the faces of the surface share couples, and stores their largest frictions.
+
+    Returns:
+        The largest friction of the surface [N], and the sum of those of its rows times
+        velocities along it [W].
     """
     every = q0 = q1 = q2 = 0.0
     for row in range(start, stop):
         met = touches.met[row]
+        met[GRIP] = coefficient(k, row, touches, rough) * factor * met[STEADY]
         met[SHARE] = 0.0
-        if met[STEADY] > 0.0:
+        if met[GRIP] > 0.0:
             turns, o0, o1, o2 = spin(row, x, v, touches)
             if turns:
-                met[SHARE] = met[STEADY]
-                every += met[STEADY]
-                q0, q1, q2 = q0 + met[STEADY] * o0, q1 + met[STEADY] * o1, q2 + met[STEADY] * o2
+                met[SHARE] = met[GRIP]
+                every += met[GRIP]
+                q0, q1, q2 = q0 + met[GRIP] * o0, q1 + met[GRIP] * o1, q2 + met[GRIP] * o2
     if every > 0.0:
         q0, q1, q2 = q0 / every, q1 / every, q2 / every
-    u0 = u1 = u2 = 0.0
+    grip = most = u0 = u1 = u2 = 0.0
     for row in range(start, stop):
         met = touches.met[row]
         if every > 0.0:
             met[SHARE] /= every
-        met[STEADY] *= factor
+        grip += met[GRIP]
+        most = max(most, met[GRIP])
         n0, n1, n2, gap = met[NORMAL], met[NORMAL + 1], met[NORMAL + 2], met[GAP]
         s0 = met[SLIDE] - gap * (q1 * n2 - q2 * n1)
         s1 = met[SLIDE + 1] - gap * (q2 * n0 - q0 * n2)
         s2 = met[SLIDE + 2] - gap * (q0 * n1 - q1 * n0)
-        u0 += met[STEADY] * (s0 - met[RATE] * n0)
-        u1 += met[STEADY] * (s1 - met[RATE] * n1)
-        u2 += met[STEADY] * (s2 - met[RATE] * n2)
-    return u0, u1, u2
+        u0 += met[GRIP] * (s0 - met[RATE] * n0)
+        u1 += met[GRIP] * (s1 - met[RATE] * n1)
+        u2 += met[GRIP] * (s2 - met[RATE] * n2)
+    return max(grip, most), u0, u1, u2
+
+
+def coefficient(k: int, row: int, touches: ContactTable, rough: Roughness) -> float:
+    """Return the coefficient of friction of a row: the smaller one of node and face."""
+    if touches.friction >= 0.0:
+        return touches.friction
+    met, of = touches.met[row], rough.face[shape_of(row, touches)]
+    there = met[WEIGHT] * of[0] + met[WEIGHT + 1] * of[1] + met[WEIGHT + 2] * of[2]
+    return min(float(rough.node[k]), float(there))
 
 
 def rub(
@@ -74,6 +99,7 @@ def rub(
     total: float,
     rest: float,
     growth: float,
+    grip: float,
     u0: float,
     u1: float,
     u2: float,
@@ -87,21 +113,22 @@ def rub(
         total: Sum of the pressures on it [N].
         rest: The same without damping [N].
         growth: Rate of that [N/s].
-        u0, u1, u2: Sum of pressures times velocities along the surfaces [W].
+        grip: Sum of the largest frictions [N].
+        u0, u1, u2: Sum of these times velocities along the surfaces [W].
     """
     rate, memory, bent, lag = touches.rate, 3 * touches.memory[k], touches.bent, touches.lag[0]
     z0, z1, z2 = (
         float(v[memory] / rate), float(v[memory + 1] / rate), float(v[memory + 2] / rate)
     )  # fmt: skip
-    if total <= 0.0:
+    if grip <= 0.0:
         falls = -rate * rate / (1.0 + lag * rate)
         bent[k, 0], bent[k, 1], bent[k, 2] = falls * z0, falls * z1, falls * z2
         return
-    u0, u1, u2 = u0 / total, u1 / total, u2 / total
+    u0, u1, u2 = u0 / grip, u1 / grip, u2 / grip
     stiffness, half = touches.stiffness[k], 0.5 * touches.layer
     unbend = 0.5 * growth / (rest + LEAST * stiffness * half) * half / (rest / stiffness + half)
     reach = total / stiffness + half
-    slips, slip = touches.friction * reach, 0.0
+    slips, slip = grip / total * reach, 0.0
     if lag > 0.0:
         z0, z1, z2 = bristle_ahead(lag, z0, z1, z2, u0, u1, u2, unbend, slips)
     d0, d1, d2 = u0 - unbend * z0, u1 - unbend * z1, u2 - unbend * z2
@@ -114,12 +141,12 @@ def rub(
     bent[k, 2] = rate * (d2 - slip * z2)
     bears = total / reach
     if length > slips:
-        bears = touches.friction * total / length
+        bears = grip / length
         touches.met[begin, BENDS] += 1.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)
-        drag_along(start, stop, bears / total, z0, z1, z2, x, touches)
+        drag_along(start, stop, bears / grip, z0, z1, z2, x, touches)
         start = stop
     touches.met[begin, LOST] += bears * (z0 * u0 + z1 * u1 + z2 * u2)
 
@@ -192,14 +219,14 @@ def drag_along(
     """Add the friction of a surface on a node: its force, its reaction and the couple of both.
 
     Args:
-        bears: Force by pressure and length of the bristle [1/m].
+        bears: Force by largest friction and length of the bristle [1/m].
         z0, z1, z2: The bristle [m].
     """
     c0 = c1 = c2 = 0.0
     for row in range(start, stop):
         met = touches.met[row]
         n0, n1, n2 = met[NORMAL], met[NORMAL + 1], met[NORMAL + 2]
-        share, along = -bears * met[STEADY], z0 * n0 + z1 * n1 + z2 * n2
+        share, along = -bears * met[GRIP], z0 * n0 + z1 * n1 + z2 * n2
         r0, r1, r2 = (
             share * (z0 - along * n0),
             share * (z1 - along * n1),

@@ -81,7 +81,7 @@ class ContactTable(NamedTuple):
     starts: Integers  # nodes of part p are starts[p] … starts[p + 1], shape (part + 1,)
     stops: Integers  # scratch, where the rows of each part end, shape (part,)
     part: int  # that is computed, their number to add them up, -1 to do all at once
-    met: Rows  # scratch, for the pairs that touch, shape (pair, 30)
+    met: Rows  # scratch, for the pairs that touch, shape (pair, 31)
     at: IntegerRows  # places of their nodes and three points among coordinates, and the pair
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
@@ -97,8 +97,22 @@ class ContactTable(NamedTuple):
     stiffness: Floats  # [N/m], shape (m,)
     layer: float  # [m]
     damping: float  # [s/m]
-    friction: float
+    friction: float  # coefficient everywhere, or -1 where it is that of tissues
     rate: float  # [1/s]
+
+
+class Roughness(NamedTuple):
+    """Coefficients of friction that tissues give; see ``tissuec.forces.contact``."""
+
+    node: Floats  # shape (m,)
+    face: Rows  # of the points that carry each shape, shape (shape, 3)
+
+
+class ContactNodeTable(NamedTuple):
+    """Contact of nodes."""
+
+    touches: ContactTable
+    rough: Roughness
 
 
 class InternalVariables(NamedTuple):

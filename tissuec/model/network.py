@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.friction import SurfaceFriction
 from tissuec.model.net_size import NetSize
 from tissuec.model.springs import COLUMNS, Springs
 
@@ -238,6 +239,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
+        friction: Coefficients that tissues give to nodes and surfaces; None without any.
         mirrored: Planes of symmetry; triangles between the nodes on one are no surface of the
             whole.
         provenance: Origins by array name ("mass", "stiffness", …).
@@ -259,6 +261,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     marks: tuple[MarkPart, ...] = ()
     skin_marks: Indices | None = None
     mirrored: tuple[MirrorPlane, ...] = ()
+    friction: SurfaceFriction | None = None
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):

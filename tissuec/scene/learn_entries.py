@@ -13,6 +13,7 @@ from tissuec.scene.quantities import (
     FIBRE_DISPERSION,
     FIBRE_MODULUS,
     FIBRE_STIFFENING,
+    FRICTION,
     POISSONS_RATIO,
     QUANTITIES,
 )
@@ -171,7 +172,7 @@ DIMENSIONS = {
 }
 #: Quantities of matter that are not adjusted.
 NOT_LEARNT = (
-    *BREAKING, POISSONS_RATIO, FIBRE_MODULUS, FIBRE_STIFFENING, FIBRE_DISPERSION,
+    *BREAKING, POISSONS_RATIO, FIBRE_MODULUS, FIBRE_STIFFENING, FIBRE_DISPERSION, FRICTION,
 )  # fmt: skip
 #: What can be adjusted, beside constants of laws, params and numbers of forces.
 ADJUSTED = (

@@ -439,7 +439,7 @@ class ContactLaw(Struct, frozen=True):
         thickness: Of surfaces of bodies [m]; None where it follows from lengths of springs.
         layer: [m]; None where it follows from the lengths of springs.
         damping: [s/m].
-        friction: Coefficient.
+        friction: Coefficient everywhere; None where tissues give it.
     """
 
     between_bodies: bool
@@ -449,7 +449,7 @@ class ContactLaw(Struct, frozen=True):
     thickness: float | None
     layer: float | None
     damping: float
-    friction: float
+    friction: float | None
     places: str = ""
 
 

@@ -25,6 +25,8 @@ BREAKING_FORCE = "breaking force"
 BREAKING_STRAIN, STRENGTH, TOUGHNESS = "breaking strain", "strength", "toughness"
 #: Of the law of matter that stiffens when it is stretched.
 STIFFENING = "stiffening"
+#: Of surfaces in contact.
+FRICTION = "friction"
 #: Of fibres in solids that consist of elements.
 FIBRE_STIFFENING, FIBRE_DISPERSION = "fibre stiffening", "fibre dispersion"
 LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
@@ -199,6 +201,10 @@ QUANTITIES: dict[str, TissueQuantity] = {
             range=Real(units.NUMBER, above=0.0, at_most=LARGEST_STIFFENING),
         ),
         TissueQuantity(
+            FRICTION, "Coefficient of friction along tools and other tissue.", units.NUMBER,
+            may_be_zero=True, also=("mu", "friction coefficient", "coefficient of friction"),
+        ),
+        TissueQuantity(
             "fibre modulus", "Young's modulus along the fibres.", units.PRESSURE
         ),
         TissueQuantity(
@@ -268,7 +274,7 @@ OF_MATTER: dict[str, tuple[str, ...]] = {
 
 
 #: What many tissues do without: nothing is missing where no word speaks of it.
-LEFT_OUT = frozenset((TOUGHNESS, *SHARES, *TIMES))
+LEFT_OUT = frozenset((TOUGHNESS, FRICTION, *SHARES, *TIMES))
 #: Limits that act together: tissue breaks at whichever is reached first.
 TOGETHER = (BREAKING_STRAIN, STRENGTH)
 #: Limits that a tissue can have side by side.

@@ -58,7 +58,7 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
             bodies with one another, or also bodies with themselves
         contact_places: where bodies are touched; by default on their faces if they are made of
             elements and no contact stiffness is written, else at their nodes
-        friction: coefficient of friction in contact
+        friction: coefficient of friction in all contact; by default, tissues give it
         contact_stiffness: contact force of a node per depth of penetration; by default the
             stiffness of its springs
         contact_surface_stiffness: contact pressure per depth of penetration; on faces, it
@@ -235,7 +235,7 @@ def _contact_law(
             thickness=entries.contact_thickness,
             layer=entries.contact_layer,
             damping=entries.contact_damping or 0.0,
-            friction=entries.friction or 0.0,
+            friction=entries.friction,
             places=entries.contact_places or "",
         )
     named = ("places", "stiffness", "surface stiffness", "thickness", "layer", "damping")

@@ -90,6 +90,7 @@ USUAL: dict[str, Usual] = {
     "toughness": Usual(STIFFNESS, 0.1, 1e6, "gels", "tendon", (5.0, 1e5), ("J/m^2", "kJ/m^2")),
     "breaking strain": Usual(NUMBER, 0.01, 10.0, "bone", "gels", (0.05, 3.0), ("%",)),
     "stiffening": Usual(NUMBER, 0.05, 150.0, "nearly linear", "tendon", (0.3, 80.0), ("%",)),
+    "friction": Usual(NUMBER, 5e-4, 3.0, "joints", "dry skin on rubber", (1e-3, 1.5), ("%",)),
     "retardation time": Usual(
         TIME, 1e-6, 1000.0, "ultrasound", "creep", (1e-4, 10.0), ("us", "ms", "s")
     ),

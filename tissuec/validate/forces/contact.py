@@ -107,9 +107,11 @@ class ContactForce:
         k, w, count = of.stiffness, of.layer, len(of.nodes)
         pressed = _sums(touched.node_of_surface, factor * touched.surface, count)  # N
         rest = _sums(touched.node_of_surface, touched.surface, count)  # N0
-        presses = pressed > 0.0
-        part = factor[touched.group] * touched.pressure / _divisor(pressed)[touched.node]
-        turning = _Turning(touched)
+        most = touched.friction * factor[touched.group] * touched.pressure  # G of each
+        grip = _sums(touched.node_of_surface, touched.whole(most), count)
+        rubs = grip > 0.0
+        part = most / _divisor(grip)[touched.node]
+        turning = _Turning(touched, most)
         slide = part[:, None] * touched.along(turning.sliding(velocity))
         u = np.stack([_sums(touched.node, each, count) for each in slide.T], axis=1)
         slope = touched.weight * k[touched.node] * np.minimum(touched.depth / w, 1.0)
@@ -117,29 +119,30 @@ class ContactForce:
         growth *= 0.5 * w / (rest / k + 0.5 * w)  # g
         z = bent / of.rate
         if of.between is not None:
-            way = np.where(presses, np.minimum(1.0, 2.0 * pressed / (k * w)), 0.0)[:, None] * u
+            way = np.where(rubs, np.minimum(1.0, 2.0 * pressed / (k * w)), 0.0)[:, None] * u
             size = np.sqrt((z * z).sum(axis=1))
             unit = z / _divisor(size)[:, None]
             slips = np.where(self._slides, np.maximum(0.0, (way * unit).sum(axis=1)), 0.0)
             rates[:] = of.rate * (way - slips[:, None] * unit)
-            bears = of.friction * pressed / _divisor(size)
+            bears = grip / _divisor(size)
             pull = -np.where(slips > 0.0, bears, np.minimum(k, bears))[:, None] * z
             turning.drag(part[:, None] * touched.along(pull[touched.node]), force)
             return -float((pull * u).sum())
         depth = pressed / k + 0.5 * w
         size = np.sqrt((z * z).sum(axis=1))
-        ratio = size / (of.friction * depth)  # r
+        ratio = size / np.where(rubs, grip / _divisor(pressed) * depth, np.inf)  # r
         unit = z / _divisor(size)[:, None]
         way = u - 0.5 * growth[:, None] * z  # d
         slips = np.maximum(0.0, (way * unit).sum(axis=1)) * np.minimum(ratio, 2.0) ** 8
         stands = -of.rate * z
-        rates[:] = of.rate * np.where(presses[:, None], way - slips[:, None] * unit, stands)
-        pull = -(pressed / depth / np.maximum(ratio, 1.0))[:, None] * z
+        rates[:] = of.rate * np.where(rubs[:, None], way - slips[:, None] * unit, stands)
+        bears = np.where(rubs, pressed / depth / np.maximum(ratio, 1.0), 0.0)
+        pull = -bears[:, None] * z
         turning.drag(part[:, None] * touched.along(pull[touched.node]), force)
         return -float((pull * u).sum())
 
     def slip(self, position: Floats, velocity: Floats, pairs: "ContactPairs") -> None:
-        """Cut bristles of faces to the length μ N/k at which they slip, and note which do.
+        """Cut bristles of faces to the length G/k at which they slip, and note which do.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
@@ -147,14 +150,15 @@ class ContactForce:
             pairs: All that may touch.
         """
         of, points = self._of, self._to_points(len(position))
-        if points is None or not of.friction:
+        if points is None or not len(of.memory):
             return
         touched = _Touched(of, points @ position, pairs)
         deepening = touched.deepening(points @ velocity)
         closing = touched.by_surface(touched.pressure * deepening) / _divisor(touched.surface)
-        each = np.maximum(0.0, 1.0 + of.damping * closing) * touched.surface
-        pressed = _sums(touched.node_of_surface, each, len(of.nodes))
-        most = of.rate * of.friction * pressed / of.stiffness
+        factor = np.maximum(0.0, 1.0 + of.damping * closing)[touched.group]
+        each = touched.whole(touched.friction * factor * touched.pressure)
+        grip = _sums(touched.node_of_surface, each, len(of.nodes))
+        most = of.rate * grip / of.stiffness
         bent, rates = velocity[of.memory], self.at(position, velocity, pairs).bristle_rates
         size = np.sqrt((bent * bent).sum(axis=1))
         onwards = (rates * bent).sum(axis=1) >= -1e-9 * size * np.linalg.norm(rates, axis=1)
@@ -181,6 +185,7 @@ class _Touched:
         ahead: From the first to the second carrier [m], shape (touch, 3).
         corners: Places of the carriers [m], shape (touch, 3, 3).
         pressure: W P [N].
+        friction: μ, the smaller one of the node and of its place on the element.
         surface: P_S [N], shape (group,).
     """
 
@@ -217,6 +222,11 @@ class _Touched:
             plane[inside, None], -self.depth[:, None] * self.normal, self.off
         )
         self.at = of.nodes[self.node]
+        if of.friction is None:
+            there = (self.share * of.face_friction[pairs.shape[inside]]).sum(axis=1)
+            self.friction = np.minimum(of.node_friction[self.node], there)
+        else:
+            self.friction = np.full(len(self.node), of.friction)
         surface = of.surface[pairs.shape[inside]]
         many = int(surface.max(initial=0)) + 1
         distinct, self.group = np.unique(self.node * many + surface, return_inverse=True)
@@ -226,13 +236,17 @@ class _Touched:
         soft: Floats = self.depth**2 / (2.0 * w)
         each: Floats = np.where(shallow, soft, self.depth - 0.5 * w)
         self.pressure = self.weight * k[self.node] * each
-        largest = np.zeros(len(self.node_of_surface))
-        np.maximum.at(largest, self.group, self.pressure)
-        self.surface = np.maximum(self.by_surface(self.pressure), largest)
+        self.surface = self.whole(self.pressure)
 
     def by_surface(self, values: Floats) -> Floats:
         """Return the sums over the elements of each surface at each node, shape (group,)."""
         return _sums(self.group, values, len(self.node_of_surface))
+
+    def whole(self, values: Floats) -> Floats:
+        """Return the same, but no less than the largest one of an element, shape (group,)."""
+        largest = np.zeros(len(self.node_of_surface))
+        np.maximum.at(largest, self.group, values)
+        return np.maximum(self.by_surface(values), largest)
 
     def along(self, vectors: Floats) -> Floats:
         """Return what of vectors is along the surface, shape (touch, 3)."""
@@ -268,9 +282,14 @@ class _Touched:
 
 
 class _Turning:
-    """How the elements of a surface turn, and take up couples."""
+    """How the elements of a surface turn, and take up couples.
 
-    def __init__(self, touched: _Touched):
+    Args:
+        touched: The elements.
+        most: Largest friction of each [N], shape (touch,).
+    """
+
+    def __init__(self, touched: _Touched, most: Floats):
         count = np.where(touched.kind == CAPSULE, 2.0, 3.0)[:, None]
         there = (np.arange(3) < count)[:, :, None]
         middle = (touched.corners * there).sum(axis=1) / count
@@ -286,8 +305,8 @@ class _Turning:
         self._inverse = np.zeros_like(inertia)
         if takes.any():
             self._inverse[takes] = np.linalg.pinv(inertia[takes], rcond=1e-12, hermitian=True)
-        presses = touched.pressure * takes
-        self._share = presses / _divisor(touched.by_surface(presses))[touched.group]
+        shares = most * takes
+        self._share = shares / _divisor(touched.by_surface(shares))[touched.group]
         self._touched = touched
 
     def sliding(self, velocity: Floats) -> Floats:
