@@ -12,14 +12,12 @@ from msgspec import Struct
 from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension, show, suggested_unit
+from tissuec.core.units import Dimension, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_clauses import LearnReader, LimitWords
 from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, Adjust, Per
 
-#: Words of clauses that are read here.
-LIMITING = ("from", "to", "around", "by", "along")
 INITIAL = "initial value"
 
 
@@ -37,34 +35,36 @@ class Found(Struct, frozen=True):
     kind: Real
 
 
-def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:
+def limited(found: Found, clauses: LearnReader, span: Span) -> Adjust:
     """Return what can be adjusted, within limits.
 
     Args:
         found: What is adjusted.
-        clauses: Clauses of the sentence.
+        clauses: LearnReader of the sentence.
     """
-    along = _along(found, clauses)
     dimension, own = found.kind.dimension, found.kind
+    clauses.own = dimension
+    said = clauses.get(LimitWords)
+    along = _along(found, said.along, clauses)
     least = next((one for one in (own.above, own.at_least) if one is not None), -inf)
     most = inf if own.at_most is None else own.at_most
-    low = _within(clauses, "from", found, least, most)
-    high = _within(clauses, "to", found, least, most)
+    low = _within(clauses, "from", said.low, found, least, most)
+    high = _within(clauses, "to", said.high, found, least, most)
     if low >= high:
         _refuse_limits(clauses, found.what)
-    prior = _prior(clauses, found, (low, high))
+    prior = _prior(clauses, said, found, (low, high))
     return Adjust(
         found.what, found.of, found.per, found.members, along, dimension, low, high, prior,
         span,
     )  # fmt: skip
 
 
-def _refuse_limits(clauses: Clauses, what: str) -> NoReturn:
+def _refuse_limits(clauses: LearnReader, what: str) -> NoReturn:
     """Reject limits of which the lower one is not below the upper one."""
-    low, high = clauses.get("from"), clauses.get("to")
+    low, high = clauses.clauses.get("from"), clauses.clauses.get("to")
     message = f"the lower limit of {what} is not below the upper one"
     if low is None or high is None:
-        clauses.findings.reject("TIS308", message, clauses.all[0].value.span)
+        clauses.findings.reject("TIS308", message, clauses.span)
     hint = Hint("write a lower limit that is below the upper one")
     lower, upper = low.value.span, high.value.span
     if lower.text != upper.text and lower.end <= upper.start:
@@ -73,13 +73,14 @@ def _refuse_limits(clauses: Clauses, what: str) -> NoReturn:
     clauses.findings.reject("TIS308", message, lower, hint=hint)
 
 
-def _within(clauses: Clauses, word: str, found: Found, least: float, most: float) -> float:
+def _within(
+    clauses: LearnReader, word: str, given: float | None, found: Found, least: float,
+    most: float,
+) -> float:  # fmt: skip
     """Return a limit, which lies between those that there are by themselves."""
-    given = clauses.number(word, found.kind.dimension, what=f"a limit of {found.what}")
     if given is None:
         return least if word == "from" else most
     if not least <= given <= most:
-        clause = clauses.get(word)
         lower = "at least" if found.kind.above is None else "above"
         limits = ((least, lower), (most, "at most"))
         allowed = " and ".join(
@@ -91,17 +92,17 @@ def _within(clauses: Clauses, word: str, found: Found, least: float, most: float
             "TIS308",
             f"{found.what} must be {allowed}, which excludes the limit "
             f"{show(given, found.kind.dimension)}",
-            clause.value.span if clause else clauses.where,
+            clauses.clauses[word].value.span,
         )
     return given
 
 
 def _prior(
-    clauses: Clauses, found: Found, limits: tuple[float, float]
+    clauses: LearnReader, said: LimitWords, found: Found, limits: tuple[float, float]
 ) -> tuple[float | None, float] | None:
     """Return the expected value, None for each start, and its relative deviation."""
     what, dimension = found.what, found.kind.dimension
-    around, by = clauses.get("around"), clauses.get("by")
+    around, by = clauses.clauses.get("around"), clauses.clauses.get("by")
     if around is None and by is None:
         return None
     if around is None or by is None:
@@ -114,13 +115,12 @@ def _prior(
             "TIS304", f'"{there.word}" needs "{other}"', there.span,
             hint=Hint(f"for example: {whole}", Edit(whole)),
         )  # fmt: skip
-    part = clauses.above_zero("by", NUMBER, what="the expected relative deviation")
+    part = said.by
     assert part is not None
     if isinstance(around.value, s.Name) and around.value.key == INITIAL:
         _check_starts(clauses, around, found)
         return None, part
-    value = clauses.number("around", dimension, what=f"the expected value of {what}")
-    assert value is not None
+    value = clauses.number("around", dimension)
     if value == 0.0:
         message = "a relative deviation from 0 is not possible"
         hint = "write another expected value, or limits: from … to …"
@@ -130,7 +130,7 @@ def _prior(
     return value, part
 
 
-def _check_starts(clauses: Clauses, around: s.Clause, found: Found) -> None:
+def _check_starts(clauses: LearnReader, around: s.Clause, found: Found) -> None:
     """Check that values start above 0, and that they are no single number to be written."""
     if found.what in (START_POSITION, START_VELOCITY):
         message = f"a {found.what} has no relative deviation from where it starts"
@@ -143,7 +143,7 @@ def _check_starts(clauses: Clauses, around: s.Clause, found: Found) -> None:
 
 
 def _outside(
-    clauses: Clauses,
+    clauses: LearnReader,
     around: s.Clause,
     what: str,
     dimension: Dimension,
@@ -154,18 +154,16 @@ def _outside(
     clauses.findings.reject("TIS308", f"the expected value of {what}: {message}", around.span)
 
 
-def _along(found: Found, clauses: Clauses) -> Floats | None:
+def _along(found: Found, along: Floats | None, clauses: LearnReader) -> Floats | None:
     """Return the direction of a start; without one, no number can limit it."""
-    along = clauses.direction()
     is_vector = found.what in (START_POSITION, START_VELOCITY)
     if along is not None and not is_vector:
-        clause = clauses.get("along")
         message = f"{found.what} is a single number and has no direction"
-        clauses.findings.reject("TIS303", message, clause.span if clause else clauses.where)
-    limiting = next((w for w in ("from", "to", "around") if clauses.get(w)), None)
+        clauses.findings.reject("TIS303", message, clauses.clauses["along"].span)
+    limiting = next((w for w in ("from", "to", "around") if w in clauses.clauses), None)
     if is_vector and along is None and limiting is not None:
         clauses.findings.reject(
             "TIS304", f"limits of a {found.what} need a direction",
-            clauses.where, hint=f"for example: adjust {found.what} of … along (1, 0, 0)",
+            clauses.span, hint=f"for example: adjust {found.what} of … along (1, 0, 0)",
         )  # fmt: skip
     return along

@@ -6,7 +6,7 @@ from typing import cast
 
 import numpy as np
 
-from tissuec.compiler.adjust_limits import LIMITING, Found, limited
+from tissuec.compiler.adjust_limits import Found, limited
 from tissuec.compiler.adjust_targets import Target, Targets
 from tissuec.compiler.laws_adjusted import LawConstant, calls_functions, constants_of, uses
 from tissuec.core.errors import Note
@@ -18,7 +18,7 @@ from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
 from tissuec.scene.entries import entries_of
 from tissuec.scene.graded import graded_by
-from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_clauses import AdjustWords, LearnReader, LimitWords, OwnerWords
 from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
 from tissuec.scene.model import Tissue, WrittenForce
 from tissuec.scene.quantities import LISTED, QUANTITIES, STIFFENING
@@ -49,65 +49,60 @@ class AdjustReader:
 
     def read(self, item: s.Assign | s.Sentence) -> list[Adjust]:
         """Return what an entry lets change, or reject it."""
+        reader = LearnReader(ADJUST, item, self.scope, AdjustWords, LimitWords, OwnerWords)
         if isinstance(item, s.Assign):
-            clauses = self._clauses(item, ())
             listed = item.value.items if isinstance(item.value, s.Listing) else (item.value,)
+            reader.finish()
             found: list[Adjust] = []
             for name in listed:
                 if not isinstance(name, s.Name):
-                    clauses.reject("TIS312", "the adjusted quantity must be a name", name.span)
+                    message = "the adjusted quantity must be a name"
+                    reader.reject_at(name.span, "TIS312", message)
                 with self.findings.item():
-                    found.append(limited(self._own(name, ()), clauses, name.span))
+                    found.append(limited(self._own(name, None), reader, name.span))
             return found
         name = without(item.name, ADJUST)
         if name is None or item.phrase is not None:
-            self._clauses(item, (), ()).reject("TIS312", "the adjusted quantity is missing")
+            reader.reject("TIS312", "the adjusted quantity is missing")
         if name.key == WORDS:
-            return [self._words(item)]
+            return [self._words(reader.get(OwnerWords).owners, item)]
         if name.key == WEIGHTS:
             self.findings.reject(
                 "TIS801", "weights of rules are not adjusted to measured data", item.span,
                 hint="adjust words of a quantity, or fit numbers of tissues in a block of its "
                 "own: fit = QUANTITY of TISSUE",
             )  # fmt: skip
-        clauses = self._clauses(item, ("of", "of", "per", *LIMITING))
-        names, per = clauses.names("of"), clauses.names("per")
-        found_one = self._found(name, names, per) if names else self._own(name, per)
-        return [limited(found_one, clauses, item.span)]
-
-    def _clauses(
-        self,
-        item: s.Assign | s.Sentence,
-        allowed: Sequence[str],
-        clauses: Sequence[s.Clause] | None = None,
-    ) -> Clauses:
-        given = item.clauses if clauses is None else clauses
-        return Clauses(ADJUST, given, self.scope, allowed=allowed, where=item.span)
+        said = reader.get(AdjustWords, is_last=False)
+        found_one = (
+            self._found(name, said.owners, said.per)
+            if said.owners
+            else self._own(name, said.per)
+        )
+        return [limited(found_one, reader, item.span)]
 
     # --- what, and of what --------------------------------------------------------------------
 
-    def _words(self, item: s.Sentence) -> Adjust:
+    def _words(self, owner: s.Expression | None, item: s.Sentence) -> Adjust:
         """Return the words of a quantity or property of the vocabulary."""
-        names = self._clauses(item, ("of",)).names("of")
         vocabulary = self.scene.vocabulary
         quantities = {key: scale.named for key, scale in vocabulary.quantities.items()}
         scales = {**vocabulary.properties, **quantities}
-        if not names or names[0].key not in scales:
-            self.findings.pass_over_doubtful(names[0].key if names else "")
-            text = names[0].text if names else ""
+        if not isinstance(owner, s.Name) or owner.key not in scales:
+            text = owner.text if isinstance(owner, s.Name) else ""
+            self.findings.pass_over_doubtful(key_of(text))
             known = [scale.name for scale in scales.values()]
             self.findings.reject(
                 "TIS202",
                 f'"{text}" is not a quantity or property with words in the vocabulary',
-                names[0].span if names else item.span,
+                item.span if owner is None else owner.span,
                 hint=alternatives(text, known, what="scales") or "the scene has no vocabulary",
             )
-        scale = scales[names[0].key]
+        scale = scales[owner.key]
         return Adjust(
             WORDS, scale.name, "word", NONE, None, scale.dimension, -inf, inf, None, item.span
         )
 
-    def _own(self, name: s.Name, per: Sequence[s.Name]) -> Found:
+    def _own(self, name: s.Name, per: s.Name | None) -> Found:
         """Return something of the tissue or force that the block has the name of."""
         tissue = None if name.key in PLACED else self.targets.tissue(self.fit_problem)
         if tissue is None and (force := self.targets.force(self.fit_problem)) is not None:
@@ -125,7 +120,7 @@ class AdjustReader:
         self._refuse_per(per, f"{tissue.name} is a tissue")
         return self._of_tissue(name, tissue)
 
-    def _found(self, name: s.Name, names: list[s.Name], per: list[s.Name]) -> Found:
+    def _found(self, name: s.Name, names: Sequence[s.Name], per: s.Name | None) -> Found:
         """Return something of a tissue or force, or of nodes and springs."""
         is_tissue = len(names) == 1 and not per and name.key not in PLACED
         tissue = self.targets.tissue(names[0]) if is_tissue else None
@@ -139,7 +134,7 @@ class AdjustReader:
         if target is None:
             self._refuse_tissue(name, names, per)
             self.targets.unknown(names, with_tissues=name.key not in PLACED)
-        return self._of_target(name, target, per[0] if per else None)
+        return self._of_target(name, target, per)
 
     def _refuse_breaking(self, name: s.Name) -> None:
         if name.key in BREAKING:
@@ -150,21 +145,21 @@ class AdjustReader:
                 hint="compare runs with different values instead",
             )
 
-    def _refuse_per(self, per: Sequence[s.Name], what: str) -> None:
+    def _refuse_per(self, per: s.Name | None, what: str) -> None:
         """Reject a division of what has one number."""
         if per:
             self.findings.reject(
                 "TIS801",
-                f"per {per[0].text} belongs to a set, body or region; {what}",
-                per[0].span,
-                hint=Hint("remove it", Edit("", _clause("per", per[0]))),
+                f"per {per.text} belongs to a set, body or region; {what}",
+                per.span,
+                hint=Hint("remove it", Edit("", _clause("per", per))),
             )
 
-    def _refuse_tissue(self, name: s.Name, names: list[s.Name], per: list[s.Name]) -> None:
+    def _refuse_tissue(self, name: s.Name, names: Sequence[s.Name], per: s.Name | None) -> None:
         """Reject a tissue where a set or body belongs."""
         if len(names) > 1 or names[0].key not in self.scene.declarations.of("tissue"):
             return
-        why, hint = f"per {per[0].text}" if per else f"a {name.key}", "name a set or a body"
+        why, hint = f"per {per.text}" if per else f"a {name.key}", "name a set or a body"
         if name.key == "rest length":
             hint += f", or write: adjust prestress of {names[0].text}"
         message = f"{why} belongs to a set, body or region; {names[0].text} is a tissue"
@@ -225,7 +220,7 @@ class AdjustReader:
             self.findings.reject("TIS801", message, name.span)
         return Found(found.name, tissue.name, "tissue", NONE, found.kind)
 
-    def _of_force(self, name: s.Name, force: WrittenForce, per: Sequence[s.Name]) -> Found:
+    def _of_force(self, name: s.Name, force: WrittenForce, per: s.Name | None) -> Found:
         """Return a number of a force."""
         entries = entries_of(type(force.entries))
         self._refuse_per(per, f"{force.name} is a force")

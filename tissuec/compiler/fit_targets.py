@@ -4,12 +4,17 @@ from collections.abc import Sequence
 
 from tissuec.compiler.conditions import Conditions
 from tissuec.core.errors import Note, counted
-from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH, NUMBER, TIME
+from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
-from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_clauses import (
+    AgainstWords,
+    DisplacementWords,
+    FitWords,
+    LearnReader,
+    TimeWords,
+)
 from tissuec.scene.learn_model import AGAINST, FIT
 from tissuec.script.fit_problem import POSITIONS, Data, DataAxis, DataColumn, Fit
 from tissuec.script.measures import MEASURES, Measure, Subject
@@ -20,8 +25,6 @@ from tissuec.script.measures.vector import VectorMeasure
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf", ".h5md")
 #: What jumps, or is none of the motion: no slope leads to it.
 JUMPING = ("nodes", "springs", "elements", "pieces", "count", "ruptured", "energy drift")
-FREE_ZERO = "free zero"
-_BEHIND = ("in", "every", "to", "weighing", "with")
 
 
 class FitReader:
@@ -44,49 +47,44 @@ class FitReader:
             return DataAxis(None, None, where)
         entry = item.name.key
         self.is_timeless = entry != "time"
-        allowed = ("of", "along", "using", "in") if self.is_timeless else ("using", "in")
-        clauses = Clauses(entry, item.clauses, self.scope, allowed=allowed, where=item.span)
-        names, dimension = clauses.names("using"), LENGTH if self.is_timeless else TIME
-        if not names:
-            clauses.reject("TIS304", f"the column of the {entry} is missing")
-        (column, *more) = clauses.columns(names, dimension, what="the column")
+        kind = DisplacementWords if self.is_timeless else TimeWords
+        reader = LearnReader(entry, item, self.scope, kind)
+        said = reader.get(kind)
+        column, *more = said.columns
         if more:
-            clauses.reject("TIS802", f"a {entry} needs exactly one column", names[0].span)
-        if not self.is_timeless:
+            span = reader.clauses["using"].value.span
+            reader.reject_at(span, "TIS802", f"a {entry} needs exactly one column")
+        if isinstance(said, TimeWords):
             return DataAxis(None, column, item.span)
-        moved = clauses.names("of")
-        if not moved:
-            clauses.reject("TIS304", "the displaced set is missing")
-        self._refuse_tool(moved[0], "a displacement belongs to nodes of bodies")
-        nodes = self.groups.nodes(moved[0]).indices
-        return DataAxis(nodes, column, item.span, clauses.direction())
+        self._refuse_tool(said.moved, "a displacement belongs to nodes of bodies")
+        nodes = self.groups.nodes(said.moved).indices
+        return DataAxis(nodes, column, item.span, said.along)
 
     def fit(self, item: s.Assign, against: s.Sentence | None) -> Fit:
         """Return one thing that was measured, or reject it."""
-        clauses = Clauses(
-            FIT, item.clauses, self.scope, allowed=("along", "using", *_BEHIND), where=item.span
-        )
-        behind, names = self._columns_of(clauses, against)
-        measure, subjects, inner = self._measured(item.value, clauses)
-        along = clauses.direction()
-        if along is not None:
-            self._refuse_direction(measure, inner, clauses)
-        along = inner if along is None else along
+        reader = LearnReader(FIT, item, self.scope, FitWords)
+        behind = reader if against is None else self._against(reader, against)
+        measure, subjects, inner = self._measured(item.value, reader)
         dimension = measure.dimension if measure else LENGTH
-        columns = behind.columns(names, dimension, what=item.value.span.one_line)
+        reader.own = behind.own = dimension
+        reader.about = behind.about = item.value.span.one_line
+        said = reader.get(FitWords)
+        if said.along is not None:
+            self._refuse_direction(measure, inner, reader)
+        options = said if behind is reader else behind.get(AgainstWords)
+        along = inner if said.along is None else said.along
+        columns = options.columns or ()
         self._check_columns(columns, measure, subjects, along, item.value, behind)
-        every = behind.above_zero("every", TIME, what="the time between values")
-        if every is not None and self.is_timeless and (clause := behind.get("every")):
-            self.findings.reject("TIS306", "rows over a displacement have no time", clause.span)
-        noise = behind.above_zero("to", dimension, what="the standard deviation")
-        weight = behind.above_zero("weighing", NUMBER, what="the weight of a fit")
+        if options.every is not None and self.is_timeless:
+            span = behind.clauses["every"].span
+            self.findings.reject("TIS306", "rows over a displacement have no time", span)
         text = item.value.span.one_line
-        if (clause := clauses.get("along")) is not None:
-            text += f" {clause.span.one_line}"
+        if said.along is not None:
+            text += f" {reader.clauses['along'].span.one_line}"
         self._once(text, item)
         return Fit(
-            text, measure, subjects, along, dimension, columns, every, noise,
-            1.0 if weight is None else weight, self._has_free_zero(behind), item.span,
+            text, measure, subjects, along, dimension, columns, options.every, options.noise,
+            1.0 if options.weight is None else options.weight, options.free_zero, item.span,
         )  # fmt: skip
 
     def _once(self, text: str, item: s.Assign) -> None:
@@ -95,23 +93,16 @@ class FitReader:
             self.findings.reject("TIS307", f"{text} is fitted twice", item.span, notes=notes)
         self.texts[text] = item.span
 
-    def _has_free_zero(self, clauses: Clauses) -> bool:
-        names = clauses.names("with")
-        if names and names[0].key != FREE_ZERO:
-            self.findings.reject(
-                "TIS305", f'unexpected "{names[0].text}" after with', names[0].span,
-                hint=Hint(f"write: with {FREE_ZERO}", Edit(FREE_ZERO)),
-            )  # fmt: skip
-        return bool(names)
-
     # --- what is measured ---------------------------------------------------------------------
 
     def _measured(
-        self, node: s.Expression, clauses: Clauses
+        self, node: s.Expression, clauses: LearnReader
     ) -> tuple[type[Measure] | None, tuple[Subject, ...], Floats | None]:
         """Return a measure, None for positions; of what it is taken; and along what."""
         if not isinstance(node, s.Call | s.Name):
-            clauses.reject("TIS312", "the fitted quantity must be a single measure", node.span)
+            clauses.reject_at(
+                node.span, "TIS312", "the fitted quantity must be a single measure"
+            )
         key = node.function.key if isinstance(node, s.Call) else node.key
         if key in JUMPING:
             self.findings.reject(
@@ -122,7 +113,7 @@ class FitReader:
         if key == POSITIONS and isinstance(node, s.Call):
             return None, (self._positions(node),), None
         if isinstance(node, s.Name) and key not in MEASURES:
-            clauses.reject("TIS701", f'"{node.text}" is not a measure', node.span)
+            clauses.reject_at(node.span, "TIS701", f'"{node.text}" is not a measure')
         reading = self.conditions.reading(node)
         if reading.time is not None:
             self.findings.reject(
@@ -149,11 +140,10 @@ class FitReader:
             self.findings.reject("TIS802", message, name.span, hint="name a set or a body")
 
     def _refuse_direction(
-        self, measure: type[Measure] | None, inner: Floats | None, clauses: Clauses
+        self, measure: type[Measure] | None, inner: Floats | None, clauses: LearnReader
     ) -> None:
         """Reject a direction behind what has none, or has one already."""
-        clause = clauses.get("along")
-        span = clause.span if clause else clauses.where
+        span = clauses.clauses["along"].span
         if inner is not None:
             self.findings.reject("TIS307", '"along" is given twice', span)
         if measure is None or not issubclass(measure, DirectedMeasure):
@@ -166,25 +156,17 @@ class FitReader:
 
     # --- columns ------------------------------------------------------------------------------
 
-    def _columns_of(
-        self, clauses: Clauses, against: s.Sentence | None
-    ) -> tuple[Clauses, list[s.Name]]:
-        """Return the clauses about columns, and the names: of the fit, or of ``against``."""
-        names = clauses.names("using")
-        if against is None:
-            return clauses, names
-        if names or any(clauses.get(word) for word in _BEHIND):
+    def _against(self, reader: LearnReader, against: s.Sentence) -> LearnReader:
+        """Return the reader of the line below a fit, which has its column."""
+        if reader.clauses.keys() - {"along"}:
             self.findings.reject(
                 "TIS307", "columns and their options are given twice", against.span,
                 hint="write them after using or on the line below, not in both places",
             )  # fmt: skip
         words = s.key_of(against.name.words)
         if words != AGAINST or not against.name.quoted or against.phrase is not None:
-            clauses.reject("TIS312", f'wrong form of "{AGAINST}"', against.span)
-        behind = Clauses(
-            AGAINST, against.clauses, self.scope, allowed=_BEHIND, where=against.span
-        )
-        return behind, [s.Name("column", against.name.quoted, against.name.span)]
+            reader.reject_at(against.span, "TIS312", f'wrong form of "{AGAINST}"')
+        return LearnReader(AGAINST, against, self.scope, AgainstWords)
 
     def _check_columns(
         self,
@@ -193,7 +175,7 @@ class FitReader:
         subjects: Sequence[Subject],
         along: Floats | None,
         node: s.Expression,
-        clauses: Clauses,
+        clauses: LearnReader,
     ) -> None:
         """Reject columns that are not as many as what they hold has numbers."""
         text = node.span.one_line

@@ -6,7 +6,6 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiler.clauses import ClauseReader
 from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.interpolation import monotone_slopes
@@ -20,6 +19,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile
+from tissuec.scene.clauses import ClauseReader
 from tissuec.scene.imports import read_source
 from tissuec.scene.library import LINK, LINKED, Library
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tissuec.compiler.clauses import ClauseReader
 from tissuec.compiler.profile_tables import TABLE, read_table_profiles
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.units import FREQUENCY
 from tissuec.lang import syntax as s
 from tissuec.model.profiles import ProfileKind, TimeProfile
+from tissuec.scene.clauses import ClauseReader
 
 #: Written name -> kind of profile. Motions and forces are spelled in their own words.
 PROFILES: dict[str, ProfileKind] = {

@@ -3,18 +3,18 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
-from tissuec.compiler.clauses import ClauseReader
 from tissuec.compiler.profiles import read_profiles
 from tissuec.compiler.sets import Groups
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.model.profiles import TimeProfile
+from tissuec.scene.clauses import ClauseReader
 from tissuec.scene.expressions import Scope
 from tissuec.scene.members import HOLDING
 from tissuec.scene.model import Tool
 from tissuec.script.forms import PATH, forms_of, text_of
-from tissuec.script.parts import ProfileClause, SubjectPart, ToolClause
+from tissuec.script.parts import Part, ProfileClause, SubjectPart, ToolClause
 from tissuec.script.tools import grasping
 from tissuec.script.verbs import Action, Group, Mover
 
@@ -48,11 +48,11 @@ class SentenceOrder(ClauseReader):
     def names_springs(self) -> bool:
         return self.groups.is_springs(self.object)
 
-    def _of_script(
-        self, part: ProfileClause | SubjectPart | ToolClause, *, is_optional: bool
-    ) -> Any:
+    def read_other(self, part: Part, *, is_optional: bool) -> Any:
         if isinstance(part, ProfileClause):
             return self._profile(part)
+        if not isinstance(part, SubjectPart | ToolClause):
+            return super().read_other(part, is_optional=is_optional)
         if is_optional and not (self.has(part.word) if part.word else self.object.text):
             return None
         name = self.names_in(part.word) if part.word else self.object

@@ -6,7 +6,6 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.compiler.clauses import read_sentence
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
@@ -14,6 +13,7 @@ from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
+from tissuec.scene.clauses import read_sentence
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Scene
 from tissuec.scene.settings import PLANE_FORM, SYMMETRIC

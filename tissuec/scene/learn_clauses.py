@@ -1,13 +1,15 @@
-"""Clauses of the sentences of a learn block: each word once, columns with their units."""
+"""Sentences of a learn block, as the parts of their classes, and how they are read."""
 
 import re
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, TypeVar, cast
 
-from tissuec.core.hints import Edit, Hint, one_left
-from tissuec.core.source import Span
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.units import (
+    LENGTH,
     NUMBER,
+    TIME,
     Dimension,
     UnitError,
     describe,
@@ -16,135 +18,208 @@ from tissuec.core.units import (
 )
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
+from tissuec.scene.clauses import ClauseReader
 from tissuec.scene.expressions import Scope
 from tissuec.scene.learn_entries import SENTENCES
-from tissuec.scene.values import unit_vector
 from tissuec.script.fit_problem import DataColumn
+from tissuec.script.forms import VerbSentence, form_of
+from tissuec.script.parts import ClausePart, FlagPart, NumberClause, Part, direction
+
+T = TypeVar("T", bound=VerbSentence)
 
 COLUMN, COLUMNS = "column", "columns"
 _FACTOR = re.compile(r"(.+?)\s*([*/·])\s*(\d+\.?\d*)\s*")
+#: The dimension of what the sentence is about, which its reader is given.
+OWN: Mapping[str, Dimension] = MappingProxyType({})
 
 
-class Clauses:
-    """The clauses of one sentence, by their words.
+class NamesClause(ClausePart, frozen=True):
+    """A name, and the name of what has it behind the same word: ``of scar of vessel``."""
 
-    Args:
-        entry: One of ``SENTENCES``, whose first form is the example in hints.
-        allowed: Words that can stand; those twice in it can stand twice.
-        where: The sentence.
+    may_repeat = True
 
-    Shared arguments:
-        word: Word of the clause.
-        code: Code of the diagnostic.
-        message: What is wrong.
-        span: Place in the text; the whole sentence if None.
-        dimension: Dimension of the number.
-        what: Name of the number in messages.
 
-    Raises:
-        Rejected: Another word stands there, or one too often.
+class NameClause(ClausePart, frozen=True):
+    """A name that code of its own looks up."""
+
+
+class ValueClause(ClausePart, frozen=True):
+    """An expression that code of its own evaluates."""
+
+
+class ColumnsClause(ClausePart, frozen=True):
+    """``column "force_N"`` or ``columns "x y z"``, with a unit after ``in``.
+
+    Attributes:
+        dimension: Of what the columns contain.
     """
 
+    dimension: Dimension | Mapping[str, Dimension]
+
+
+Along = Annotated[Floats | None, direction("along")]  # unit vector, shape (3,)
+Weight = Annotated[
+    float | None, NumberClause("weighing", NUMBER, "positive", what="weight of a fit")
+]
+
+
+class TimeWords(VerbSentence, frozen=True):
+    """The column of times."""
+
+    columns: Annotated[
+        tuple[DataColumn, ...], ColumnsClause("using", TIME, what="column of the time")
+    ]
+
+
+class DisplacementWords(VerbSentence, frozen=True):
+    """The column of displacements of a set."""
+
+    moved: Annotated[s.Name, NameClause("of", what="displaced set")]
+    along: Along
+    columns: Annotated[
+        tuple[DataColumn, ...],
+        ColumnsClause("using", LENGTH, what="column of the displacement"),
+    ]
+
+
+class ColumnOptions(VerbSentence, frozen=True):
+    """What is known of measured values.
+
+    Attributes:
+        every: Least time between values [s].
+        noise: Standard deviation, in the SI unit of the values.
+    """
+
+    every: Annotated[
+        float | None, NumberClause("every", TIME, "positive", what="time between values")
+    ]
+    noise: Annotated[
+        float | None, NumberClause("to", OWN, "positive", what="standard deviation")
+    ]
+    weight: Weight
+    free_zero: Annotated[bool, FlagPart("with free zero")]
+
+
+class FitWords(ColumnOptions, frozen=True):
+    """A fit of a measure."""
+
+    along: Along
+    columns: Annotated[tuple[DataColumn, ...] | None, ColumnsClause("using", OWN)]
+
+
+class AgainstWords(ColumnOptions, frozen=True):
+    """The column of the fit on the line above."""
+
+    columns: Annotated[tuple[DataColumn, ...], ColumnsClause("", OWN)]
+
+
+class FitTissueWords(VerbSentence, frozen=True):
+    """A fit of a number of tissues."""
+
+    tissues: Annotated[s.Expression | None, ValueClause("of")]
+    weight: Weight
+
+
+class OwnerWords(VerbSentence, frozen=True):
+    """What words or weights of rules belong to, or rules that may be revised."""
+
+    owners: Annotated[s.Expression | None, ValueClause("of")]
+
+
+class AdjustWords(VerbSentence, frozen=True):
+    """To what a number belongs that is adjusted, and by what it is divided."""
+
+    owners: Annotated[tuple[s.Name, ...] | None, NamesClause("of")]
+    per: Annotated[s.Name | None, NameClause("per")]
+
+
+class LimitWords(VerbSentence, frozen=True):
+    """Limits of what is adjusted, and what is expected of it, in SI units."""
+
+    along: Along
+    low: Annotated[float | None, NumberClause("from", OWN, what="lower limit")]
+    high: Annotated[float | None, NumberClause("to", OWN, what="upper limit")]
+    around: Annotated[s.Expression | None, ValueClause("around", what="expected value")]
+    by: Annotated[
+        float | None,
+        NumberClause("by", NUMBER, "positive", what="expected relative deviation"),
+    ]
+
+
+class LearnReader(ClauseReader):
+    """Reads one sentence of a learn block.
+
+    Args:
+        entry: One of ``SENTENCES``.
+        item: The sentence.
+        scope: Names and findings of the scene.
+        kinds: Classes of what it says, each with some of its parts.
+
+    Attributes:
+        own: Dimension of what the sentence is about.
+        about: That, in messages.
+    """
+
+    lead = "for example"
+
     def __init__(
-        self,
-        entry: str,
-        clauses: Sequence[s.Clause],
-        scope: Scope,
-        *,
-        allowed: Sequence[str],
-        where: Span,
+        self, entry: str, item: s.Assign | s.Sentence, scope: Scope, *kinds: type[VerbSentence]
     ):
-        self.entry, self.scope, self.where = entry, scope, where
+        forms = tuple(map(form_of, kinds))
+        super().__init__(item, entry, forms, scope, texts=SENTENCES[entry].forms)
         self.findings = scope.findings
-        self.all = tuple(clauses)
-        self.example = f"for example: {SENTENCES[entry].forms[0]}"
-        for place, clause in enumerate(clauses):
-            earlier = [one for one in clauses[:place] if one.word == clause.word]
-            if clause.word not in allowed:
-                self.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
-            if len(earlier) >= allowed.count(clause.word):
-                first, what = earlier[0].span, f'"{clause.word}"'
-                self.findings.refuse_second(
-                    what, clause.span, first, hint=one_left(clause.span, first)
-                )
+        self.own, self.about = NUMBER, ""
 
-    def reject(self, code: str, message: str, span: Span | None = None) -> NoReturn:
-        """Reject the sentence with an example of its form as the hint."""
-        self.findings.reject(code, message, span or self.where, hint=self.example)
+    def get(self, kind: type[T], *, is_last: bool = True) -> T:
+        """Return what the sentence says in the parts of a class.
 
-    def get(self, word: str) -> s.Clause | None:
-        """Return the first clause with a word, if there is one."""
-        return next(iter(self.named(word)), None)
+        Args:
+            kind: The class, one of ``kinds``.
+            is_last: Whether the sentence has no clauses that are still to be read.
+        """
+        said = self.read_form(form_of(kind))
+        if is_last:
+            self.finish()
+        return cast(T, said)
 
-    def named(self, word: str) -> list[s.Clause]:
-        """Return all clauses with a word."""
-        return [clause for clause in self.all if clause.word == word]
+    def called(self, word: str) -> str:
+        part = self.form.of_word(word)
+        return f"the {part.what}" if part is not None else super().called(word)
 
-    def names(self, word: str) -> list[s.Name]:
-        """Return the names behind a word, or reject what is none."""
-        found: list[s.Name] = []
-        for clause in self.named(word):
-            if not isinstance(clause.value, s.Name):
-                self.reject("TIS312", f'"{word}" needs a name', clause.value.span)
-            found.append(clause.value)
-        return found
+    def dimension_of(self, word: str) -> Dimension:
+        part = self.form.of_word(word)
+        return (
+            self.own if getattr(part, "dimension", None) is OWN else super().dimension_of(word)
+        )
 
-    def number(self, word: str, dimension: Dimension, *, what: str) -> float | None:
-        """Return the number of a clause; None without the clause."""
-        clause = self.get(word)
-        if clause is None:
-            return None
-        value = self.scope.number(clause.value)
-        self.scope.expect(value, dimension, clause.value.span, what=what)
-        return float(value.amount)
-
-    def above_zero(self, word: str, dimension: Dimension, *, what: str) -> float | None:
-        """Return the number of a clause, which must be positive; None without the clause."""
-        number, clause = self.number(word, dimension, what=what), self.get(word)
-        if number is not None and clause is not None and number <= 0.0:
-            self.findings.reject(
-                "TIS308", f"{what} must be above 0, not {clause.value.span.one_line}",
-                clause.value.span,
-            )  # fmt: skip
-        return number
-
-    def direction(self, word: str = "along") -> Floats | None:
-        """Return the unit vector behind a word, shape (3,); None without it."""
-        clause = self.get(word)
-        if clause is None:
-            return None
-        value = self.scope.evaluate(clause.value)
-        found = None
-        if value.is_vector and value.dimension == NUMBER:
-            found = unit_vector(value.amount)
-        if found is None:
-            self.findings.reject(
-                "TIS312", f'"{word}" needs a direction', clause.value.span,
-                hint=Hint(f"for example: {word} (0, 0, 1)", Edit("(0, 0, 1)")),
-            )  # fmt: skip
-        return found
+    def read_other(self, part: Part, *, is_optional: bool) -> Any:
+        match part:
+            case NameClause(word=word):
+                return self.name_in(word)
+            case NamesClause(word=word):
+                return (self.name_in(word), *self.repeated)
+            case ValueClause(word=word):
+                return self.clauses[word].value
+            case ColumnsClause():
+                return self._columns(part)
+            case _:
+                return super().read_other(part, is_optional=is_optional)
 
     # --- columns ------------------------------------------------------------------------------
 
-    def columns(
-        self, names: Sequence[s.Name], dimension: Dimension, *, what: str
-    ) -> tuple[DataColumn, ...]:
-        """Return the columns that were named, with the unit behind ``in``.
-
-        Args:
-            names: ``column "force_N"``, or ``columns "x y z"``; none, or one.
-            dimension: Of what they hold.
-            what: That, in messages.
-        """
-        if not names:
-            if (unit := self.get("in")) is not None:
-                self.reject("TIS304", "a unit without a column", unit.span)
-            return ()
-        name = names[0]
+    def _columns(self, part: ColumnsClause) -> tuple[DataColumn, ...]:
+        """Return the columns that are named, with the unit behind ``in``."""
+        self.asked.add("in")
+        name = (
+            self.name_in(part.word)
+            if part.word
+            else s.Name(COLUMN, self.object.quoted, self.object.span)
+        )
         kind = s.key_of(name.words)
         if kind not in (COLUMN, COLUMNS) or not (name.quoted or "").strip():
-            self.reject("TIS312", "wrong form of a column", name.span)
-        factor, unit = self._unit(dimension, what)
+            self.reject_at(name.span, "TIS312", "wrong form of a column")
+        dimension = self.own if part.dimension is OWN else cast(Dimension, part.dimension)
+        factor, unit = self._unit(dimension)
         texts = [name.quoted or ""]
         if kind == COLUMNS:
             texts = texts[0].split()
@@ -160,9 +235,9 @@ class Clauses:
             for place, text in enumerate(texts)
         )
 
-    def _unit(self, dimension: Dimension, what: str) -> tuple[float, float]:
+    def _unit(self, dimension: Dimension) -> tuple[float, float]:
         """Return the number behind ``in``, 1 without one, and its unit in SI units."""
-        clause = self.get("in")
+        clause, what = self.clauses.get("in"), self.about or "the column"
         if clause is None:
             if dimension == NUMBER:
                 return 1.0, 1.0

@@ -10,7 +10,7 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared, without
 from tissuec.scene.findings import Findings
-from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_clauses import LearnReader, OwnerWords
 from tissuec.scene.learn_entries import LearnSettings
 from tissuec.scene.learn_items import LearnItems
 from tissuec.scene.learn_model import ADJUST, AXES, FIT, VocabularyFit, WrittenFitProblem
@@ -144,13 +144,11 @@ class LearnBlockReader(LearnItems):
         self.fits[-1] = (self.fits[-1][0], item)
 
     def _revise(self, item: s.Sentence) -> None:
-        clauses = Clauses(
-            "revise rules", item.clauses, self.scope, allowed=("of",), where=item.span
-        )
-        names = clauses.names("of")
-        if not names or item.name.key != "revise rules":
-            self.wrong_form("revise rules", item)
-        found = self.declarations.find("rules", names[0], self.findings)
+        reader = LearnReader("revise rules", item, self.scope, OwnerWords)
+        owner = reader.get(OwnerWords).owners
+        if not isinstance(owner, s.Name) or item.name.key != "revise rules":
+            return self.wrong_form("revise rules", item)
+        found = self.declarations.find("rules", owner, self.findings)
         if found.name.text in self.revise:
             self.findings.reject("TIS307", f"{found.name.text} is given twice", item.span)
         if found.name.key not in self.vocabulary.rules:

@@ -9,13 +9,12 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Source, Span
-from tissuec.core.units import NUMBER
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang import syntax as s
 from tissuec.scene.conclusions import why
 from tissuec.scene.declarations import Declared, without
-from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_clauses import FitTissueWords, LearnReader, OwnerWords
 from tissuec.scene.learn_entries import LearnSettings
 from tissuec.scene.learn_items import LearnItems
 from tissuec.scene.learn_model import ADJUST, FIT, VocabularyFit, WordTarget
@@ -128,10 +127,8 @@ class VocabularyFitReader(LearnItems):
     def _fit(self, item: s.Assign) -> None:
         if not _fits_tissues(item) or not isinstance(item.value, s.Name):
             self._refuse_data(item.span, "this fit is of measured data")
-        clauses = Clauses(
-            FIT, item.clauses, self.scope, allowed=("of", "weighing"), where=item.span
-        )
-        key, of = item.value.key, clauses.get("of")
+        said = LearnReader(FIT, item, self.scope, FitTissueWords).get(FitTissueWords)
+        key, of = item.value.key, said.tissues
         concluding = [
             rules for rules in self.vocabulary.rules.values() if key in rules.concluded
         ]
@@ -142,14 +139,12 @@ class VocabularyFitReader(LearnItems):
                 "TIS304", f"the tissue whose {item.value.text} is fitted is missing", item.span,
                 hint=f"write: fit = {item.value.text} of TISSUE",
             )  # fmt: skip
-        weight = clauses.above_zero("weighing", NUMBER, what="the weight of a fit")
-        weight = 1.0 if weight is None else weight
-        if isinstance(of.value, s.Name) and of.value.key == ALL_TISSUES:
+        weight = 1.0 if said.weight is None else said.weight
+        if isinstance(of, s.Name) and of.key == ALL_TISSUES:
             self._fit_all(key, weight, item)
             return
-        listed = of.value.items if isinstance(of.value, s.Listing) else (of.value,)
         with self.findings.together():
-            for name in listed:
+            for name in of.items if isinstance(of, s.Listing) else (of,):
                 with self.findings.item():
                     tissue = self._tissue(name)
                     problem = self._problem(tissue, key)
@@ -276,18 +271,14 @@ class VocabularyFitReader(LearnItems):
         what = without(item.name, ADJUST)
         if what is None or what.key not in (WORDS, WEIGHTS) or item.phrase is not None:
             self._only_words(item.span)
-        clauses = Clauses(ADJUST, item.clauses, self.scope, allowed=("of",), where=item.span)
-        of = clauses.get("of")
-        listed: tuple[s.Expression, ...] = ()
-        if of is not None:
-            listed = of.value.items if isinstance(of.value, s.Listing) else (of.value,)
-        if not listed:
+        of = LearnReader(ADJUST, item, self.scope, OwnerWords).get(OwnerWords).owners
+        if of is None:
             owner = "QUANTITY" if what.key == WORDS else "RULES"
             message = f"the owner of the {what.key} is missing"
             hint = f"write: adjust {what.key} of {owner}"
             self.findings.reject("TIS304", message, item.span, hint=hint)
         with self.findings.together():
-            for name in listed:
+            for name in of.items if isinstance(of, s.Listing) else (of,):
                 with self.findings.item():
                     self._adjust_one(what.key, name)
 

@@ -97,12 +97,6 @@ class VerbForm(Struct, frozen=True, eq=False):
                 case _:
                     pass
 
-    @property
-    def words(self) -> set[str]:
-        """The joining words of its clauses, flags as a whole."""
-        found = {word for word, part in self.clauses if not isinstance(part, FlagPart)}
-        return found | {part.text for part in self.parts.values() if isinstance(part, FlagPart)}
-
     def of_word(self, word: str) -> Part | None:
         """The part behind a joining word; None without it."""
         return next((p for w, p in self.clauses if w == word and isinstance(p, Part)), None)

@@ -44,6 +44,9 @@ class Part(Struct, frozen=True, kw_only=True):
         place: What it is called in forms; without it, the first word of ``what``: VECTOR.
     """
 
+    #: Whether a second clause with the same word can follow.
+    may_repeat = False
+
     what: str = ""
     example: str = ""
     place: str = ""

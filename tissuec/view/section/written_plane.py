@@ -5,12 +5,12 @@ from typing import Annotated, NoReturn
 
 import numpy as np
 
-from tissuec.compiler.clauses import read_sentence
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
+from tissuec.scene.clauses import read_sentence
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.values import Value

@@ -28,9 +28,7 @@ from tissuec.script.parts import (
     LastingPart,
     NumberClause,
     Part,
-    ProfileClause,
     SubjectPart,
-    ToolClause,
     VectorClause,
 )
 
@@ -52,9 +50,11 @@ class ClauseReader:
         texts: The forms for messages, if not those of the verb.
     """
 
+    lead = "write"  # before a form in a hint
+
     def __init__(
-        self, sentence: s.Sentence, verb: str, forms: Sequence[VerbForm], scope: Scope,
-        duration: float | None = None, *, texts: Sequence[str] = (),
+        self, sentence: s.Sentence | s.Assign, verb: str, forms: Sequence[VerbForm],
+        scope: Scope, duration: float | None = None, *, texts: Sequence[str] = (),
     ):  # fmt: skip
         self.sentence = sentence
         self.verb = verb
@@ -66,12 +66,17 @@ class ClauseReader:
         self.object = behind(sentence.name, verb)
         self.words = self.object.text
         self.asked: set[str] = set()
-        every = (part for form in forms for part in form.parts.values())
-        self._flags = {part.text for part in every if isinstance(part, FlagPart)}
+        parts = [part for form in forms for part in form.parts.values()]
+        self._flags = {part.text for part in parts if isinstance(part, FlagPart)}
+        may_repeat = {getattr(part, "word", "") for part in parts if part.may_repeat}
+        self.repeated: list[s.Name] = []  # names behind the second clause with a word
         self.clauses: dict[str, s.Clause] = {}
         for clause in sentence.clauses:
             flag = f"{clause.word} {clause.value.span.text.lower()}"
             word = flag if flag in self._flags else clause.word
+            if word in may_repeat and word in self.clauses and not self.repeated:
+                self.repeated = [self._name_of(clause)]
+                continue
             if word in self.clauses:
                 first = self.clauses[word].span
                 hint = one_left(clause.span, first)
@@ -82,9 +87,14 @@ class ClauseReader:
 
     def read(self) -> VerbSentence:
         """Return what the sentence says, by the first of its forms that fits."""
-        form = self.form = self.choose()
+        form = self.choose()
         if form.cases is not None and not form.cases.word:
             self.object = behind(self.object, form.literal)
+        return self.read_form(form)
+
+    def read_form(self, form: VerbForm) -> VerbSentence:
+        """Return what the sentence says in one form, which may have a part of its clauses."""
+        self.form = form
         for word, refusal in form.kind.refused.items():
             is_of_sine = word == "of" and "using" in self.clauses
             if word in self.clauses and form.of_word(word) is None and not is_of_sine:
@@ -97,7 +107,9 @@ class ClauseReader:
         """Reject clauses that the form does not have; warn of an end that has no effect."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
-                form = Hint(f"write: {self._nearest_form()}", Edit(self._flag_for(clause)))
+                form = Hint(
+                    f"{self.lead}: {self._nearest_form()}", Edit(self._flag_for(clause))
+                )
                 message = f'{self.verb} does not take "{word}"'
                 self.reject("TIS303", message, hint=form, word=word)
         if self.duration is not None and not self._lasts:
@@ -113,8 +125,14 @@ class ClauseReader:
         self, code: str, message: str, *, hint: str = "", word: str | None = None
     ) -> NoReturn:
         span = self.clauses[word].span if word in self.clauses else self.span
-        hint = hint or f"write: {self._nearest_form()}"
+        hint = hint or f"{self.lead}: {self._nearest_form()}"
         self.scope.findings.reject(code, message, span, hint=hint)
+
+    def reject_at(self, span: Span, code: str, message: str) -> NoReturn:
+        """Reject a place in the sentence, with a form as the hint."""
+        self.scope.findings.reject(
+            code, message, span, hint=f"{self.lead}: {self._nearest_form()}"
+        )
 
     def has(self, word: str) -> bool:
         self.asked.add(word)
@@ -205,11 +223,9 @@ class ClauseReader:
                 return self.form.literal
             case FlagPart():
                 return self._flag(part)
-            case ProfileClause() | SubjectPart() | ToolClause():
-                return self._of_script(part, is_optional=name in self.form.optional)
             case EitherClause():
                 return self._either(part)
-            case ClausePart(word=word) if not self.has(word):
+            case ClausePart(word=word) if word and not self.has(word):
                 return None
             case NumberClause():
                 return self._number(part)
@@ -222,7 +238,7 @@ class ClauseReader:
             case ChoiceClause():
                 return self._choice(part)
             case _:
-                raise TypeError(f"{type(part).__name__} is not a part of sentences")
+                return self.read_other(part, is_optional=name in self.form.optional)
 
     def missing(self, part: Part, *, word: str | None = None) -> NoReturn:
         """Reject a sentence without a part.
@@ -251,18 +267,15 @@ class ClauseReader:
             what = f'{self.verb} needs "{getattr(part, "word", "")}"'
         self.reject("TIS304", what, hint=hint, word=word)
 
-    def _of_script(
-        self, part: ProfileClause | SubjectPart | ToolClause, *, is_optional: bool
-    ) -> Any:
-        """Return what is written for a part that only sentences of the script have."""
-        raise TypeError(f"{type(part).__name__} is a part of the script")
+    def read_other(self, part: Part, *, is_optional: bool) -> Any:
+        """Return what is written for a part that not all sentences have."""
+        raise TypeError(f"{type(part).__name__} is not a part of this sentence")
 
     def _flag(self, part: FlagPart) -> bool:
         word = part.word
         if self.has(part.text):
             return True
-        is_own = self.form.words.isdisjoint({word})
-        if is_own and word in self.clauses:
+        if self.form.of_word(word) is part and word in self.clauses:
             text = self.name_in(word).text
             hint = Hint(f"write: {part.text}", Edit(part.text))
             message = f'unexpected "{text}" after "{word}"'
@@ -339,12 +352,16 @@ class ClauseReader:
 
     def _expect(self, value: Value, word: str, dimension: Dimension) -> None:
         place = self.clauses[word].value.span
-        self.scope.expect(value, dimension, place, what=f"the value after {word}")
+        self.scope.expect(value, dimension, place, what=self.called(word))
+
+    def called(self, word: str) -> str:
+        """Return what the value behind a joining word is called in messages."""
+        return f"the value after {word}"
 
     def _number(self, part: NumberClause) -> float:
         word, what = part.word, part.what
         if isinstance(part.dimension, Mapping):
-            what = self.form.literal
+            what = self.form.literal or what
         node = self.clauses[word].value
         if part.words and isinstance(node, s.Name):
             if node.key in part.words:
@@ -354,7 +371,7 @@ class ClauseReader:
                     "TIS305", f'there is no {what} called "{node.text}"', node.span,
                     hint=Hint(f"words: {', '.join(part.words)}", *map(Edit, part.words)),
                 )  # fmt: skip
-        number = self.number(word, self.form.dimension_of(word))
+        number = self.number(word, self.dimension_of(word))
         least = "above 0" if part.sign == "positive" else "0 or more"
         if part.sign == "any" or number > 0.0 or (number == 0.0 and least == "0 or more"):
             return number
@@ -372,15 +389,18 @@ class ClauseReader:
     def _direction(self, word: str) -> Floats:
         value = self._value(word)
         if not value.is_vector or value.dimension != NUMBER:
-            self.reject(
-                "TIS312",
-                f"{word} needs a direction without a unit, such as (0, 0, 1)",
-                word=word,
-            )
+            example = f"{word} (0, 0, 1)"
+            hint = Hint(f"for example: {example}", Edit(example))
+            message = f"{word} needs a direction without a unit"
+            self.reject("TIS312", message, word=word, hint=hint)
         direction = unit_vector(value.amount)
         if direction is None:
             self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
         return direction
+
+    def dimension_of(self, word: str) -> Dimension:
+        """Return the dimension of the numbers behind a joining word."""
+        return self.form.dimension_of(word)
 
     # --- values -------------------------------------------------------------------------------
 
@@ -391,9 +411,12 @@ class ClauseReader:
     def names_in(self, word: str) -> s.Name:
         """Return the name in a clause that is written, or several as that of their union."""
         self.asked.add(word)
-        name = s.as_name(self.clauses[word].value)
+        return self._name_of(self.clauses[word])
+
+    def _name_of(self, clause: s.Clause) -> s.Name:
+        name = s.as_name(clause.value)
         if name is None:
-            self.reject("TIS312", f"{word} needs a name", word=word)
+            self.reject("TIS312", f"{clause.word} needs a name", word=clause.word)
         return name
 
     def one(self, name: s.Name, after: str) -> s.Name:
