@@ -268,7 +268,15 @@ class ClauseReader:
         self.reject("TIS304", what, hint=hint, word=word)
 
     def read_other(self, part: Part, *, is_optional: bool) -> Any:
-        """Return what is written for a part that not all sentences have."""
+        """Return what is written for a part that not all sentences have.
+
+        Args:
+            part: The part.
+            is_optional: Whether it need not be written.
+
+        Raises:
+            TypeError: Such a sentence does not have parts of this kind.
+        """
         raise TypeError(f"{type(part).__name__} is not a part of this sentence")
 
     def _flag(self, part: FlagPart) -> bool:
