@@ -1,5 +1,7 @@
 """Checks of how a scene starts: what warns, and what rightly does not."""
 
+from pathlib import Path
+
 import pytest
 
 import tissuec
@@ -258,3 +260,19 @@ environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too }}
 simulate {{ duration = 1 ms }}
 """
     assert ("W406" in codes(text)) is warns
+
+
+def test_steps_of_a_thin_contact_thickness_are_as_many_as_announced(monkeypatch):
+    scene = Path(__file__).parent / "scenes" / "bad" / "contact_thickness_tiny.tis"
+    text = scene.read_text(encoding="utf-8").replace("0.1 um", "20 um")
+    assert "W414" not in codes(text)
+    monkeypatch.setattr("tissuec.compiler.thickness_checks.MANY", 50)
+    (found,) = (one for one in tissuec.check(text) if one.code == "W414")
+    assert found.message.startswith("the run takes at least 100 steps: something moves by 1 mm")
+    assert found.hint.endswith("by default it would be 1 mm")
+    with pytest.warns(tissuec.TissueWarning):
+        steps = tissuec.run(text, companion="off").manifest["statistics"]["accepted"]
+    assert steps >= 100
+    # A thinner tool is what limits steps.
+    needle = "tool needle { kind is probe; radius = 5 um; centre = (4, 4, 90) mm }"
+    assert "W414" not in codes(f"{text}\n{needle}")

@@ -71,3 +71,41 @@ def test_a_thread_is_held_on_edges_by_friction_across_a_corner():
 def test_a_thread_lies_on_a_tube():
     found = pulled(pieces=14, mesh=TUBE)
     assert not found.outcome.doubts and not behind(found)
+
+
+CORNERS = 16e-3 * np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+SLING = """language 1
+tissue gel { Young's modulus = 20 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue silk { spring law is tension only; spring constant = 60 N/m
+  viscosity = 0.1 N*s/m; mass = 5 mg }
+body block { mesh is lattice { cell = 8 mm; box from (0, 0, 0) mm to (16, 16, 16) mm }
+  tissue is gel }
+body sling { mesh is thread { centre = (8, 8, 8) mm; normal = (1, 0, 0); radius = 12.6 mm
+  pieces = 24; thickness = 1 mm }; tissue is silk }
+set base = nodes of block where x < 0.1 mm or x > 15.9 mm
+environment { gravity = (0, 0, 0) m/s^2; mass damping = 50 Hz; contact is tools only }
+script {
+  at 0 s: fix base
+  from 0 s to 0.2 s: tighten sling to 64 mm using smooth profile
+}
+simulate { duration = 0.25 s; tolerance = 1e-2 }
+output { trajectory every 10 ms; tension of sling every 10 ms }
+"""
+
+
+def test_a_sling_lies_around_four_edges_and_pulls_alike_everywhere():
+    found = play(SLING)
+    assert found.outcome.kind == "done" and not found.outcome.doubts and not behind(found)
+    network, position = found.compiled.network, found.position[-1]
+    ends = position[network.springs.ends[network.bodies[1].thread.pieces]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    # Shorter than around the block at its radius of 0.5 mm, into which it presses.
+    assert 64e-3 < length < 64e-3 + 2.0 * np.pi * 0.5e-3
+    tension = np.ravel(found.log("tension of sling")[1][-1])
+    assert tension == pytest.approx(60.0 * (length - 64e-3) / 24.0, rel=0.05)
+    # No edge is further from it than its radius.
+    share = np.linspace(0.0, 1.0, 33)[:, None, None]
+    places = (ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 3)[:, 1:]
+    edges = position[np.isclose(network.position[:, 0], 8e-3)][:, 1:]
+    edges = [edges[np.abs(edges - corner).sum(axis=1).argmin()] for corner in CORNERS]
+    assert max(np.linalg.norm(places - edge, axis=1).min() for edge in edges) < 0.5e-3
