@@ -185,11 +185,11 @@ def _way(events: Sequence[ScheduledAction], tool: str = "") -> float:
     return sum(
         event.action.shift
         for event in events
-        if (not tool or _driven_by(event.action) == tool) and follows(event.action, Shifting)
+        if (not tool or driven_by(event.action) == tool) and follows(event.action, Shifting)
     )
 
 
-def _driven_by(action: Action) -> str:
+def driven_by(action: Action) -> str:
     """Return the name of what an action drives; empty if it drives nothing."""
     change = action.holding() if follows(action, Holding) else None
     return change.mover.name if isinstance(change, Driven) else ""

@@ -8,11 +8,11 @@ import numpy as np
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact import default_thickness
 from tissuec.compiler.contact_points import face_points
+from tissuec.compiler.support_checks import driven_by
 from tissuec.compiler.thread_checks import entry_of
 from tissuec.core.errors import Diagnostic
 from tissuec.core.units import LENGTH, show
 from tissuec.script.verbs import Shifting, follows
-from tissuec.script.verbs.holding import Driven, Holding
 
 MANY = 5000  # steps, from which on they are announced
 
@@ -47,9 +47,6 @@ def _longest_way(compiled: Compiled) -> float:
     """Return how far the script moves a set or what a tool carries at most [m]."""
     ways = defaultdict[str, float](float)
     for event in compiled.plan.every_event:
-        action = event.action
-        if not follows(action, Shifting) or not np.isfinite(action.shift):
-            continue
-        change = action.holding() if follows(action, Holding) else None
-        ways[change.mover.name if isinstance(change, Driven) else ""] += action.shift
+        if follows(event.action, Shifting) and np.isfinite(event.action.shift):
+            ways[driven_by(event.action)] += event.action.shift
     return max(ways.values(), default=0.0)

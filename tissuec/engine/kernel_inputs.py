@@ -118,7 +118,7 @@ class KernelInputs:
         """Return whether some bristles have no place, or far too many others have one."""
         kept = self.layout.place[self._bristles] >= 0
         is_missing = bool((self.layout.place[bristles] < 0).any())
-        return is_missing or np.count_nonzero(kept) > SPARE * (len(bristles) + FEW)
+        return is_missing or int(np.count_nonzero(kept)) > SPARE * (len(bristles) + FEW)
 
     def keep(self, bristles: Indices | None) -> None:
         """Give places to these bristles and to no others; None for all.
