@@ -127,6 +127,7 @@ def test_several_reports_are_a_list_and_end_with_an_interruption(call):
     each = [Report(["a"], {"n": 1}), failed("broken", 3, n=2), Report(["c"], {"n": 3}, 130)]
     codes, out, err = call(Reports([*each, Report(["d"])], is_list=True))
     assert (codes, out, err) == (130, "a\nc\n", "error: broken\n")
+    assert call(Reports([failed("broken", 3), Report(["a"])], is_list=True))[0] == 3
     documents = json.loads(call(Reports(each, is_list=True), "--json")[1])
     assert [(one["n"], one["ok"]) for one in documents] == [(1, True), (2, False), (3, False)]
     assert documents[1]["error"] == "broken"

@@ -66,11 +66,6 @@ def link(target: str, *content: Content) -> Html:
     return element("a", *content, href=f"#{target}")
 
 
-def paragraphs(lines: Iterable[Content], class_: str | None = None) -> list[Html]:
-    """Return each line as a paragraph of its own."""
-    return [element("p", line, class_=class_) for line in lines]
-
-
 def listing(items: Iterable[Content]) -> Html:
     """Return items as a list."""
     return element("ul", [element("li", item) for item in items])

@@ -1,1 +1,1 @@
-"""Texts about scenes and plans that commands and pages share."""
+"""Reports on runs, bodies, modes, plans and origins, which commands and pages share."""
