@@ -2,7 +2,7 @@
 
     python -m docs.make_atlas [FILE]
 
-takes two minutes of processor time, shared by all cores. The build of the site makes it
+takes three to five minutes of processor time, shared by all cores. The build of the site makes it
 automatically, and keeps it in ``build/`` until one of its source files changes.
 """
 
