@@ -2,8 +2,8 @@
 
     python -m docs.make_atlas [FILE]
 
-takes three to five minutes of processor time, shared by all cores. The build of the site makes it
-automatically, and keeps it in ``build/`` until one of its source files changes.
+takes three to five minutes of processor time, shared by all cores. The build of the site makes
+it automatically, and keeps it in ``build/`` until one of its source files changes.
 """
 
 import sys
