@@ -19,7 +19,7 @@ from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.token_names import expected, shown
 from tissuec.lang.tokens import Token, number_and_unit
 from tissuec.lang.unopened import begins_block
-from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
+from tissuec.lang.words import CONTINUING, JOINING_WORDS, RESERVED, STARTING, TIME_WORDS
 from tissuec.lang.wrong_sign import (
     BINDERS,
     NUMBERS,
@@ -366,10 +366,22 @@ def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
     if len(m.before) == 1 and m.next not in ("TO", "COLON"):
         return None
     near = did_you_mean(m.before[-1].text, TIME_WORDS)
-    if not near:
-        return None
+    if not near or (m.found.type != "QUANTITY" and len(m.before) > 1):
+        return None  # nodes may be called "top 2"
     message = f"a time cannot follow {shown(m.before[-1].text)}"
     return m.finding("TIS109", message, near, m.before[-1])
+
+
+def _misspelt_joining_word(m: Mistake) -> Diagnostic | None:
+    """Recognise ``press slab wth 2 kPa``; short words may as well be parts of names."""
+    if m.found.type not in NUMBERS or m.previous != "WORD" or len(m.before) < 3:
+        return None
+    word = m.before[-1]
+    near = did_you_mean(word.text, (one for one in JOINING_WORDS if len(one) > 3))
+    if not near or len(word.text) < 3:
+        return None
+    message = f"a number cannot follow {shown(word.text)}"
+    return m.finding("TIS109", message, near, word)
 
 
 def _number_in_name(m: Mistake) -> Diagnostic | None:
@@ -538,6 +550,7 @@ _KINDS = (
     _second_language,
     _two_statements,
     _misspelt_time_word,
+    _misspelt_joining_word,
     sign_before_clause,
     _number_in_name,
 )
