@@ -103,8 +103,8 @@ MISTAKES = {
     "property of tissue in a body": M(
         "tissue is gum\n",
         "tissue is gum; viscosity = 2 N*s/m\n",
-        "TIS303",
-        "viscosity",
+        "TIS312",
+        "viscosity = 2 N*s/m",
         "tissue NAME { viscosity = 2 N*s/m }",
     ),
     "entry of the mesh in a body": M(

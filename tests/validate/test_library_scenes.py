@@ -21,6 +21,8 @@ LONG = {
     "ligature",
     "tubal_ligation",
 }  # scenes whose beginnings take long, too
+#: Scenes whose reference takes more than a quarter of an hour, because their tissue is stiff.
+TOO_LONG = {"breast_lumps"}
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
     "artery": 0.0125,
@@ -82,7 +84,7 @@ def test_beginning_of_a_shipped_scene_keeps_its_promise(name, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", sorted(set(SCENES) - TOO_LONG))
 def test_whole_shipped_scene_keeps_its_promise_as_far_as_it_can_be_known(name):
     found = validate(shipped(name), method="DOP853", rtol=None, progress=silent)
     assert_as_good_as_can_be_known(found)

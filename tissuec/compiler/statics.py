@@ -19,7 +19,14 @@ def refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
 
 
 def refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Findings) -> None:
-    """Reject static intervals of tissue that needs time, of static runs, and in one another."""
+    """Reject static intervals of tissue that needs time, of static runs, and in one another.
+
+    Args:
+        scene: The scene.
+        network: Its net.
+        plan: The plan of its script.
+        findings: Where errors are added.
+    """
     name = scene.simulation.integrator
     for interval in plan.static_intervals:
         if scene.simulation.is_static:

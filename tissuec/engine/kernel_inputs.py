@@ -98,15 +98,23 @@ class KernelInputs:
         return self.acting.springs
 
     def inwards(self, vector: Floats) -> Floats:
-        """Return numbers or vectors of nodes, flat, as ``Layout.inwards`` does."""
+        """Return what nodes have, in any unit, flat, as ``Layout.inwards`` does.
+
+        Args:
+            vector: Numbers or vectors, shape (node,) or (node, 3).
+        """
         return self.layout.inwards(vector)
 
     def outwards(self, flat: Floats) -> Floats:
-        """Return vectors of all nodes, as ``Layout.outwards`` does; zero if left out."""
+        """Return vectors of all nodes, as ``Layout.outwards`` does; zero if left out.
+
+        Args:
+            flat: In any unit, which the result has, too, shape (…, 3 place).
+        """
         return self.layout.outwards(flat)
 
     def positions(self, flat: Floats) -> Floats:
-        """Return positions of all nodes, as ``Layout.outwards`` does [m], (…, node, 3)."""
+        """Return positions of all nodes [m], shape (…, node, 3), as ``Layout.outwards``."""
         return self.layout.outwards(flat, self._home)
 
     @property
@@ -115,7 +123,11 @@ class KernelInputs:
         return len(self.layout.order) < len(self.layout.place)
 
     def leaves_out(self, bristles: Indices) -> bool:
-        """Return whether some bristles have no place, or far too many others have one."""
+        """Return whether some bristles have no place, or far too many others have one.
+
+        Args:
+            bristles: Their numbers among those of the net, shape (bristle,).
+        """
         kept = self.layout.place[self._bristles] >= 0
         is_missing = bool((self.layout.place[bristles] < 0).any())
         return is_missing or int(np.count_nonzero(kept)) > SPARE * (len(bristles) + FEW)

@@ -99,7 +99,8 @@ def moved_work(work: Work, network: Network, places: int, **vectors: Floats) -> 
         work: As it was.
         network: The network.
         places: How many there are.
-        vectors: ``x``, ``v``, ``a`` and ``origin`` by their new places, shape (3 place,).
+        vectors: ``x`` [m], ``v`` [m/s], ``a`` [m/s²] and ``origin`` [m] by their new places,
+            shape (3 place,).
     """
     made = _of_nodes(len(work.rows), network, places)
     for name, vector in vectors.items():

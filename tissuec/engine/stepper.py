@@ -314,7 +314,11 @@ class Stepper:
         return slips[self.network.remembering(FRICTION)]
 
     def let_slip(self, slipping: Floats) -> None:
-        """Set which bristles slip, as ``slipping`` gives it."""
+        """Set which bristles slip.
+
+        Args:
+            slipping: As the property of this name, dimensionless, shape (bristle,).
+        """
         if not len(slipping):
             return
         touches, slips = self.acting().touches, np.zeros(self.network.node_count)
