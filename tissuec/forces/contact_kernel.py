@@ -44,6 +44,9 @@ def touch(
 
     A table of a part of the nodes only fills their rows; the table after the last part adds all
     of them.
+
+    Args:
+        table: Shapes, the nodes near them, and their friction.
     """
     touches = table.touches
     bends, row, part, parts = 0.0, 0, touches.part, touches.starts.size - 1

@@ -84,7 +84,11 @@ def rub_past(
 
 
 def coefficient(k: int, row: int, touches: ContactTable, rough: Roughness) -> float:
-    """Return the coefficient of friction of a row: the smaller one of node and face."""
+    """Return the coefficient of friction of a row: the smaller one of node and face.
+
+    Args:
+        row: Number of the row.
+    """
     if touches.friction >= 0.0:
         return touches.friction
     met, of = touches.met[row], rough.face[shape_of(row, touches)]
