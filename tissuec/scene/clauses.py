@@ -177,8 +177,10 @@ class ClauseReader:
         if not key and cases.what:
             hint = alternatives("", shown, what="it can be")
             if any(form.subjects for form in self.forms):
-                kinds = {form.kind: form for form in reversed(self.forms)}
-                texts = [text_of(self.verb, form) for form in reversed(kinds.values())]
+                firsts: dict[type, VerbForm] = {}
+                for form in self.forms:
+                    firsts.setdefault(form.kind, form)
+                texts = [text_of(self.verb, form) for form in firsts.values()]
                 hint = f"write: {', or: '.join(texts)}"
             self.reject("TIS304", f"the {cases.what} is missing", hint=hint)
         if cases.hint is not None:
