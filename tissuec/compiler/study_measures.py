@@ -246,12 +246,12 @@ class _MeasureReader:
             )  # fmt: skip
         springs = None
         for owner in owners:
-            name = s.as_name(owner.value)
-            if owner.word != "of" or name is None:
+            subject = s.as_name(owner.value)
+            if owner.word != "of" or subject is None:
                 self.findings.reject("TIS303", f'unexpected "{owner.word}"', owner.span)
-            springs = self.groups.springs(name).indices
-            if not self.groups.is_springs(name):
-                nodes = self.groups.nodes(name).indices
+            springs = self.groups.springs(subject).indices
+            if not self.groups.is_springs(subject):
+                nodes = self.groups.nodes(subject).indices
                 springs = np.append(springs, self.network.marks_within(nodes))
         return StudyMeasure(name, "s", TIME, EVENT, event=kind.key, springs=springs)
 

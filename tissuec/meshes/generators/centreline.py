@@ -151,7 +151,10 @@ class Centreline:
         at = share * along[-1]
 
         def there(values: Floats) -> Floats:
-            return np.stack([np.interp(at, along, values[:, k]) for k in range(3)], axis=1)
+            found: Floats = np.empty((count, 3))
+            for axis in range(3):
+                found[:, axis] = np.interp(at, along, values[:, axis])
+            return found
 
         centre, tangent = there(place), there(slope)
         tangent = tangent / norm(tangent)[:, None]
