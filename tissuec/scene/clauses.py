@@ -28,6 +28,7 @@ from tissuec.script.parts import (
     LastingPart,
     NumberClause,
     Part,
+    RangeClause,
     SubjectPart,
     VectorClause,
 )
@@ -237,6 +238,8 @@ class ClauseReader:
                 return self._direction(word)
             case DirectedClause():
                 return self._directed(part)
+            case RangeClause():
+                return self._range(part)
             case ChoiceClause():
                 return self._choice(part)
             case _:
@@ -339,6 +342,19 @@ class ClauseReader:
                 word=part.word,
             )
         return amount * self._direction(part.along)
+
+    def _range(self, part: RangeClause) -> tuple[float, float]:
+        low, hint = self.number(part.word, part.dimension), f"for example: {part.example}"
+        if not self.has("to"):
+            message = f"the upper limit of the {part.what} is missing"
+            self.reject("TIS304", message, hint=hint, word=part.word)
+        high = self.number("to", part.dimension)
+        if not 0.0 <= low < high:
+            message = (
+                f"limits of the {part.what} must grow from 0, not from {low:g} to {high:g}"
+            )
+            self.reject("TIS308", message, hint=hint, word=part.word)
+        return low, high
 
     def _vector(self, word: str, dimension: Dimension) -> Floats:
         value = self._value(word)

@@ -22,6 +22,7 @@ from tissuec.script.parts import (
     NumberClause,
     Part,
     ProfileClause,
+    RangeClause,
     Refusal,
     SubjectPart,
     ToolClause,
@@ -86,6 +87,9 @@ class VerbForm(Struct, frozen=True, eq=False):
                 case DirectedClause():
                     yield part.word, part
                     yield part.along, DirectionClause(part.along)
+                case RangeClause(word=word, dimension=dimension):
+                    yield word, part
+                    yield "to", NumberClause("to", dimension)
                 case ProfileClause(path=path) if path:
                     yield from (("using", part), ("along", "table"))
                 case EitherClause(clauses=clauses):
@@ -108,7 +112,11 @@ class VerbForm(Struct, frozen=True, eq=False):
                 return dimension
             case NumberClause(dimension=Mapping() as of_case):
                 return of_case[self.literal]
-            case VectorClause(dimension=dimension) | DirectedClause(dimension=dimension):
+            case (
+                VectorClause(dimension=dimension)
+                | DirectedClause(dimension=dimension)
+                | RangeClause(dimension=dimension)
+            ):
                 return dimension
             case _:
                 return NUMBER
@@ -262,6 +270,8 @@ def _written(part: Part) -> list[str]:
             return [f"{word} {text}" for text in (part.placeholder, *list(words)[:1])]
         case VectorClause(word=word) | DirectionClause(word=word):
             return [f"{word} {part.placeholder}"]
+        case RangeClause(word=word):
+            return [f"{word} {part.placeholder} to {part.placeholder}"]
         case DirectedClause(word=word, along=along):
             return [f"{word} {part.placeholder}S", f"{word} {part.placeholder} {along} VECTOR"]
         case ChoiceClause(word=word, words=words):

@@ -133,6 +133,12 @@ class DirectedClause(ClausePart, frozen=True):
     direction: str
 
 
+class RangeClause(ClausePart, frozen=True):
+    """Two numbers that are not negative, of which the second, after "to", is the larger."""
+
+    dimension: Dimension
+
+
 class ChoiceClause(ClausePart, frozen=True):
     """One of some words.
 

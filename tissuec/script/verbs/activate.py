@@ -10,15 +10,21 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import BODY, SET, STEADY, Lasting, NumberClause, SubjectPart
-from tissuec.script.verbs import VERBS, Action, EventQueue, Flaw, Group, LoggedEvent, Order
+from tissuec.script.parts import (
+    BODY,
+    SET,
+    STEADY,
+    Lasting,
+    NumberClause,
+    RangeClause,
+    SubjectPart,
+)
+from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
     from tissuec.forces.activation import Activation
-
-_OVER = "over 60 % to 160 %"
 
 
 class EndActivation(Struct, frozen=True):
@@ -58,38 +64,14 @@ class Activate(VerbSentence, frozen=True):
             "with", PRESSURE, what="active stress", example="with 30 kPa", place="PRESSURE"
         ),
     ]
-    low: Annotated[  # limits of the stretch
-        float | None,
-        NumberClause("over", NUMBER, what="lower limit of the stretch", example=_OVER,
-                     place="FACTOR"),
-    ]  # fmt: skip
-    high: Annotated[
-        float | None,
-        NumberClause("to", NUMBER, what="upper limit of the stretch", example=_OVER,
-                     place="FACTOR"),
-    ]  # fmt: skip
+    limits: Annotated[  # of the length
+        tuple[float, float] | None,
+        RangeClause(
+            "over", NUMBER, what="length", example="over 60 % to 160 %", place="FACTOR"
+        ),
+    ]
     profile: Annotated[TimeProfile, STEADY]
     duration: Lasting
-
-    def action(self, order: Order) -> Action:
-        """Return what the sentence does, or reject limits that are none."""
-        hint = f"for example: {_OVER}"
-        if (self.low is None) != (self.high is None):
-            lacking, word = ("second", "over") if self.high is None else ("first", "to")
-            message = f"the {lacking} limit of the stretch is missing"
-            order.reject("TIS304", message, hint=hint, word=word)
-        low, high = self._limits
-        if self.low is not None and not 0.0 <= low < high:
-            message = f"limits of the stretch must grow from 0, not from {low:g} to {high:g}"
-            order.reject("TIS308", message, hint=hint, word="over")
-        return self
-
-    @property
-    def _limits(self) -> tuple[float, float]:
-        """Return the limits of the stretch; the second is below the first without any."""
-        if self.low is None or self.high is None:
-            return 0.0, float("-inf")
-        return self.low, self.high
 
     def flaw(self, network: Network) -> str:
         """Return the reason why nothing can be active; empty if something can be."""
@@ -126,12 +108,12 @@ class Activate(VerbSentence, frozen=True):
             name: Beginning of the names of their blocks.
             profile: Of the stress.
         """
-        from tissuec.forces.activation import Activation, activated
+        from tissuec.forces.activation import UNLIMITED, Activation, activated
 
         return [
             Activation.of(
                 f"{name} in {field.block.name.removeprefix('the ')}", self.group.name, field,
-                items, self.amount, self._limits, profile, self.span,
+                items, self.amount, self.limits or UNLIMITED, profile, self.span,
             )
             for field, items in activated(network, self.group.indices)
         ]  # fmt: skip
