@@ -32,6 +32,9 @@ def command(
 ) -> Report:
     """Format FILES in place; comments are kept.
 
+    Measures in outputs, studies and learning are written as in conditions: "force(A)" in place
+    of "force of A".
+
     "-" formats stdin to stdout.
     """
     changed: list[str] = []
@@ -71,9 +74,10 @@ def _formatted(path: Path) -> tuple[str, str]:
     from tissuec.lang.characters import normalise
     from tissuec.lang.printer import format_source
     from tissuec.scene.imports import read_source
+    from tissuec.scene.spellings import respelled
 
     source = (
         normalise(sys.stdin.buffer.read(), "stdin") if str(path) == STDIN else read_source(path)
     )
     written = source.text if str(path) == STDIN else path.read_bytes().decode("utf-8")
-    return written, format_source(source)
+    return written, format_source(respelled(source))

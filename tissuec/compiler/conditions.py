@@ -28,6 +28,7 @@ from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
 
 COUNTED = ("nodes", "springs", "elements", "pieces")
+COUNT = "count"  # of nodes, springs or elements of something
 LEDGER = "energy drift"
 _NEAR = 0.01  # of a number: half of the range that is proposed in place of it
 #: What could be taken for a measure, and what to write instead.
@@ -218,7 +219,7 @@ class Conditions:
     def _read(
         self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]
     ) -> ObservedMeasure:
-        if key == "count":
+        if key == COUNT:
             key, arguments = self._counted(node, arguments)
         if key not in MEASURES:
             name = node.function if isinstance(node, s.Call) else node
@@ -230,7 +231,7 @@ class Conditions:
                 hint=_aggregate_meant(name)
                 or alternatives(
                     key,
-                    ("count", *(name for name in MEASURES if name not in COUNTED)),
+                    (COUNT, *(name for name in MEASURES if name not in COUNTED)),
                     what="measures",
                 ),
             )

@@ -1,13 +1,14 @@
 """The output block: trajectories, blocks, smooth surfaces, logs, energies, storage."""
 
 import math
-from collections.abc import Collection, Sequence
-from typing import Never
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, Never
 
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.compiler.conditions import LEDGER, Conditions
+from tissuec.compiler.conditions import COUNT, COUNTED, LEDGER, Conditions
+from tissuec.compiler.quantities import QuantityReader
 from tissuec.compiler.sets import Groups
 from tissuec.compiler.smoothing import SURFACE, read_surface
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
@@ -21,7 +22,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
-_FORCE_ALONG = "outputs are whole vectors; a component is for conditions and studies"
+_FORCE_ALONG = "for a component, write: force(A along (1, 0, 0)) every 10 ms"
 
 _CLAUSES = ("of", "to", "every")
 MOST_SAMPLES = 100_000_000
@@ -101,9 +102,12 @@ class OutputReader:
         if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
             self._surface(item, self._clauses(item))
             return
+        if isinstance(item, s.Recording):
+            self._recording(item)
+            return
         if not isinstance(item, s.Sentence):
             self.findings.reject(
-                "TIS312", "an output has the form: force of forceps A every 1 ms", item.span
+                "TIS312", "an output has the form: force(forceps A) every 1 ms", item.span
             )
         key = item.name.key
         clauses = self._clauses(item)
@@ -219,7 +223,7 @@ class OutputReader:
             return ""
         return proposal(f"every {show(1.0 / amount, TIME, digits=6)}")
 
-    def _once(self, key: str, item: s.Sentence | s.Block) -> None:
+    def _once(self, key: str, item: s.Sentence | s.Block | s.Recording) -> None:
         if key in self.places:
             hint = (
                 "list several bodies: trajectory of [A, B] every 10 ms"
@@ -264,27 +268,96 @@ class OutputReader:
             self.asked = asked_fields(self._names(clauses["with"]), self.findings)
 
     def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
-        measure = MEASURES[item.name.key]
-        if measure.subjects > 1 and "to" not in clauses:
+        if MEASURES[item.name.key].subjects > 1 and "to" not in clauses:
             names = self._names(clauses["of"]) if "of" in clauses else []
         else:
             names = [self._name(clauses[word]) for word in ("of", "to") if word in clauses]
+        self._log_of(item, item.name.key, names, clauses)
+
+    def _log_of(
+        self,
+        item: s.Sentence | s.Recording,
+        key: str,
+        names: Sequence[s.Name],
+        clauses: Mapping[str, s.Clause],
+    ) -> None:
+        """Add the log of a measure.
+
+        Args:
+            item: The output.
+            key: Of the measure.
+            names: What is measured.
+            clauses: Of the output, by their words.
+        """
+        measure = MEASURES[key]
         if len(names) != measure.subjects:
             self.findings.reject(
                 "TIS702",
                 f"wrong form of {item.name.text}",
                 item.span,
-                hint=f"write: {_written(item.name.key, measure.subjects)}",
+                hint=f"write: {measure.form} every 10 ms",
             )
         every = self._rate(item, clauses)
         subjects = self.conditions.log_subjects(measure, names)
         if measure.takes == "springs":
             subjects = tuple(self._without_idle(subject) for subject in subjects)
-        self.conditions.needs_ledger |= item.name.key == LEDGER
+        self.conditions.needs_ledger |= key == LEDGER
         name = " to ".join(subject.name for subject in subjects)
-        title = f"{item.name.key} of {name}" if name else item.name.key
+        title = f"{key} of {name}" if name else key
         self._once(title, item)
         self.logs.append(LogRequest(title, measure, subjects, every, item.span))
+
+    def _recording(self, item: s.Recording) -> None:
+        """Read a measure that is written as in conditions: ``force(A along (1, 0, 0))``."""
+        key, clauses = item.name.key, dict[str, s.Clause]()
+        for clause in item.clauses:
+            if clause.word != "every" or clause.word in clauses:
+                hint = self._rate_meant(clause)
+                if clause.word == "along":
+                    along = f"{item.call.span.text[:-1]} {clause.span.text})"
+                    hint = Hint(
+                        f"a direction is written inside the parentheses: {along}",
+                        Edit(along, item.call.span.to(clause.span)),
+                    )
+                message = f'"{clause.word}" is not allowed in an output'
+                self.findings.reject("TIS303", message, clause.span, hint=hint)
+            clauses[clause.word] = clause
+        if key in ("trajectory", SURFACE):
+            bodies = ", ".join(one.span.one_line for one in item.call.arguments)
+            hint = proposal(f"{key} of {bodies}", item.call.span)
+            self.findings.reject(
+                "TIS312", f"{key} has no parentheses", item.call.span, hint=hint
+            )
+        if key not in MEASURES and key != COUNT:
+            self.findings.reject(
+                "TIS701",
+                f'"{item.name.text}" is not a measure',
+                item.name.span,
+                hint=alternatives(key, MEASURES, what="measures"),
+            )
+        arguments = item.call.arguments
+        match arguments:
+            case (s.Argument(s.Name(key=counted), (s.Clause("of", s.Name() as of),)),):
+                if key == COUNT and counted in COUNTED:
+                    self._log_of(item, counted, [of], clauses)
+                    return
+            case _:
+                pass
+        named = (s.as_name(one.value) for one in arguments if not one.clauses)
+        names = [name for name in named if name is not None]
+        if key in MEASURES and len(names) == len(arguments):
+            self._log_of(item, key, names, clauses)
+            return
+        every = self._rate(item, clauses)
+        quantity = QuantityReader(self.conditions).read(item.call, (), item.span)
+        if any(reading.time is not None for reading in quantity.readings.values()):
+            message = "an output is taken over the whole run and cannot name a time"
+            self.findings.reject("TIS702", message, item.call.span)
+        of = " to ".join(one.span.one_line for one in arguments)
+        title = f"{item.name.key} of {of}"
+        self._once(title, item)
+        measure: Any = quantity  # has the methods of a measure
+        self.logs.append(LogRequest(title, measure, (), every, item.span))
 
     def _without_idle(self, subject: Subject) -> Subject:
         is_idle = np.isin(subject.springs, self.idle)
@@ -308,7 +381,9 @@ class OutputReader:
             )
         return names
 
-    def _rate(self, item: s.Sentence | s.Block, clauses: dict[str, s.Clause]) -> float:
+    def _rate(
+        self, item: s.Sentence | s.Block | s.Recording, clauses: Mapping[str, s.Clause]
+    ) -> float:
         if "every" not in clauses:
             self.findings.reject(
                 "TIS304",
@@ -360,12 +435,6 @@ def _clause_words(key: str) -> tuple[str, ...]:
     return _CLAUSES
 
 
-def _head(item: s.Sentence | s.Block) -> str:
+def _head(item: s.Sentence | s.Block | s.Recording) -> str:
     """Return what stands before the braces of an output."""
     return (item.head if isinstance(item, s.Block) else item.span).text
-
-
-def _written(measure: str, subjects: int) -> str:
-    """Return how an output sentence of a measure is written."""
-    behind = ("", " of A", " of A to B")[subjects]
-    return f"{measure}{behind} every 10 ms"

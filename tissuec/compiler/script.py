@@ -99,6 +99,11 @@ class ScriptReader:
                     item.head,
                     hint="write it at the top level of the script",
                 )
+            case s.Recording(call=s.Call(arguments=(one,))):
+                action = f"{item.name.text} {one.span.one_line}"
+                hint = Hint(f'write "{action}"', Edit(action, item.call.span))
+                message = "an action has no parentheses"
+                self.findings.reject("TIS312", message, item.call.span, hint=hint)
             case s.Sentence() if not slot.is_outermost:
                 # One action serves all repetitions: it knows how long it lasts, not when.
                 key = (id(item), slot.duration)

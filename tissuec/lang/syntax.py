@@ -261,6 +261,19 @@ class Definition(Node, frozen=True):
     span: Span
 
 
+class Recording(Node, frozen=True):
+    """``measure(A along (0, 0, 1)) clauses``: what is measured, and how often."""
+
+    call: Call
+    clauses: tuple[Clause, ...]
+    span: Span
+
+    @property
+    def name(self) -> Name:
+        """The name of what is called."""
+        return self.call.function
+
+
 class Function(Node, frozen=True):
     """``name of argument [and argument] = value``: a formula, or an entry of a block."""
 
@@ -333,7 +346,16 @@ class Expect(Node, frozen=True):
 
 
 Item: TypeAlias = (
-    Assign | Definition | Function | Sentence | Block | Table | Rule | Timed | Expect
+    Assign
+    | Definition
+    | Recording
+    | Function
+    | Sentence
+    | Block
+    | Table
+    | Rule
+    | Timed
+    | Expect
 )
 
 
