@@ -70,8 +70,6 @@ def _choice(word: str, about: object, entry: Entry) -> Term:
 def _measured() -> Terms:
     """Return the measures that an output can log."""
     return {
-        name: Term(
-            name, MEASURE, term.about, "", " of " if MEASURES[name].subjects else " every "
-        )
+        name: Term(name, MEASURE, term.about, "", "(" if MEASURES[name].subjects else " every ")
         for name, term in logged().items()
     }
