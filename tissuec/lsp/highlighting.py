@@ -205,7 +205,8 @@ def _tissue(known: Mapping[str, Term]) -> list[Rule]:
 def _output(known: Mapping[str, Term]) -> list[Rule]:
     logged = [term.label for term in known.values() if term.kind == MEASURE]
     measured = rule(rf"{START}({any_of(logged)})", {1: "measure"})
-    return [measured, _entries(known), _inner("surface")]
+    counted = rule(rf"(?<=\bcount\()\s*({any_of(v.COUNTED)})", {1: "word"})
+    return [measured, counted, _entries(known), _inner("surface")]
 
 
 def _body(known: Mapping[str, Term]) -> list[Rule]:
