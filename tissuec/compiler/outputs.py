@@ -102,7 +102,7 @@ class OutputReader:
         if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
             self._surface(item, self._clauses(item))
             return
-        if isinstance(item, s.Recording):
+        if isinstance(item, s.RecordedCall):
             self._recording(item)
             return
         if not isinstance(item, s.Sentence):
@@ -223,7 +223,7 @@ class OutputReader:
             return ""
         return proposal(f"every {show(1.0 / amount, TIME, digits=6)}")
 
-    def _once(self, key: str, item: s.Sentence | s.Block | s.Recording) -> None:
+    def _once(self, key: str, item: s.Sentence | s.Block | s.RecordedCall) -> None:
         if key in self.places:
             hint = (
                 "list several bodies: trajectory of [A, B] every 10 ms"
@@ -276,7 +276,7 @@ class OutputReader:
 
     def _log_of(
         self,
-        item: s.Sentence | s.Recording,
+        item: s.Sentence | s.RecordedCall,
         key: str,
         names: Sequence[s.Name],
         clauses: Mapping[str, s.Clause],
@@ -307,7 +307,7 @@ class OutputReader:
         self._once(title, item)
         self.logs.append(LogRequest(title, measure, subjects, every, item.span))
 
-    def _recording(self, item: s.Recording) -> None:
+    def _recording(self, item: s.RecordedCall) -> None:
         """Read a measure that is written as in conditions: ``force(A along (1, 0, 0))``."""
         key, clauses = item.name.key, dict[str, s.Clause]()
         for clause in item.clauses:
@@ -382,7 +382,7 @@ class OutputReader:
         return names
 
     def _rate(
-        self, item: s.Sentence | s.Block | s.Recording, clauses: Mapping[str, s.Clause]
+        self, item: s.Sentence | s.Block | s.RecordedCall, clauses: Mapping[str, s.Clause]
     ) -> float:
         if "every" not in clauses:
             self.findings.reject(
@@ -435,6 +435,6 @@ def _clause_words(key: str) -> tuple[str, ...]:
     return _CLAUSES
 
 
-def _head(item: s.Sentence | s.Block | s.Recording) -> str:
+def _head(item: s.Sentence | s.Block | s.RecordedCall) -> str:
     """Return what stands before the braces of an output."""
     return (item.head if isinstance(item, s.Block) else item.span).text

@@ -99,7 +99,7 @@ class ScriptReader:
                     item.head,
                     hint="write it at the top level of the script",
                 )
-            case s.Recording(call=s.Call(arguments=(one,))):
+            case s.RecordedCall(call=s.Call(arguments=(one,))):
                 action = f"{item.name.text} {one.span.one_line}"
                 hint = Hint(f'write "{action}"', Edit(action, item.call.span))
                 message = "an action has no parentheses"

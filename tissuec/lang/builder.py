@@ -253,13 +253,13 @@ class Builder:
         let, name, _, *parameters, _, value = children
         return s.Definition(name, tuple(parameters), value, self._span(let, value))
 
-    def recording(self, children: list[Any]) -> s.Recording:
+    def recording(self, children: list[Any]) -> s.RecordedCall:
         """Return what is measured, with its clauses."""
         clauses = tuple(one for one in children if isinstance(one, s.Clause))
         name, *rest = children[: len(children) - len(clauses)]
         arguments = tuple(one for one in rest if isinstance(one, s.Argument))
         call = s.Call(name, arguments, self._span(name, rest[-1]))
-        return s.Recording(call, clauses, self._span(name, children[-1]))
+        return s.RecordedCall(call, clauses, self._span(name, children[-1]))
 
     def function(self, children: list[Any]) -> s.Function:
         """Return a formula of quantities."""

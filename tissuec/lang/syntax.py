@@ -261,7 +261,7 @@ class Definition(Node, frozen=True):
     span: Span
 
 
-class Recording(Node, frozen=True):
+class RecordedCall(Node, frozen=True):
     """``measure(A along (0, 0, 1)) clauses``: what is measured, and how often."""
 
     call: Call

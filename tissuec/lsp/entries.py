@@ -3,10 +3,11 @@
 from collections.abc import Iterable
 from functools import cache
 
+from tissuec.compiler.conditions import COUNT
 from tissuec.core.markdown import described
 from tissuec.lang.words import RESERVED
 from tissuec.lsp.terms import CHOICE, ENTRY, IN_QUOTES, MEASURE, BlockKind, Term, Terms
-from tissuec.lsp.vocabulary import logged, parts
+from tissuec.lsp.vocabulary import logged, measures, parts
 from tissuec.scene.entries import (
     Entry,
     default_in_words,
@@ -69,7 +70,8 @@ def _choice(word: str, about: object, entry: Entry) -> Term:
 
 def _measured() -> Terms:
     """Return the measures that an output can log."""
-    return {
+    found = {
         name: Term(name, MEASURE, term.about, "", "(" if MEASURES[name].subjects else " every ")
         for name, term in logged().items()
     }
+    return {**found, COUNT: measures()[COUNT]}

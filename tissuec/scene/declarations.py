@@ -386,13 +386,10 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
             )
         case s.Assign():
             _reject_assigned(item, findings)
-        case s.Recording():
-            findings.reject(
-                "TIS303",
-                f"{item.call.span.one_line} begins no part of a scene",
-                item.span,
-                hint="what is recorded belongs in the output block",
-            )
+        case s.RecordedCall():
+            message = f"{item.call.span.one_line} begins no part of a scene"
+            hint = "what is recorded belongs in the output block"
+            findings.reject("TIS303", message, item.span, hint=hint)
         case s.Function():
             reject_function(item, findings)
         case s.Sentence() | s.Block():
