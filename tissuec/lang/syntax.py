@@ -348,7 +348,7 @@ class Expect(Node, frozen=True):
 Item: TypeAlias = (
     Assign
     | Definition
-    | Recording
+    | RecordedCall
     | Function
     | Sentence
     | Block
