@@ -13,6 +13,7 @@ from tissuec.pipeline import read_words
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import (
     BREAKING_STRAIN,
+    CUTTING_RESISTANCE,
     FRICTION,
     QUANTITIES,
     SHARES,
@@ -97,7 +98,7 @@ def preset_table() -> str:
     """Return the written numbers of presets of matter, each with its ratio to the words."""
     keys = (
         YOUNGS_MODULUS, BREAKING_STRAIN, STRENGTH, STIFFENING, "density", TOUGHNESS, SHARES[0],
-        TIMES[0], FRICTION,
+        TIMES[0], CUTTING_RESISTANCE, FRICTION,
     )  # fmt: skip
     rows = [(t.name, *(_beside_words(t, key) for key in keys)) for t in _presets()]
     rows = [row for row in rows if any(row[1:])]

@@ -15,7 +15,9 @@ from tissuec.scene.request import Request
 
 #: What grows (1) or falls (-1) with each property.
 LEADS = {
-    "hardness": {"young's modulus": 1, "breaking strain": -1, "strength": 1},
+    "hardness": {
+        "young's modulus": 1, "breaking strain": -1, "strength": 1, "cutting resistance": 1,
+    },
     "elasticity": {"retardation time": -1, "breaking strain": 1},
     "weight": {"density": 1},
     "shiftability": {"young's modulus": -1, "retardation time": 1},
@@ -23,7 +25,7 @@ LEADS = {
         "young's modulus": 1, "breaking strain": -1, "strength": -1,
     },
     "extensibility": {"breaking strain": 1},
-    "cohesion": {"strength": 1},
+    "cohesion": {"strength": 1, "cutting resistance": 1},
     "tightening": {"stiffening": 1},
     "fluid content": {"poisson's ratio": 1},
     "tearing": {"toughness": 1},
@@ -212,7 +214,7 @@ def test_two_vocabularies_stand_in_one_scene_and_each_concludes_its_own_quantiti
     matter, springs = (compiled.scene.tissues[name] for name in ("gland", "liver"))
     assert set(matter.given) == {
         "young's modulus", "retardation time", "density", "breaking strain", "strength",
-        "stiffening", "poisson's ratio",
+        "stiffening", "poisson's ratio", "cutting resistance",
     }  # fmt: skip
     assert set(springs.given) == {"spring constant", "viscosity", "mass", "breaking force"}
     alone, _ = read(

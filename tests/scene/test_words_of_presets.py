@@ -15,7 +15,7 @@ from tissuec.scene.request import Request
 
 #: The factor of one hedge of the word that leads a quantity.
 STEPS = {"young's modulus": 2.6, "breaking strain": 1.4, "strength": 2.1, "stiffening": 1.42,
-         "toughness": 2.1, "friction": 1.42}  # fmt: skip
+         "toughness": 2.1, "friction": 1.42, "cutting resistance": 1.26}  # fmt: skip
 #: What words say of a number, up to this factor: half a hedge of hardness, nearly.
 WITHIN = 1.5
 #: Not there when the scale of Young's modulus was fitted; their words were chosen later.
@@ -46,7 +46,7 @@ def of(quantity):
 
 def test_there_are_numbers_of_every_kind():
     more = {"young's modulus": 25, "toughness": 11, "relaxing share": 3, "relaxation time": 3,
-            "friction": 6}  # fmt: skip
+            "friction": 6, "cutting resistance": 3}  # fmt: skip
     for quantity, least in {**dict.fromkeys(STEPS, 12), **more}.items():
         assert len(of(quantity)) >= least, quantity
 

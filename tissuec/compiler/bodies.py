@@ -4,6 +4,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.compiler.cutting_resistance import SpringResistance
 from tissuec.compiler.drawn_bodies import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiler.element_bodies import BodyElements, ElementReader
 from tissuec.compiler.materials import MaterialReader
@@ -50,6 +51,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     poisson: Poisson | None  # of a solid whose cells keep their volume
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
     friction: SurfaceFriction
+    resistance: SpringResistance
     elements: tuple[BodyElements, ...] = ()
     bends: WallBending | None = None  # of a wall of elements
     breaking: Provenance | None = None  # origins of the limits of elements
@@ -82,6 +84,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         reader.poisson,
         reader.hinges(arrays),
         friction_of(drawing),
+        reader.resistance(),
     )
 
 
@@ -111,6 +114,7 @@ def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
         poisson=None,
         hinges=None,
         friction=friction_of(drawing),
+        resistance=SpringResistance.none(len(drawing.length)),
         elements=elements,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
         breaking=reader.limits.known(reader.part) if body.may_rupture else None,

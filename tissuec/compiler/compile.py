@@ -18,6 +18,7 @@ from tissuec.compiler.ambient_damping import with_drag
 from tissuec.compiler.bodies import BodyArrays, build_body
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.contact import contact_of, with_tools
+from tissuec.compiler.cutting_resistance import joined_resistance
 from tissuec.compiler.drawn_bodies import Drawing, draw
 from tissuec.compiler.element_bodies import element_blocks, marks_of
 from tissuec.compiler.element_limits import ElementMarks, skin_marks
@@ -46,7 +47,15 @@ from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled, Generator
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.friction import SurfaceFriction
-from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
+from tissuec.model.network import (
+    BodyPart,
+    Floats,
+    Indices,
+    JointPart,
+    Network,
+    Provenance,
+    numbers_in,
+)
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
@@ -269,9 +278,12 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     marked = [one.part(first) for one, first in zip(marks, behind, strict=False)]
     first_marks = {part.name: int(part.springs.start) for part in marked}
     blocks: list[FieldBlock] = []
+    resistance: dict[str, Floats] = {}
     for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
         ends, mark = joined.ends[first:last], first_marks.get(body.body.name)
-        blocks += element_blocks(body.elements, position, n, ends, first, mark or 0)
+        made = element_blocks(body.elements, position, n, ends, first, mark or 0)
+        resistance |= {b.name: e.resistance for e, b in zip(body.elements, made, strict=True)}
+        blocks += made
         if body.bends is not None:
             blocks.append(body.bends.block(position, n, ends, first, mark))
     return Network(
@@ -291,6 +303,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         marks=tuple(marked),
         skin_marks=skin_marks(skin, blocks),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
+        cutting=joined_resistance([part.resistance for part in parts], resistance),
     )
 
 

@@ -26,6 +26,7 @@ from tissuec.scene.values import unit_vector
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
+from tissuec.script.verbs.cut import SCISSORS
 
 COUNTED = ("nodes", "springs", "elements", "pieces")
 COUNT = "count"  # of nodes, springs or elements of something
@@ -347,7 +348,8 @@ class Conditions:
                 self.findings.reject(
                     "TIS702", f"{measure.form} needs springs, not a tool", name.span
                 )
-            if not tool.holds_nodes:
+            feels = getattr(measure, "feels_blades", False) and tool.kind == SCISSORS
+            if not tool.holds_nodes and not feels:
                 self.findings.reject(
                     "TIS405",
                     f"{tool.name} is {tool.kind} and holds no nodes to measure",

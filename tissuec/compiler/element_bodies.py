@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.compiler.cutting_resistance import resistance_of_parts
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_branches import branches_of
 from tissuec.compiler.element_limits import ElementMarks, LimitReader
@@ -74,6 +75,7 @@ class BodyElements(Struct, frozen=True, eq=False):
         nodes: Shape (element, node).
         material: What they are made of.
         span: The entry that asks for them.
+        resistance: Energy by area that blades need [J/m²], shape (element,).
     """
 
     body: str
@@ -81,6 +83,7 @@ class BodyElements(Struct, frozen=True, eq=False):
     nodes: Indices
     material: "SolidMaterial | MembraneMaterial"
     span: Span
+    resistance: Floats
 
 
 class ElementReader:
@@ -135,13 +138,14 @@ class ElementReader:
             branches_of(SolidBranches, self.parts, self.part, shear),
             yielding_of(SolidYield, self.parts, self.part),
         )  # fmt: skip
+        resistance = resistance_of_parts(self.parts)
         found: list[BodyElements] = []
         first = 0
         for one in self.drawing.mesh.elements:
             own = np.arange(first, first + len(one.nodes))
             first += len(own)
             parts = self.body.name, one.shape, one.nodes, material.some(own), self.made.span
-            found.append(BodyElements(*parts))
+            found.append(BodyElements(*parts, resistance[self.part[own]]))
         return tuple(found)
 
     # --- quantities of parts ------------------------------------------------------------------

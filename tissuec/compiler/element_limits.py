@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.compiler.cutting_resistance import SpringResistance
 from tissuec.compiler.tissue_parts import Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.names import key_of
@@ -54,6 +55,11 @@ class ElementMarks(Struct, frozen=True, eq=False):
     name: str
     span: Span
     memory: Mapping[str, Floats] = {}
+
+    @property
+    def resistance(self) -> SpringResistance:
+        """Return what blades need to cut them, which is nothing."""
+        return SpringResistance.none(len(self.springs.ids))
 
     @classmethod
     def of(cls, body: Body, nodes: Indices, known: Provenance) -> "ElementMarks":

@@ -11,6 +11,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.bodies import check_laws, check_sizes
+from tissuec.compiler.cutting_resistance import SpringResistance
 from tissuec.compiler.drawn_bodies import LARGEST, Drawing
 from tissuec.compiler.materials import MaterialReader
 from tissuec.compiler.sets import Groups
@@ -37,6 +38,7 @@ class JointArrays(Struct, frozen=True, eq=False):
     springs: Springs
     memory: dict[str, Floats]  # of springs that relax or yield, by ``model.inelastic.NAMES``
     provenance: dict[str, Provenance]
+    resistance: SpringResistance
 
 
 def build_joints(scene: Scene, groups: Groups, findings: Findings) -> list[JointArrays]:
@@ -75,6 +77,7 @@ def _build(joint: Joint, groups: Groups, findings: Findings) -> JointArrays:
         Springs.of(ends, arrays, law, laws, drawing.columns.spring_ids),
         {name: arrays[name] for name in INELASTIC if name in arrays},
         {name: provenance for name, (_, provenance) in quantities.items()},
+        reader.resistance(),
     )
 
 

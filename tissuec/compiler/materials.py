@@ -14,6 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiler.bending_springs import with_bending
+from tissuec.compiler.cutting_resistance import (
+    SpringResistance,
+    resistance_of_parts,
+    resistance_of_springs,
+)
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_limits import NOT_ALLOWED
 from tissuec.compiler.poisson import Poisson, poisson_of
@@ -83,6 +88,17 @@ class MaterialReader:
             "crush": self._limit("crushing force"),
         }
         return with_bending(self.drawing, self.parts, self.springs, arrays | self._inelastic())
+
+    def resistance(self) -> SpringResistance:
+        """Return what blades need to cut the springs."""
+        each, given = resistance_of_parts(self.parts), self.parts.found("spring constant")
+        of_matter = [one for one in given if one is not None and one.quantity.is_of_matter]
+        if not each.any() or not of_matter:
+            return SpringResistance.none(len(self.length))
+        pull = self.stiffness[0] * self.length
+        pull[self.drawing.bends] = 0.0
+        matter = self._matter(of_matter[0])
+        return resistance_of_springs(self.parts, self.springs.ends, pull, matter)
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
         """Return the law of each spring by number, shape (spring,), and all laws."""

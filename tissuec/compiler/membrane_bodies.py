@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.compiler.cutting_resistance import resistance_of_parts
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.element_bodies import BodyElements, ElementReader, turned_around
 from tissuec.compiler.element_branches import branches_of
@@ -120,8 +121,9 @@ class MembraneReader(ElementReader):
             self.limits.limits, branches_of(MembraneBranches, self.parts, self.part, shear),
             yielding_of(MembraneYield, self.parts, self.part),
         )  # fmt: skip
-        one = self.triangles
-        return (BodyElements(self.body.name, one.shape, one.nodes, material, self.made.span),)
+        one, resistance = self.triangles, resistance_of_parts(self.parts)[self.part]
+        own = self.body.name, one.shape, one.nodes, material, self.made.span, resistance
+        return (BodyElements(*own),)
 
     def bending(self) -> WallBending | None:
         """Return the bending stiffness of the wall; None without any."""

@@ -22,9 +22,9 @@ from tissuec.model.network import Indices
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.idle_overrides import idle_overrides, tissues_in_use
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import FRICTION, QUANTITIES
+from tissuec.scene.quantities import CUTTING_RESISTANCE, FRICTION, QUANTITIES
 from tissuec.script.verbs import Breaking, Shifting, follows
-from tissuec.script.verbs.cut import Cut
+from tissuec.script.verbs.cut import SCISSORS, Cut
 
 
 def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -152,8 +152,9 @@ def dimensions_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
 
 def _is_of_matter(*tissues: Tissue) -> bool:
     """Return whether any quantity depends on sizes of the body."""
+    of_surfaces = FRICTION, CUTTING_RESISTANCE
     return any(
-        one.quantity.is_of_matter and key != FRICTION
+        one.quantity.is_of_matter and key not in of_surfaces
         for tissue in tissues
         for key, one in tissue.given.items()
     )
@@ -182,7 +183,7 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
             breakable[event.action.breakable(network)] = True
     # Knots of threads slip instead of breaking.
     breakable[[thread.hold for thread in network.threads.values()]] = False
-    for name in _ruptured(compiled.scene.declarations):
+    for name in _measured("ruptured", compiled.scene.declarations):
         if groups.is_known(name):
             springs = groups.springs(name).indices
             if not breakable[springs].any():
@@ -225,16 +226,16 @@ def _with_limit(entry: Span) -> Hint:
     return Hint(f"write a limit, such as {limit}", Edit(limit, entry))
 
 
-def _ruptured(declarations: Declarations) -> Iterator[s.Name]:
-    """Yield what ``ruptured`` is asked about in expectations, conditions and outputs."""
+def _measured(measure: str, declarations: Declarations) -> Iterator[s.Name]:
+    """Yield what a measure is taken of in expectations, conditions and outputs."""
     single = declarations.single
     asked = [single[kind].items for kind in ("script", "output") if kind in single]
     for part in walk((*declarations.expects, *asked)):
         match part:
-            case s.Call(function=s.Name(key="ruptured"), arguments=(first, *_)):
+            case s.Call(function=s.Name(key=key), arguments=(first, *_)) if key == measure:
                 value = first.value
-            case s.Sentence(
-                name=s.Name(key="ruptured"), clauses=(s.Clause(word="of") as of, *_)
+            case s.Sentence(name=s.Name(key=key), clauses=(s.Clause(word="of") as of, *_)) if (
+                key == measure
             ):
                 value = of.value
             case _:
@@ -259,6 +260,26 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
                 tool.span,
                 "place the tip outside, or move the nozzle before it irrigates",
             )
+
+
+def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W415: the force of scissors that feel nothing."""
+    scissors = {key: one for key, one in compiled.scene.tools.items() if one.kind == SCISSORS}
+    actions = [event.action for event in compiled.plan.every_event]
+    closing = {cut.tool for cut in actions if isinstance(cut, Cut) and cut.profile is not None}
+    for name in _measured("force", compiled.scene.declarations):
+        tool = scissors.get(name.key)
+        if tool is None:
+            continue
+        why = hint = ""
+        if tool.name not in closing:
+            why = f"{tool.name} do not cut over an interval"
+            hint = f"write from … to …: cut … along line from … to … facing … with {tool.name}"
+        elif compiled.network.cutting is None:
+            why = "no tissue has a cutting resistance"
+            hint = "write one in the tissue, such as cutting resistance = 200 J/m^2"
+        if why:
+            yield Diagnostic("W415", f"{why}, so this is always 0", name.span, hint)
 
 
 def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:

@@ -19,6 +19,7 @@ from tissuec.forces.rest_length import ChangingRestLengths
 from tissuec.forces.springs import SpringForce
 from tissuec.forces.weight import Weight
 from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
+from tissuec.model.cutting import ClosingForce
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
@@ -109,6 +110,7 @@ class State(Struct, eq=False):
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
+        closing: Forces of blades that close.
         still_until: When the scene ceases to be static [s]; minus infinity if it is not.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] of all nodes alike.
@@ -132,6 +134,7 @@ class State(Struct, eq=False):
     )
     knots: dict[str, Knot] = field(default_factory=dict[str, Knot])
     hold_ends: dict[str, float] = field(default_factory=dict[str, float])
+    closing: tuple[ClosingForce, ...] = ()
     still_until: float = -np.inf
 
     @classmethod

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.cutting import CuttingResistance
 from tissuec.model.friction import SurfaceFriction
 from tissuec.model.net_size import NetSize
 from tissuec.model.springs import COLUMNS, Springs
@@ -240,6 +241,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
         friction: Coefficients that tissues give to nodes and surfaces; None without any.
+        cutting: The energy that blades need; None if they need none.
         mirrored: Planes of symmetry; triangles between the nodes on one are no surface of the
             whole.
         provenance: Origins by array name ("mass", "stiffness", …).
@@ -262,6 +264,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     skin_marks: Indices | None = None
     mirrored: tuple[MirrorPlane, ...] = ()
     friction: SurfaceFriction | None = None
+    cutting: CuttingResistance | None = None
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):

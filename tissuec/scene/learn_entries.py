@@ -10,6 +10,7 @@ from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.entries import Entry, with_choices
 from tissuec.scene.quantities import (
+    CUTTING_RESISTANCE,
     FIBRE_DISPERSION,
     FIBRE_MODULUS,
     FIBRE_STIFFENING,
@@ -173,6 +174,7 @@ DIMENSIONS = {
 #: Quantities of matter that are not adjusted.
 NOT_LEARNT = (
     *BREAKING, POISSONS_RATIO, FIBRE_MODULUS, FIBRE_STIFFENING, FIBRE_DISPERSION, FRICTION,
+    CUTTING_RESISTANCE,
 )  # fmt: skip
 #: What can be adjusted, beside constants of laws, params and numbers of forces.
 ADJUSTED = (

@@ -25,8 +25,8 @@ BREAKING_FORCE = "breaking force"
 BREAKING_STRAIN, STRENGTH, TOUGHNESS = "breaking strain", "strength", "toughness"
 #: Of the law of matter that stiffens when it is stretched.
 STIFFENING = "stiffening"
-#: Of surfaces in contact.
-FRICTION = "friction"
+#: Of surfaces in contact, and of cuts.
+FRICTION, CUTTING_RESISTANCE = "friction", "cutting resistance"
 #: Of fibres in solids that consist of elements.
 FIBRE_STIFFENING, FIBRE_DISPERSION = "fibre stiffening", "fibre dispersion"
 LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
@@ -251,6 +251,10 @@ QUANTITIES: dict[str, TissueQuantity] = {
         TissueQuantity(
             TOUGHNESS, "Energy that a crack needs per area.", units.STIFFNESS,
             "strength", instead=BREAKING_FORCE, none=inf, unit="J/m^2",
+        ),
+        TissueQuantity(
+            CUTTING_RESISTANCE, "Energy that a blade needs per area of the cut surface.",
+            units.STIFFNESS, may_be_zero=True, unit="J/m^2",
         ),
     )
 }  # fmt: skip

@@ -88,6 +88,9 @@ USUAL: dict[str, Usual] = {
         PRESSURE, 100.0, 1e9, "brain", "single fibrils", (1e3, 150e6), _PRESSURES
     ),
     "toughness": Usual(STIFFNESS, 0.1, 1e6, "gels", "tendon", (5.0, 1e5), ("J/m^2", "kJ/m^2")),
+    "cutting resistance": Usual(
+        STIFFNESS, 1.0, 1e5, "gels", "tendon", (20.0, 1e4), ("J/m^2", "kJ/m^2")
+    ),
     "breaking strain": Usual(NUMBER, 0.01, 10.0, "bone", "gels", (0.05, 3.0), ("%",)),
     "stiffening": Usual(NUMBER, 0.05, 150.0, "nearly linear", "tendon", (0.3, 80.0), ("%",)),
     "friction": Usual(NUMBER, 5e-4, 3.0, "joints", "dry skin on rubber", (1e-3, 1.5), ("%",)),

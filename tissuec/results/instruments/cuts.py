@@ -16,7 +16,7 @@ _OPEN, _AFTER, _ALONG = 0.35, 0.2, 0.15  # [rad]: of each blade before, after an
 _SPAN = 1.6  # units of tissue between blades
 _AWAY = 1.5  # units that blades draw back by
 _NEXT = "along|through|facing|from|to|by|using"  # what may follow a name
-_WITH = re.compile(rf'"[^"]*"|\bwith\s+("[^"]*"|[^"]+?)(?=\s+(?:{_NEXT})\b|$)')
+_WITH = re.compile(rf'"[^"]*"|\bwith\s+("[^"]*"|[^"]+?)(?=\s+(?:{_NEXT})\b|\s+\(|$)')
 
 
 def cuts(scenery: Scenery) -> Iterator[Course]:

@@ -46,7 +46,8 @@ class Measure(Protocol):
             elements or of forceps with jaws only; or "body or solid".
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
-    What is 0 wherever contact is off has ``of_contact = True``.
+    What is 0 wherever contact is off has ``of_contact = True``, and what can be measured of
+    scissors ``feels_blades = True``.
     """
 
     form: str

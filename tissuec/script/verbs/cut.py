@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH
+from tissuec.core.units import ENERGY, LENGTH, show, show_in
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
@@ -25,11 +25,13 @@ from tissuec.script.parts import (
 )
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.blade import ON_PLANE, Blade, plane, strip, stroke
+from tissuec.script.verbs.cut_surface import cut_surface
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 OfBody = Annotated[Group, SubjectPart("springs", (BODY,))]
-With = Annotated[str | None, ToolClause("with", "scissors", what="tool")]
+SCISSORS = "scissors"  # the kind of tool that can be named in a cut
+With = Annotated[str | None, ToolClause("with", SCISSORS, what="tool")]
 Closing = Annotated[TimeProfile | None, ProfileClause(None, "constant speed")]
 
 
@@ -60,7 +62,7 @@ class CutSet(VerbSentence, frozen=True):
                 hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
             )
         _refuse_interval(self.duration, order)
-        return Cut(self.group, None, None, None, self.span)
+        return Cut(self.group, None, None, None, self.span, self.scissors or "")
 
 
 class CutPlane(VerbSentence, frozen=True):
@@ -74,7 +76,8 @@ class CutPlane(VerbSentence, frozen=True):
 
     def action(self, order: Order) -> Action:
         _refuse_interval(self.duration, order)
-        return Cut(self.group, plane(self.through, self.facing), None, None, self.span)
+        blade = plane(self.through, self.facing)
+        return Cut(self.group, blade, None, None, self.span, self.scissors or "")
 
 
 class CutStroke(VerbSentence, frozen=True):
@@ -101,7 +104,9 @@ class CutStroke(VerbSentence, frozen=True):
                 "line between them",
                 word="by",
             )
-        return Cut(self.group, blade, self.profile, self.duration, self.span)
+        return Cut(
+            self.group, blade, self.profile, self.duration, self.span, self.scissors or ""
+        )  # fmt: skip
 
 
 class CutLine(VerbSentence, frozen=True):
@@ -125,7 +130,9 @@ class CutLine(VerbSentence, frozen=True):
                 "line",
                 word="facing",
             )
-        return Cut(self.group, blade, self.profile, self.duration, self.span)
+        return Cut(
+            self.group, blade, self.profile, self.duration, self.span, self.scissors or ""
+        )  # fmt: skip
 
 
 def _refuse_interval(duration: float | None, order: Order) -> None:
@@ -151,7 +158,7 @@ class Cut(Struct, frozen=True):
 
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
     first point to its second. Springs are cut in the order of their positions at the beginning
-    of the cut; the remaining ones at its end.
+    of the cut; the remaining ones at its end. The scissors feel the force that this needs.
     """
 
     meant: ClassVar[str] = "slice incise transect divide sever snip resect"
@@ -167,6 +174,7 @@ class Cut(Struct, frozen=True):
     profile: TimeProfile | None  # of the closing blades, None where all is cut at once
     duration: float | None  # [s]
     span: Span
+    tool: str = ""
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if self.profile is not None:
@@ -175,13 +183,17 @@ class Cut(Struct, frozen=True):
         if not len(springs):
             text = f"{sentence(self.span)}: no spring to cut"
             return (LoggedEvent("note", (), text, self.span),)
-        return (sever(state, springs, self.span),)
+        return (sever(state, springs, self),)
 
     def _begin(
         self, profile: TimeProfile, state: State, queue: EventQueue
     ) -> tuple[LoggedEvent, ...]:
         (begun,), stop = schedule(queue, (profile,), state.time, self.duration)
-        shares = np.unique(np.append(self.found(state)[1], 1.0))
+        springs, found = self.found(state)
+        shares = np.unique(np.append(found, 1.0))
+        if state.network.cutting is not None and self.blade is not None:
+            force = cut_surface(state, springs, self.blade).force(self.tool, self.blade, begun)
+            state.closing = (*state.closing, force)
         for time in np.unique([when(begun, share, state.time, stop) for share in shares]):
             queue.add(float(time), BladeClosing(self, begun, stop))
         text = f"start of: {sentence(self.span)}"
@@ -216,20 +228,28 @@ class BladeClosing(Struct, frozen=True, eq=False):
         springs, share = self.cut.found(state)
         come = 1.0 if state.time >= self.stop else self.profile.at(state.time)[0]
         reached = springs[share <= come + ON_PLANE]
-        return (sever(state, reached, self.span),) if len(reached) else ()
+        if state.time >= self.stop:
+            state.closing = tuple(one for one in state.closing if one.profile.stop > self.stop)
+        return (sever(state, reached, self.cut),) if len(reached) else ()
 
 
-def sever(state: State, springs: Indices, span: Span) -> LoggedEvent:
-    """Remove springs for good and return the event.
+def sever(state: State, springs: Indices, cut: Cut) -> LoggedEvent:
+    """Remove springs for good and return the event, with its area and energy if it takes any.
 
     Args:
         state: Changed in place.
         springs: Indices, shape (n,).
-        span: The sentence.
+        cut: The cut.
     """
+    text = sentence(cut.span)
+    if state.network.cutting is not None:
+        surface = cut_surface(state, springs, cut.blade)
+        if surface.energy > 0.0:
+            area, energy = show_in(surface.area, "mm^2"), show(surface.energy, ENERGY)
+            text = f"{text} ({area}, {energy})"
     state.alive = state.alive.copy()
     state.alive[springs] = False
-    return LoggedEvent("cut", tuple(springs.tolist()), sentence(span), span)
+    return LoggedEvent("cut", tuple(springs.tolist()), text, cut.span)
 
 
 def when(profile: TimeProfile, share: float, start: float, stop: float) -> float:

@@ -1,0 +1,130 @@
+"""Where a blade, a part of a plane, meets elements: polygons in solids, lines in triangles.
+
+A point of the plane is origin + p first + q second. Where p or q is limited, it is within 0…1.
+"""
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.geometry.edges import Floats, Indices
+
+
+class MetEdges(Struct, frozen=True, eq=False):
+    """Points at which a plane meets the edges of elements, in turn around their middle.
+
+    The last point of an element is there several times if others have more points.
+
+    Attributes:
+        ends: Nodes of the edge of each among those of the element, shape (element, point, 2).
+        part: How far along it, from 0 to 1, shape (element, point).
+    """
+
+    ends: Indices
+    part: Floats
+
+    def mixed(self, values: Floats) -> Floats:
+        """Return vectors at the points, in their unit, shape (element, point, 3).
+
+        Args:
+            values: At the nodes of the elements, shape (element, node, 3).
+        """
+        row = np.arange(len(values))[:, None]
+        first, second = values[row, self.ends[..., 0]], values[row, self.ends[..., 1]]
+        return first + self.part[..., None] * (second - first)
+
+
+def met_edges(
+    corners: Floats, edges: Indices, height: Floats, normal: Floats, near: float
+) -> MetEdges:
+    """Return where a plane meets edges of elements which have nodes on both sides of it.
+
+    Args:
+        corners: Nodes of the elements [m], shape (element, node, 3).
+        edges: Pairs of them, shape (edge, 2).
+        height: Of the nodes above the plane [m], shape (element, node).
+        normal: Of the plane, a unit vector, shape (3,).
+        near: Height above which a node is in front, just below zero [m].
+    """
+    first, second = height[:, edges[:, 0]], height[:, edges[:, 1]]
+    met = (first >= near) != (second >= near)
+    part = np.clip(first / np.where(met, first - second, 1.0), 0.0, 1.0)
+    every = MetEdges(np.broadcast_to(edges, (*met.shape, 2)), part)
+    points = every.mixed(corners)
+    count = met.sum(axis=1)
+    middle = (points * met[..., None]).sum(axis=1) / np.maximum(count, 1)[:, None]
+    across = np.eye(3)[np.argmin(np.abs(normal))]
+    across = np.cross(normal, across) / np.linalg.norm(np.cross(normal, across))
+    away = points - middle[:, None]
+    angle = np.arctan2(away @ np.cross(normal, across), away @ across)
+    order = np.argsort(np.where(met, angle, np.inf), axis=1, kind="stable")
+    most = int(count.max(initial=0))
+    place = np.minimum(np.arange(most), np.maximum(count - 1, 0)[:, None])
+    chosen = np.take_along_axis(order, place, axis=1)
+    ends = np.take_along_axis(every.ends, chosen[..., None], axis=1)
+    return MetEdges(ends, np.take_along_axis(part, chosen, axis=1))
+
+
+def polygon_areas(points: Floats) -> Floats:
+    """Return the areas of polygons [m²], shape (polygon,).
+
+    Args:
+        points: In turn [m], shape (polygon, point, 3).
+    """
+    away = points - points[:, :1]
+    each = np.cross(away, np.roll(away, -1, axis=1))
+    return 0.5 * np.linalg.norm(each.sum(axis=1), axis=1)
+
+
+def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
+    """Return which part of each convex polygon is within a blade, shape (polygon,).
+
+    Between the values of p at which corners and crossings with limits of q lie, the width of
+    a polygon is linear in p, so that its integral follows from the middles.
+
+    Args:
+        plain: p and q of corners, in turn, shape (polygon, corner, 2).
+        limited: Whether p and q are limited.
+    """
+    (p, q), (p2, q2) = np.moveaxis(plain, 2, 0), np.moveaxis(np.roll(plain, -1, axis=1), 2, 0)
+    whole = 0.5 * np.abs((p * q2 - p2 * q).sum(axis=1))
+    marks = [p]
+    for limit in (0.0, 1.0) if limited[1] else ():
+        along = _divided(limit - q, q2 - q)
+        marks.append(np.where((along > 0.0) & (along < 1.0), p + along * (p2 - p), p))
+    mark = np.sort(np.concatenate(marks, axis=1), axis=1)
+    if limited[0]:
+        mark = np.clip(mark, 0.0, 1.0)
+    middle = 0.5 * (mark[:, 1:] + mark[:, :-1])[:, None]
+    there = (np.minimum(p, p2)[..., None] <= middle) & (middle < np.maximum(p, p2)[..., None])
+    along = _divided(middle - p[..., None], (p2 - p)[..., None])
+    place = q[..., None] + along * (q2 - q)[..., None]
+    low, high = (
+        np.where(there, place, np.inf).min(axis=1), np.where(there, place, -np.inf).max(axis=1)
+    )  # fmt: skip
+    if limited[1]:
+        low, high = np.maximum(low, 0.0), np.minimum(high, 1.0)
+    width = np.where(high > low, high - low, 0.0)
+    return _divided((width * np.diff(mark, axis=1)).sum(axis=1), whole)
+
+
+def shares_of_lines(plain: Floats, limited: tuple[bool, bool]) -> Floats:
+    """Return which part of each line is within a blade, shape (line,).
+
+    Args:
+        plain: p and q of both ends, shape (line, 2, 2).
+        limited: Whether p and q are limited.
+    """
+    low, high = np.zeros(len(plain)), np.ones(len(plain))
+    for axis in (axis for axis in range(2) if limited[axis]):
+        first, way = plain[:, 0, axis], plain[:, 1, axis] - plain[:, 0, axis]
+        ends = np.sort([_divided(-first, way), _divided(1.0 - first, way)], axis=0)
+        inside = (first >= 0.0) & (first <= 1.0)
+        ends = np.where(way == 0.0, [[0.0], [1.0]] * inside, ends)
+        low, high = np.maximum(low, ends[0]), np.minimum(high, ends[1])
+    return np.maximum(high - low, 0.0)
+
+
+def _divided(one: Floats, by: Floats) -> Floats:
+    """Return a quotient, 0 where it would be infinite."""
+    one, by = np.broadcast_arrays(one, by)
+    return np.divide(one, by, out=np.zeros(one.shape), where=by != 0.0)

@@ -1,0 +1,68 @@
+"""What cuts cost: areas of springs, resistances, and the force of blades that close."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.profiles import TimeProfile
+
+Floats = NDArray[np.float64]
+
+
+class CuttingResistance(Struct, frozen=True, eq=False):
+    """The energy that a blade needs, by area of the cut surface as drawn.
+
+    A spring has the section A = c L / E. In a net of a solid, an area S is crossed by springs
+    with Σ A |cos| = 2 S, and in one of a wall by those with 3/2 S, whatever the direction,
+    where cos is that of their angles to its normal: the sums of A L over all directions make
+    the net equally stiff in all of them. So a spring of these accounts for A |cos| / 2 or
+    2 A |cos| / 3, and a bar for A.
+
+    Attributes:
+        areas: For which springs account at right angles to a blade [m²], shape (spring,).
+        means: Of |cos| over all directions, 1 of bars, shape (spring,).
+        springs: Resistance of springs [J/m²], shape (spring,).
+        elements: Resistance of elements [J/m²] by the name of their block, shape (element,).
+    """
+
+    areas: Floats
+    means: Floats
+    springs: Floats
+    elements: Mapping[str, Floats]
+
+
+class ClosingForce(Struct, frozen=True, eq=False):
+    """The force of blades that close along a line.
+
+    What they cut is in parts. Each part takes its energy evenly over the way of the blades
+    between two shares of the line.
+
+    Attributes:
+        tool: The tool; empty if none is named.
+        way: From the beginning of the line to its end [m], shape (3,).
+        profile: Share of the line that the blades have come.
+        energies: Of the parts [J], shape (part,).
+        low, high: Shares of the line, from 0 to 1, low < high, shape (part,).
+    """
+
+    tool: str
+    way: Floats
+    profile: TimeProfile
+    energies: Floats
+    low: Floats
+    high: Floats
+
+    def at(self, time: Floats | float) -> Floats:
+        """Return the force that moves the blades on [N], shape (…, 3).
+
+        Args:
+            time: [s], shape (…).
+        """
+        time = np.asarray(time, dtype=float)
+        share = np.asarray(self.profile.at(time)[0])[..., None]
+        moves = (time > self.profile.start) & (time < self.profile.stop)
+        reached = moves[..., None] & (share >= self.low) & (share < self.high)
+        per_share = (reached * self.energies / (self.high - self.low)).sum(axis=-1)
+        return per_share[..., None] * self.way / (self.way @ self.way)
