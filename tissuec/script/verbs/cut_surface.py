@@ -24,7 +24,8 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs.blade import ON_PLANE, Blade
 
 if TYPE_CHECKING:
-    from tissuec.forces.element_fields import MaterialField
+    from tissuec.forces.elements import SolidElements
+    from tissuec.forces.membranes import Membranes
 
 SHORTEST = 1e-9  # share of a line over which a part of a cut is spread
 
@@ -111,7 +112,7 @@ def _of_springs(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
 
 
 def _of_elements(
-    state: State, field: "MaterialField", items: Indices, each: Floats, blade: Blade | None
+    state: State, field: "SolidElements | Membranes", items: Indices, each: Floats, blade: Blade | None
 ) -> CutSurface:
     """Return the surface of elements.
 
