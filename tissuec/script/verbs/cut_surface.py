@@ -112,7 +112,11 @@ def _of_springs(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
 
 
 def _of_elements(
-    state: State, field: "SolidElements | Membranes", items: Indices, each: Floats, blade: Blade | None
+    state: State,
+    field: "SolidElements | Membranes",
+    items: Indices,
+    each: Floats,
+    blade: Blade | None,
 ) -> CutSurface:
     """Return the surface of elements.
 
