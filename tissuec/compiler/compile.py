@@ -7,7 +7,7 @@ number.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from msgspec import Struct
@@ -46,10 +46,10 @@ from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled, Generator
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.cutting import CuttingResistance
 from tissuec.model.friction import SurfaceFriction
 from tissuec.model.network import (
     BodyPart,
-    Floats,
     Indices,
     JointPart,
     Network,
@@ -278,12 +278,9 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     marked = [one.part(first) for one, first in zip(marks, behind, strict=False)]
     first_marks = {part.name: int(part.springs.start) for part in marked}
     blocks: list[FieldBlock] = []
-    resistance: dict[str, Floats] = {}
     for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
         ends, mark = joined.ends[first:last], first_marks.get(body.body.name)
-        made = element_blocks(body.elements, position, n, ends, first, mark or 0)
-        resistance |= {b.name: e.resistance for e, b in zip(body.elements, made, strict=True)}
-        blocks += made
+        blocks += element_blocks(body.elements, position, n, ends, first, mark or 0)
         if body.bends is not None:
             blocks.append(body.bends.block(position, n, ends, first, mark))
     return Network(
@@ -302,9 +299,31 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         blocks=(*blocks, *(() if hinges is None else (hinges.block,))),
         marks=tuple(marked),
         skin_marks=skin_marks(skin, blocks),
-        friction=SurfaceFriction.joined([body.friction for body in bodies]),
-        cutting=joined_resistance([part.resistance for part in parts], resistance),
+        **_surfaces(bodies, parts, blocks),
     )
+
+
+class _Surfaces(TypedDict):
+    """What a network knows of surfaces, by the names of its entries."""
+
+    friction: SurfaceFriction | None
+    cutting: CuttingResistance | None
+
+
+def _surfaces(
+    bodies: Sequence[BodyArrays],
+    parts: Sequence[BodyArrays | JointArrays | ElementMarks],
+    blocks: Sequence[FieldBlock],
+) -> _Surfaces:
+    """Return the friction of surfaces and the resistance to cuts."""
+    elements = (one.resistance for body in bodies for one in body.elements)
+    names = (block.name for block in blocks if block.kind in ("elements", "membranes"))
+    return {
+        "friction": SurfaceFriction.joined([body.friction for body in bodies]),
+        "cutting": joined_resistance(
+            [part.resistance for part in parts], dict(zip(names, elements, strict=True))
+        ),
+    }
 
 
 def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int]) -> BodyPart:
