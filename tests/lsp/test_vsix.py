@@ -140,4 +140,4 @@ def test_the_command_says_what_it_wrote(tmp_path):
 def test_a_file_of_the_extension_that_cannot_be_read_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(vsix, "_WRITTEN", ("absent.js",))
     with pytest.raises(TissueError, match=r'cannot read ".*absent\.js"'):
-        _write(tmp_path / "t.vsix", None)
+        _write(tmp_path / "t.vsix")
