@@ -12,8 +12,8 @@ from tissuec.script.measures.snapshot import Snapshot
 class ModulusField(FrameField):
     at = "node"
     dimension = units.PRESSURE
-    text = "Young's modulus at rest of the elements around each node"
-    remark = "It is their mean by volume, without fibres, and 0 where there is no element."
+    text = "mean Young's modulus at rest of the elements around each node"
+    remark = "The mean is by volume, without fibres, and 0 where there is no element."
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
