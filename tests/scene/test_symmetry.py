@@ -241,7 +241,7 @@ def test_what_a_plane_leaves_of_forces_is_in_it_for_every_corner():
         (PRESSED, "at 0 s: push top with (1, 0, 0) N", "a force on nodes of this plane is not"),
         (PRESSED, "from 0 s to 10 ms: turn top by 5 deg around (0, 0, 1) using smooth profile",
          "a turn of nodes of this plane is not parallel"),
-        ("facing (1, 0, 0)", "", 'symmetric about plane needs "facing"'),
+        ("facing (1, 0, 0)", "", "the direction is missing"),
         ("facing (1, 0, 0)", "facing (1, 0, 0) by 2 mm", 'plane does not take "by"'),
         (PLANES["x"], f"{PLANES['x']}; {PLANES['x'].replace('(1, 0, 0)', '(1, 1, 0)')}",
          "planes of symmetry must be perpendicular"),

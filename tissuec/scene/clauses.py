@@ -101,7 +101,11 @@ class ClauseReader:
             if word in self.clauses and form.of_word(word) is None and not is_of_sine:
                 self.reject("TIS303", refusal.message, hint=refusal.hint, word=word)
         self._check_complete(form)
-        values = {name: self._part(name, part) for name, part in form.parts.items()}
+        values = dict[str, Any]()
+        with self.scope.findings.together():
+            for name, part in form.parts.items():
+                with self.scope.findings.item():
+                    values[name] = self._part(name, part)
         return form.kind(span=self.span, **values)
 
     def finish(self) -> None:
