@@ -170,7 +170,7 @@ def contact_with(
         damping=damping,
         friction=friction if rough is None else None,
         node_friction=np.full(nodes, friction),
-        face_friction=shapes * 0.0 if rough is None else rough[shapes],
+        face_friction=np.zeros((0, 3)) if rough is None else rough[shapes],
         stride=0.1,
         memory=np.arange(behind, behind + nodes if np.any(friction) else behind),
         rate=100.0,

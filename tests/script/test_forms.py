@@ -68,6 +68,7 @@ def written(verb, text):
 
     text = text.replace("with FORCE along VECTOR", "with 1 N along (0, 0, 1)")
     text = text.replace("from POINT", "from (10, -9, 0) mm")
+    text = text.replace("over FACTOR to FACTOR", "over 60 % to 160 %")
     text = re.sub(r"\b([a-z]+) ([A-Z]+)\b", value, text)
     for name, known in {**NAMES, **OWN.get(verb, {})}.items():
         text = re.sub(rf"\b{name}\b", known, text)
