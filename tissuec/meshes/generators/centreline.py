@@ -31,6 +31,8 @@ from tissuec.core.vectors import cross, dot, norm
 from tissuec.model.network import Floats
 
 SMOOTH, SHARP = BENDS = "smooth", "sharp"
+#: Rings that are looked at before the size of a mesh is known to be possible.
+MOST_CHECKED = 1000
 _PIECES = 256  # of each span of a spline, for its length
 _LOOKED_AT = 400  # points between which distances are compared
 _MOST = np.pi / 3.0  # turn of the axis from one ring to the next

@@ -10,7 +10,7 @@ from tissuec.core.units import LENGTH, show
 from tissuec.core.vectors import cross, norm
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
-from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline, Rings
+from tissuec.meshes.generators.centreline import BENDS, MOST_CHECKED, SMOOTH, Centreline, Rings
 from tissuec.meshes.generators.hexahedral import Hexahedral
 from tissuec.meshes.generators.limits import require_limits
 
@@ -77,7 +77,7 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
             raise ValueError(
                 f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'
             )
-        self._along()
+        self._along(min(self.rings, MOST_CHECKED))
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -122,9 +122,9 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         inner, outer = self.inner_radius, self.outer_radius
         return (inner, self.end_inner_radius or inner), (outer, self.end_outer_radius or outer)
 
-    def _along(self) -> Rings:
-        """Return the rings; ValueError if they intersect."""
-        return Centreline(self.axis, self.bends).rings(self.rings, *self._radii[1])
+    def _along(self, rings: int) -> Rings:
+        """Return so many rings; ValueError if they intersect."""
+        return Centreline(self.axis, self.bends).rings(rings, *self._radii[1])
 
     @property
     def is_even(self) -> bool:
@@ -132,7 +132,7 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         return len(self.axis) == 2 and all(first == last for first, last in self._radii)
 
     def _position(self) -> Floats:
-        centre, across, share = self._along()
+        centre, across, share = self._along(self.rings)
         angle = np.arange(self._columns)[:, None] * (2.0 * np.pi / self.sides)
         ring = np.cos(angle) * across[:, :1] + np.sin(angle) * across[:, 1:]
         ends = [np.linspace(inner, outer, self.layers + 1) for inner, outer in self._ends()]

@@ -55,7 +55,13 @@ class CutSurface(Struct, frozen=True, eq=False):
         return float(self.areas.sum())
 
     def force(self, tool: str, blade: Blade, profile: TimeProfile) -> ClosingForce:
-        """Return the force of a blade that closes with a profile."""
+        """Return the force of a blade that closes.
+
+        Args:
+            tool: The scissors.
+            blade: The blade.
+            profile: Of its way, from 0 to 1.
+        """
         middle = np.clip(0.5 * (self.low + self.high), 0.0, 1.0)
         low = np.minimum(np.clip(self.low, 0.0, 1.0), middle - SHORTEST)
         high = np.maximum(np.clip(self.high, 0.0, 1.0), middle + SHORTEST)
