@@ -193,7 +193,7 @@ def test_a_closed_triangulated_convex_surface_is_rigid():
 
 def test_the_softest_bending_of_a_long_truss_is_not_taken_for_a_floppy_mode():
     axis = (np.zeros(3), np.array([132.0, 0.0, 0.0]))
-    mast = net("tube", axis, 0.1, 133, 3, "one")
+    mast = net("tube", axis, 0.1, 133, 3, diagonals="one")
     assert modes(*mast) == FloppyModes(0, 0, 6, checked=True)
 
 

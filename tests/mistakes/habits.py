@@ -411,7 +411,7 @@ MISTAKES = {
         "force of forceps A along (0, 0, 1) every 1 ms",
         "TIS303",
         "along (0, 0, 1)",
-        "outputs are whole vectors; a component is for conditions and studies",
+        "for a component, write: force(A along (1, 0, 0)) every 10 ms",
     ),
     "expect about": M(
         "> 1 mN at 0.3 s",

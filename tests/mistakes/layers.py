@@ -468,13 +468,6 @@ MISTAKES = {
         "at 1 kHz",
         'write "every 1 ms"',
     ),
-    "output as a call": M(
-        "force of forceps A every 1 ms",
-        "force(forceps A) every 1 ms",
-        "TIS312",
-        "force(forceps A)",
-        'write "force of forceps A"',
-    ),
     "measure as an output": M(
         "expect force(forceps A along (0, 0, 1)) >",
         "expect force of forceps A along (0, 0, 1) >",

@@ -13,7 +13,6 @@ SOLVER = (
     "contact_search",
     "crossings",
     "equations",
-    "event_queue",
     "field_matrices",
     "forces",
     "reference_run",
@@ -27,15 +26,12 @@ SOLVER = (
 )
 AROUND = {
     "compare",
-    "early_end",
     "engine_run",
     "events",
     "judge",
     "report",
-    "summary",
     "uncertainty",
     "validation",
-    "wording",
 }
 
 
