@@ -39,10 +39,12 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.forces import FORCES
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.laws import SPRING_LAWS
+from tissuec.laws.solid import SOLID_LAWS
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
 from tissuec.pipeline import check_request, compile_request
 from tissuec.results.fields import FIELDS
+from tissuec.scene.parts import PARTS
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
@@ -265,7 +267,7 @@ def families_stay():
     """Undo what a page adds to the families."""
     families = (
         MESHES, FORMATS, TOOLS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
-        PLOTS, FORCES, FORMULAS, FIELDS,
+        PLOTS, FORCES, FORMULAS, FIELDS, PARTS, SOLID_LAWS,
     )  # fmt: skip
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]

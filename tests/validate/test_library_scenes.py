@@ -17,6 +17,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
 SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
 LONG = {
     "artery",
+    "breast_lumps",
     "indentation",
     "ligature",
     "tubal_ligation",

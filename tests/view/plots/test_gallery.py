@@ -5,6 +5,7 @@ import shlex
 
 import pytest
 
+from benchmarks.rivals.__main__ import main as rivals
 from benchmarks.stability.__main__ import main as stability
 from tissuec.cli import group
 from tissuec.view.plots import PLOTS
@@ -16,6 +17,7 @@ MEANT = {
     "sterilisation.vtkhdf": "overview", "displacement of pressed along z": "x-y",
     "--spectrum": "spectrum", "--envelope": "envelope",
 }  # fmt: skip
+BENCHMARKS = {"benchmarks.rivals": rivals, "benchmarks.stability": stability}
 MOST = 1.2e6  # bytes of all pictures
 SHELL = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -36,8 +38,7 @@ def test_commands_can_be_typed(page):
         program, name, *words = shlex.split(line.partition(" > ")[0])
         if [program, name] == ["python", "-m"]:
             name, *words = words
-            assert name == "benchmarks.stability"
-            one = stability
+            one = BENCHMARKS[name]
         else:
             assert program == "tissuec"
             one = group.get_command(None, name)
