@@ -44,7 +44,7 @@ from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
 from tissuec.pipeline import check_request, compile_request
 from tissuec.results.fields import FIELDS
-from tissuec.scene.parts import PARTS
+from tissuec.scene.parts import PARTS, forget
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
@@ -275,6 +275,7 @@ def families_stay():
     for family, _, members in before:
         family._members.clear()
         family._members.update(members)
+    forget()
 
 
 @pytest.fixture

@@ -88,6 +88,11 @@ def declare(
         about, place, sort, read, more: Attributes of ``TextPart``.
     """
     PARTS.member(word)(TextPart(about=about, place=place, sort=sort, read=read, **more))
+    forget()
+
+
+def forget() -> None:
+    """Forget what was derived from the parts, because there are others now."""
     for known in (parts, blocks, _heads, entries_in):
         known.cache_clear()
 
