@@ -413,6 +413,20 @@ MISTAKES = {
         "along (0, 0, 1)",
         "for a component, write: force(A along (1, 0, 0)) every 10 ms",
     ),
+    "direction without brackets": M(
+        "force of forceps A every 1 ms",
+        "force(forceps A along 0 0 1) every 1 ms",
+        "TIS312",
+        "0 0 1",
+        'write "(0, 0, 1)"',
+    ),
+    "motion without by": M(
+        "move forceps A by (0 mm, 0 mm, lift)",
+        "move forceps A (0 mm, 0 mm, lift)",
+        "TIS312",
+        " ",
+        'write "by" before the vector',
+    ),
     "expect about": M(
         "> 1 mN at 0.3 s",
         "≈ 5 mN at 0.3 s",

@@ -45,10 +45,6 @@ class Habit(NamedTuple):
 _HABITS = (
     # outputs and measures
     Habit(
-        rf"^(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>[^()]+)\))(?: every\b| at\b| using\b)",
-        "an output has no parentheses", r"\g<what> of \g<whose>",
-    ),
-    Habit(
         rf"{_TIMED}(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>{_WORDS})\))(?:$| with\b| by\b)",
         "an action has no parentheses", r"\g<what> \g<whose>",
     ),
@@ -74,6 +70,15 @@ _HABITS = (
     Habit(
         rf"(?P<wrong>(?P<number>{_NUMBER}) ?\[(?P<unit>{_UNIT})\])",
         "a unit has no brackets", r"\g<number> \g<unit>",
+    ),
+    Habit(
+        r"\b(?:along|facing|by|through|around|at|from|to) "
+        rf"(?P<wrong>(?P<x>{_NUMBER}),? (?P<y>{_NUMBER}),? (?P<z>{_NUMBER}))(?!\d)",
+        "a vector has round brackets and commas", r"(\g<x>, \g<y>, \g<z>)",
+    ),
+    Habit(
+        rf"{_TIMED}(?:moved|move {_WORDS})(?<! by)(?<! along)(?P<wrong> ?)\([^()]*\)",
+        'the way of a motion follows "by"', " by ", 'write "by" before the vector',
     ),
     Habit(
         rf"(?P<wrong>\[(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})\]) ?{_UNIT}",

@@ -455,6 +455,11 @@ class Network(Struct, frozen=True, eq=False, dict=True):
             return next(body for body in self.bodies if body.name == name)
         return next(part for part in self.parts if spring < part.springs.stop)
 
+    def is_edge(self, spring: int) -> bool:
+        """Return whether a spring is an edge of an element."""
+        part = self.owner(spring)
+        return isinstance(part, BodyPart) and part.is_made_of_elements
+
     @property
     def edges(self) -> NDArray[np.bool_]:
         """Return which springs are edges of elements, shape (spring,)."""

@@ -12,6 +12,7 @@ from tissuec.core.units import LENGTH, TIME, show
 from tissuec.results.promise import Promise
 
 if TYPE_CHECKING:
+    from tissuec.model.network import Network
     from tissuec.results.recording import ExpectationResult
 
 
@@ -57,30 +58,33 @@ def stepping(manifest: Mapping[str, Any]) -> str:
     return f"{methods(statistics)}, {steps} ({code}), {manifest['wall_time']:.2f} s"
 
 
-def concerned(springs: Sequence[int], first_mark: int) -> tuple[int, str]:
-    """Return how many things an event concerned, and what they are: elements or springs.
+def concerned(springs: Sequence[int], network: "Network") -> tuple[int, str]:
+    """Return how many elements, edges of elements or springs an event concerned, and which.
 
     Args:
         springs: Of the event. Where there are marks of elements among them, all others are
             edges of these.
-        first_mark: Of the network: numbers from it on are marks.
+        network: The network.
     """
-    marks = sum(spring >= first_mark for spring in springs)
-    return (marks, "element") if marks else (len(springs), "spring")
+    marks = sum(spring >= network.first_mark for spring in springs)
+    if marks:
+        return marks, "element"
+    of_elements = bool(springs) and all(map(network.is_edge, springs))
+    return len(springs), "element edge" if of_elements else "spring"
 
 
 def springs_of_events(
-    events: Iterable[tuple[str, Sequence[int]]], first_mark: int
+    events: Iterable[tuple[str, Sequence[int]]], network: "Network"
 ) -> list[str]:
     """Return how many springs or elements events concerned: ``rupture: 3 springs``.
 
     Args:
         events: Kinds with the springs.
-        first_mark: As for ``concerned``.
+        network: The network.
     """
     counts: Counter[tuple[str, str]] = Counter()
     for kind, springs in events:
-        count, what = concerned(springs, first_mark)
+        count, what = concerned(springs, network)
         counts[kind, what] += count
     return [
         f"{kind}: {counted(count, what)}" for (kind, what), count in counts.items() if count

@@ -2,6 +2,7 @@
 
 import base64
 import zlib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -184,7 +185,8 @@ def test_springs_that_break_together_are_one_mark():
         Event(1.0, "cut", (1,), "cut it", ""),
     ]
     events += [Event(1.5, "rupture", (3, 20, 21), "too much", "")] * 2
-    found = marks(events, 2.0, 20)  # from 20 on, they are elements
+    # From 20 on, they are elements.
+    found = marks(events, 2.0, SimpleNamespace(first_mark=20, is_edge=lambda one: False))
     assert [mark.text for mark in found] == [
         "18 springs ruptured", "1 spring ruptured", "cut it: 1 spring", "4 elements ruptured",
     ]  # fmt: skip

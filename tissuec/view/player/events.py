@@ -1,12 +1,16 @@
 """Events as marks on a timeline."""
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from tissuec.core.errors import counted
 from tissuec.results.recording import Event
 from tissuec.results.wording import concerned
+
+if TYPE_CHECKING:
+    from tissuec.model.network import Network
 
 #: Shape of the mark -> kinds of events; what stands nowhere here is a ring.
 SIGNS = {
@@ -49,17 +53,17 @@ class Mark(Struct, frozen=True):
     text: str
 
 
-def marks(events: Iterable[Event], duration: float, first_mark: int) -> list[Mark]:
+def marks(events: Iterable[Event], duration: float, network: "Network") -> list[Mark]:
     """Return marks in order; springs or elements that break nearly together are one of them.
 
     Args:
         events: In the order of time.
         duration: Of the run [s].
-        first_mark: Of the network; see ``wording.concerned``.
+        network: The network.
     """
     found: list[tuple[Event, int, str]] = []
     for event in events:
-        many, what = concerned(event.springs, first_mark)
+        many, what = concerned(event.springs, network)
         last = found[-1][0] if found else None
         if (
             last is not None

@@ -234,8 +234,8 @@ def _pack_forces(film: PlayerData, pack: Pack, most: Mapping[str, float]) -> Non
 
 def _marks(trajectory: Trajectory, duration: float) -> list[Any]:
     """Return the events, as marks on the timeline."""
-    first = trajectory.network.first_mark
-    return [as_data(mark) for mark in marks(trajectory.events, duration, first)]
+    found = marks(trajectory.events, duration, trajectory.network)
+    return [as_data(mark) for mark in found]
 
 
 def _tools(film: PlayerData, pack: Pack) -> dict[str, Any]:

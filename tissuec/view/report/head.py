@@ -55,7 +55,7 @@ def sentence(content: ReportContent) -> Iterator[str]:
         yield wording.stepping(content.manifest)
     yield from wording.springs_of_events(
         ((one.kind, one.springs) for one in content.events),
-        content.trajectory.network.first_mark,
+        content.trajectory.network,
     )
     states = [one.state for one in content.expectations]
     if states and content.kind == "done" and "not recorded" not in states:

@@ -84,7 +84,7 @@ def _said(
     yield from (Fact("note", note) for note in outcome.notes)
     yield from _events(outcome, network, details=details)
     yield from wording.springs_of_events(
-        ((e.kind, e.springs) for _, e in outcome.logged_events), network.first_mark
+        ((e.kind, e.springs) for _, e in outcome.logged_events), network
     )
     expectations = [ExpectationResult(**one) for one in facts["expectations"]]
     for one in expectations:
@@ -125,7 +125,8 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
         return ""
     ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
-    return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
+    what = wording.concerned(springs, network)[1]
+    return f" of {what}{'s' if len(springs) > 1 else ''} {ids}{more}"
 
 
 def _accuracy(promise: Promise) -> Fact:
