@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 
 import pytest
 from click.testing import CliRunner
@@ -11,6 +13,16 @@ from tissuec.bench.solver import EngineSolver
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 
+#: Ends with 3 where threads are restricted before NumPy is loaded, with 4 where after.
+EARLY = """import sys
+from tissuec.cli import bench
+
+def seen():
+    raise SystemExit(4 if "numpy" in sys.modules else 3)
+
+bench.use_one_thread = seen
+bench.command(["scene.tis"], standalone_mode=False)
+"""
 SMALL = ("--tolerances", "1e-2,1e-4", "--repeat", "1", "--method", "dop853")
 
 
@@ -34,7 +46,7 @@ def call(tmp_path):
     return call
 
 
-def test_every_point_and_ratio_is_in_the_document(call):
+def test_every_point_is_in_the_document(call):
     code, out, _ = call(rod(), "--json", *SMALL, "--method", "Velocity Verlet")
     found = json.loads(out)
     assert (code, found["ok"]) == (0, True)
@@ -47,6 +59,10 @@ def test_every_point_and_ratio_is_in_the_document(call):
         assert point["error"] < 100.0 * point["tolerance"]
         assert point["seconds"] > 0.0
         assert point["evaluations"] > 0
+
+
+def test_threads_are_restricted_before_numpy_is_loaded():
+    assert subprocess.run([sys.executable, "-c", EARLY], check=False).returncode == 3
 
 
 def test_text_is_a_table_of_points(call):

@@ -86,13 +86,14 @@ def command(settings: Settings, **options: Any) -> Report:
     the plot is written to a file. Exit code: 0 done; 1 no reference could be computed; 2 the
     text or the command line is wrong.
     """
+    use_one_thread()  # before NumPy is loaded
     from tissuec.bench.bench import NONE, bench_report
 
     return measured(settings, NONE, bench_report, **options)
 
 
 def use_one_thread() -> None:
-    """Keep linear algebra to one thread, where it is not loaded yet."""
+    """Restrict linear algebra to one thread, unless NumPy is loaded already."""
     for name in THREADS:
         os.environ.setdefault(name, "1")
 
@@ -118,7 +119,6 @@ def measured(
         given: Options of scenes.
         asked: Options of ``bench``.
     """
-    use_one_thread()
     if plot is not None:
         from tissuec.view.plots.formats import check_suffix
         from tissuec.view.plots.page import need_matplotlib
