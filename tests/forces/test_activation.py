@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import fsolve
 
 import tissuec
-from tests.derivatives import forces, slopes
+from tests.derivatives import forces, slopes, stiffness
 from tests.validate.scenes import compiled_scene, validated
 from tests.whole_runs import same_when_resumed
 from tissuec.forces.activation import UNLIMITED, Activation, activated
@@ -68,11 +68,7 @@ def test_forces_and_matrix_follow_from_the_potential(name, limits):
     count = len(position)
     matrix = field.matrix(0.0, position, np.arange(count), count).toarray()
     for column in range(0, 3 * count, 17):
-        way = np.zeros(3 * count)
-        way[column] = 1e-6
-        way = way.reshape(-1, 3)
-        ahead, behind = (forces(field, position + sign * way) for sign in (1.0, -1.0))
-        by_force = (behind - ahead).ravel() / 2e-6
+        by_force = stiffness(field, position, column, 1e-6)
         np.testing.assert_allclose(
             matrix[:, column], by_force, atol=1e-6 * np.abs(matrix).max()
         )
