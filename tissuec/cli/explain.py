@@ -57,10 +57,11 @@ def command(
     """
     if CODE.fullmatch(subject):
         return _code_report(subject.upper())
+    from tissuec.compiler.graded_ranges import graded_ranges
     from tissuec.compiler.provenance import as_dict
     from tissuec.pipeline import compile_request, read_words
     from tissuec.scene.graded import mentions_graded
-    from tissuec.view.summaries.origins import origins_of
+    from tissuec.view.summaries.origins import graded_sections, origins_of
 
     request = given.request(Path(subject))
     words, warnings = read_words(request)
@@ -72,9 +73,6 @@ def command(
     if with_plan or with_bodies or is_graded:
         compiled, warnings = compile_request(request)
     if compiled is not None and is_graded:
-        from tissuec.compiler.graded_ranges import graded_ranges  # late: it looks at bodies
-        from tissuec.view.summaries.origins import graded_sections
-
         ranges = [*graded_ranges(compiled)]
         parts += graded_sections(ranges)
         document["graded"] = [*map(as_data, ranges)]

@@ -91,7 +91,7 @@ class Stages(ExitStack):
             self.close()
             self.stage = stage
             self.settings.say(f"{stage} …")
-            shown = not (self.settings.quiet or self.settings.json)
+            shown = self.settings.shows_progress
             line = RunProgress(stage, self.duration, shown=shown, compiles=stage == "run")
             self.line = self.enter_context(line)
         self.line.at(time)
