@@ -1,9 +1,8 @@
 """Costs of forces on elements, faces and volumes, as multiples of that of a spring.
 
 The table lists the processor time of an evaluation per item on one thread: the additional time
-    of a scene over the same scene without the feature. Scenes alternate with the tube of
-    springs of the publication; the numbers are medians of ratios. A second table compares
-    making and using the
+of a scene over the same scene without the feature. Scenes alternate with the tube of springs of
+the publication; the numbers are medians of ratios. A second table compares making and using the
 matrix of an implicit step with an evaluation. Takes some minutes.
 """
 

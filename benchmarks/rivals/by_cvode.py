@@ -30,7 +30,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
         """Return the unknowns at times within an interval and at its end.
 
         Raises:
-            SolverFailed: CVODE cannot go on.
+            SolverFailed: CVODE cannot continue.
         """
         cvode: Any = import_module("sksundae.cvode")
 
@@ -55,7 +55,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
         )
         first, last = np.array([kernel.start]), np.array([kernel.stop])
         inner = times[times > kernel.start]
-        # With two times only, it would tell all of its steps.
+        # With two times only, it would return all of its steps.
         inner = inner if len(inner) else 0.5 * (first + last)
         with _silence():
             found = solver.solve(np.concatenate([first, inner, last]), kernel.initial)

@@ -27,7 +27,7 @@ class SciPySolver(DrivenSolver, frozen=True):
         """Return the unknowns at times within an interval and at its end.
 
         Raises:
-            SolverFailed: SciPy's solver cannot go on.
+            SolverFailed: SciPy's solver cannot continue.
         """
         with np.errstate(all="ignore"):
             solve: Any = solve_ivp
@@ -46,7 +46,7 @@ class SciPySolver(DrivenSolver, frozen=True):
         return found.y.T[:-1], found.y[:, -1]
 
     def _matrix(self, kernel: Kernel) -> dict[str, Any]:
-        """Return what the method may know of its Jacobian."""
+        """Return the options that describe the Jacobian to the method."""
         if self.method == "LSODA":
             band = min(kernel.half_band, len(kernel.initial) - 1)
             return {"lband": band, "uband": band}

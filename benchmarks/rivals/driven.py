@@ -46,7 +46,7 @@ class DrivenSolver(Struct, frozen=True, eq=False):
         """Return the unknowns at times within an interval and at its end; see ``Integrate``.
 
         Raises:
-            SolverFailed: It cannot go on.
+            SolverFailed: It cannot continue.
             OutOfTime: The deadline has passed.
         """
         raise NotImplementedError

@@ -44,8 +44,8 @@ class BenchResult(Struct, frozen=True, eq=False):
     Attributes:
         floor: How well the reference is known; errors below it mean nothing.
         points: Of all solvers.
-        gaps: Who came to no point where, and why.
-        left_out: Sentences on solvers that were not asked.
+        gaps: Missing points, each with the reason.
+        left_out: Sentences on solvers that were left out.
     """
 
     problem: BenchProblem

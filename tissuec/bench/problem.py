@@ -93,7 +93,7 @@ class PositionRecorder(Recorder):
 
     @property
     def position(self) -> Floats:
-        """Return what was recorded [m], shape (row, node, 3)."""
+        """Return the recorded positions [m], shape (row, node, 3)."""
         none = np.zeros((0, self.network.node_count, 3))
         return np.concatenate([none, *self._rows])
 

@@ -1,4 +1,4 @@
-"""Solvers of a bench: what they are, and the engine as one of them."""
+"""Solvers of a bench: their protocol, and the engine as one of them."""
 
 import time as clock
 from typing import Protocol

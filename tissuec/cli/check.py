@@ -47,7 +47,7 @@ def _counted(diagnostics: list[Diagnostic]) -> str:
 
 
 def _check(path: Path, given: SceneOptions) -> tuple[list[Diagnostic], str]:
-    """Return what is to be said about a file, and how large its scene is."""
+    """Return the diagnostics of a file, and the size of its scene."""
     from tissuec.compiler.net_checks import uncounted
     from tissuec.pipeline import check_request
 

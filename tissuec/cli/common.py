@@ -127,7 +127,7 @@ class Settings(Struct, frozen=True):
 
 
 class Reports(Struct, frozen=True):
-    """Reports on several subjects, each printed as soon as it is there.
+    """Reports on several subjects, which are printed one by one when they are complete.
 
     Attributes:
         is_list: Whether the JSON document is a list; otherwise it is that of the only report.
@@ -342,7 +342,7 @@ def scene_options(function: F) -> F:
 
 
 def worker_options(function: F) -> F:
-    """Add what says who does the work of a command that has much of it."""
+    """Add the options that select the workers of a command with many runs."""
     function = click.option(
         "--scheduler",
         metavar="ADDRESS",

@@ -159,7 +159,7 @@ def _check_usage(
 def _tables(
     trajectory: "Trajectory", names: tuple[str, ...], output: Path | None, *, as_data: bool
 ) -> dict[str, Any]:
-    """Write tables as CSV; return what ``--json`` says of it: the tables, or where they are."""
+    """Write tables as CSV; return the JSON document: the tables, or their file."""
     from tissuec.results.export import table_data, table_names, table_rows, write_csv
 
     names = names or tuple(trajectory.logs)
@@ -184,7 +184,8 @@ class _Series(Struct, frozen=True):
 
     Attributes:
         times: Of the frames [s].
-        write: Writes a frame of some kind to a file; what the numbered name ends with is known.
+        write: Writes a frame; takes its number, the format, the file, and the ending of a
+            numbered name.
         save: Writes all frames to one file.
         left_out: Sentences about what is not written.
     """
@@ -203,7 +204,7 @@ def _shapes(shape: "Callable[[int], ExportedShape]") -> Callable[[int, str, Path
 
 
 def _blocks(trajectory: "Trajectory", output: Path | None) -> dict[str, Any]:
-    """Write a blocks file; return what ``--json`` says of it."""
+    """Write a blocks file; return the JSON document."""
     from tissuec.results.blocks.file import write_blocks
 
     assert output is not None
@@ -412,7 +413,7 @@ def _write_table(table: Any, names: tuple[str, ...], kind: str, output: Path | N
 
 
 def _csv(table: Any, names: tuple[str, ...]) -> str:
-    """Return the whole table as it is read again, or single columns as a plain table."""
+    """Return the whole table in the format that can be read again, or columns as plain CSV."""
     from tissuec.studies.table import rows_of
     from tissuec.studies.table_text import as_csv
 

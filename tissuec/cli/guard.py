@@ -40,7 +40,7 @@ def run_guarded(command: click.Command) -> int:
 
 
 def _judged(error: BaseException) -> tuple[int, str]:
-    """Return the exit code for an error, and what is to be said."""
+    """Return the exit code for an error, and its message."""
     match error:
         case click.ClickException():
             return WRONG_TEXT, error.format_message()

@@ -118,7 +118,7 @@ def _examined(
     thickness: float | None,
     settings: Settings,
 ) -> "Examination":
-    """Return the results of a tissue; show each row as soon as it is available."""
+    """Return the results of a tissue; show each row once it is measured."""
     from tissuec.analysis.lab import laboratory, report
 
     settings.show(report.head(tissue))

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from tissuec.workers.workers import Workers
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
-KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
+KEPT = ".learning"  # after the name of a preset: the state of an interrupted fit
 
 
 @click.command(cls=Command)
@@ -230,7 +230,7 @@ class _Task(Struct, frozen=True):
         Args:
             document: What was learnt.
             files: The written files.
-            doubt: Why it should not be used.
+            doubt: The reason why it should not be used, if there is one.
             is_fine: Whether the doubt does not matter.
         """
         parts: list[Part] = [Fact("", f"wrote {file}", "remark") for file in files]

@@ -29,7 +29,7 @@ def command(
     if vsix is not None:
         return _write(vsix)
     try:
-        import_module("pygls.lsp.server")  # told here, before anything else is loaded
+        import_module("pygls.lsp.server")  # reported here, before anything else is loaded
     except ImportError:
         raise TissueError(
             'the language server needs pygls: pip install "tissuec[lsp]"'

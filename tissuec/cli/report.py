@@ -135,7 +135,7 @@ def _write(
     result: Path, page: Path, validation: Path | None, libraries: tuple[Path, ...],
     settings: Settings, *, validates: bool,
 ) -> "tuple[ReportContent, int]":  # fmt: skip
-    """Write one page; return what it tells, and the exit code."""
+    """Write one page; return its content, and the exit code."""
     from tissuec.analysis.result_scene import recompile
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.report.content import ReportContent

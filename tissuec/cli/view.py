@@ -55,7 +55,7 @@ class ViewCommand(Command):
         """Parse the command line.
 
         Raises:
-            UsageError: An option of a picture has no name of a picture behind it.
+            UsageError: An option of a picture is not followed by the name of a picture.
         """
         written = tuple(args)  # which click uses up
         try:
@@ -268,7 +268,7 @@ def _pages(results: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
 
 
 def _check_replaceable(page: Path) -> None:
-    """Check that a page replaces nothing but pages of ours; TissueError."""
+    """Check that a page replaces only pages of tissuec; TissueError."""
     if not page.exists() or not page.is_file() or not page.stat().st_size:
         return
     with open(page, "rb") as file:
@@ -296,7 +296,7 @@ class ViewOptions(Struct, frozen=True):
 
 
 def _show(result: Path, page: Path | None, wish: ViewOptions, settings: Settings) -> Report:
-    """Write what is asked for of one result, and return what there is to say of it."""
+    """Write the requested files of one result, and return the report."""
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.player.reading import read_film
 
@@ -322,7 +322,7 @@ def _show(result: Path, page: Path | None, wish: ViewOptions, settings: Settings
 def _check_section(
     film: "PlayerData", trajectory: "Trajectory", wish: "ViewOptions"
 ) -> list[Part]:
-    """Check that a section meets bodies when they are shown; return what it leaves open."""
+    """Check that a section meets bodies when they are shown; return notes on hollow bodies."""
     from tissuec.view.section.film_section import check_plane
 
     plane, time = wish.options.section, wish.options.time
@@ -405,7 +405,7 @@ def _draw(
 
 
 def _progress(settings: Settings) -> Callable[[int, int], None]:
-    """Return what is told which picture is drawn, for people who wait at a terminal."""
+    """Return the function that shows at a terminal which picture is drawn."""
     if settings.quiet or not sys.stderr.isatty():
         return lambda number, count: None
     clear = "\r\033[K"

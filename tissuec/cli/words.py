@@ -16,7 +16,7 @@ from tissuec.cli.common import (
 )
 from tissuec.cli.completing import shipped_names
 from tissuec.core.data import as_data
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.files import write_file
 from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
@@ -94,7 +94,7 @@ def command(
 
 
 def _explore(request: "Request", path: Path, target: Path, opens: bool) -> Report:
-    """Write the page that explores a vocabulary, and show it if so wished."""
+    """Write the page that explores a vocabulary, and show it if requested."""
     from tissuec.view.explorer.page import document, render
 
     check_page_name(target)
@@ -139,7 +139,7 @@ def _scale(kind: str, named: "NamedScale") -> dict[str, Any]:
 
 
 def _meaning(axis: "Axis", shape: "Shape", dimension: Dimension) -> dict[str, Any]:
-    """Return what a word stands for and from where to where it can reach, in SI units."""
+    """Return the value of a word and the range that it can reach, in SI units."""
     means, low, high = axis.value_of(shape), *axis.reach_of(shape)
     shown = [show(value, dimension) for value in (means, low, high)]
     return {"means": means, "from": low, "to": high, "shown": shown}
@@ -208,15 +208,14 @@ def _read(text: str) -> "Mapping[str, AssignedQuantity]":
 
 def _find(words: "ResolvedProgram", name: str, libraries: tuple[Path, ...]) -> "Tissue":
     """Return a tissue of the file of the vocabulary, of another file, or of the library."""
-    from tissuec.core.errors import CompileError
     from tissuec.core.resources import library
     from tissuec.pipeline import read_words
     from tissuec.scene.request import Request
 
     key = key_of(name)
-    known = {} if key not in words.tissues else {key: words.tissues[key]}
-    if known:
-        return known[key]
+    if key in words.tissues:
+        return words.tissues[key]
+    known: dict[str, Tissue] = {}
     files = [path for path in (Path(name), Path(f"{name}.tis")) if path.is_file()]
     for folder in (*libraries, library()):
         files += sorted((folder / "matter").glob("*.tis")) or sorted(folder.glob("*.tis"))

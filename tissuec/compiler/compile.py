@@ -349,7 +349,10 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
 def _cells(
     mesh: Generator | None, placement: Affine | None
 ) -> Callable[[], tuple[NDArray[np.int32], NDArray[np.int32]]] | None:
-    """Return what gives the cells of a body, whose faces look outwards; None without cells."""
+    """Return the function that computes the cells of a body; None if there are no cells.
+
+    Faces of cells point outwards.
+    """
     if not isinstance(mesh, Celled):
         return None
     if placement is None or not placement.is_mirrored:

@@ -58,7 +58,7 @@ class ElementMarks(Struct, frozen=True, eq=False):
 
     @property
     def resistance(self) -> SpringResistance:
-        """Return what blades need to cut them, which is nothing."""
+        """Return the cutting resistance of the marks, which is zero."""
         return SpringResistance.none(len(self.springs.ids))
 
     @classmethod

@@ -90,7 +90,7 @@ class MaterialReader:
         return with_bending(self.drawing, self.parts, self.springs, arrays | self._inelastic())
 
     def resistance(self) -> SpringResistance:
-        """Return what blades need to cut the springs."""
+        """Return the cutting resistance of the springs."""
         each, given = resistance_of_parts(self.parts), self.parts.found("spring constant")
         of_matter = [one for one in given if one is not None and one.quantity.is_of_matter]
         if not each.any() or not of_matter:
@@ -297,7 +297,7 @@ class MaterialReader:
     def _from_matter(
         self, given: AssignedQuantity, amount: Floats, own: NDArray[np.bool_]
     ) -> Floats:
-        """Return what follows for springs from a quantity of matter, shape (spring,).
+        """Return the values for springs that follow from a quantity of matter, shape (spring,).
 
         Args:
             given: The quantity.

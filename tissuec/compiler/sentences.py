@@ -40,7 +40,7 @@ class SentenceOrder(ClauseReader):
         self.tools = tools
 
     def action(self) -> Action:
-        """Return what the sentence does."""
+        """Return the action of the sentence."""
         action = self.read().action(self)
         self.finish()
         return action

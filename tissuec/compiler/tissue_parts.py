@@ -378,7 +378,7 @@ class TissueParts:
                 )
 
     def added_by_fibres(self, given: AssignedQuantity) -> float:
-        """Return what fibres add to the Young's modulus of springs, as a part of it.
+        """Return the contribution of fibres to the Young's modulus of springs, as a part of it.
 
         Args:
             given: Any quantity of the tissue.

@@ -227,7 +227,7 @@ def _with_limit(entry: Span) -> Hint:
 
 
 def _measured(measure: str, declarations: Declarations) -> Iterator[s.Name]:
-    """Yield what a measure is taken of in expectations, conditions and outputs."""
+    """Yield the subjects of a measure in expectations, conditions and outputs."""
     single = declarations.single
     asked = [single[kind].items for kind in ("script", "output") if kind in single]
     for part in walk((*declarations.expects, *asked)):

@@ -98,7 +98,7 @@ class KernelInputs:
         return self.acting.springs
 
     def inwards(self, vector: Floats) -> Floats:
-        """Return what nodes have, in any unit, flat, as ``Layout.inwards`` does.
+        """Return the values of nodes, in any unit, as a flat array; see ``Layout.inwards``.
 
         Args:
             vector: Numbers or vectors, shape (node,) or (node, 3).

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from tissuec.model.network import Floats
 
-MANY = 1000  # pairs; fewer cost less than what listing them anew does
+MANY = 1000  # pairs; for fewer, listing again costs more than it saves
 NARROW = 0.0625  # of the longest distance, to begin with
 OFTEN, SELDOM = 60, 600  # steps between two lists; below, they are widened
 

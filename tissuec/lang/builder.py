@@ -120,7 +120,7 @@ class Builder:
         )
 
     def listed(self, children: list[Any]) -> s.Name:
-        """Return what stands before a union, and its names."""
+        """Return the words before a union, with the names in it."""
         name, _open, *names, _close = children
         return replace(name, span=self._span(name, children[-1]), listed=tuple(names))
 
@@ -254,7 +254,7 @@ class Builder:
         return s.Definition(name, tuple(parameters), value, self._span(let, value))
 
     def recording(self, children: list[Any]) -> s.RecordedCall:
-        """Return what is measured, with its clauses."""
+        """Return the recorded measure, with its clauses."""
         clauses = tuple(one for one in children if isinstance(one, s.Clause))
         name, *rest = children[: len(children) - len(clauses)]
         arguments = tuple(one for one in rest if isinstance(one, s.Argument))

@@ -56,5 +56,5 @@ def _behind_is(statement: Statement) -> str:
 
 
 def _chosen(items: Iterable[Statement], entry: str) -> str:
-    """Return what is chosen for an entry among the items of a block; nothing without one."""
+    """Return the choice for an entry among the items of a block; empty if there is none."""
     return next((_behind_is(item) for item in items if entry in item.words[:1]), "")

@@ -40,7 +40,7 @@ def _term(entry: Entry) -> Term:
 
 
 def _begins(name: str, forms: Iterable[str]) -> str:
-    """Return what stands behind the name in all forms; a quote, if any has one."""
+    """Return the text after the name in all forms; a quote, if any form has one."""
     rest = [form.removeprefix(name).split()[:1] for form in forms]
     first = {word for words in rest for word in words}
     if not all(rest):

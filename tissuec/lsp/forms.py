@@ -114,7 +114,7 @@ def _names(part: SubjectPart | ToolClause) -> tuple[str, ...]:
 
 
 def _expected(form: VerbForm, word: str, part: Part) -> Expected:
-    """Return what can be written behind a joining word of a verb."""
+    """Return the possible values after a joining word of a verb."""
     dimension = form.dimension_of(word)
     match part:
         case SubjectPart() | ToolClause():

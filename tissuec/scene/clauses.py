@@ -87,14 +87,14 @@ class ClauseReader:
     # --- the whole sentence -------------------------------------------------------------------
 
     def read(self) -> VerbSentence:
-        """Return what the sentence says, by the first of its forms that fits."""
+        """Return the content of the sentence, by the first form that fits."""
         form = self.choose()
         if form.cases is not None and not form.cases.word:
             self.object = behind(self.object, form.literal)
         return self.read_form(form)
 
     def read_form(self, form: VerbForm) -> VerbSentence:
-        """Return what the sentence says in one form, which may have a part of its clauses."""
+        """Return the content of the sentence in one form, which may use only some clauses."""
         self.form = form
         for word, refusal in form.kind.refused.items():
             is_of_sine = word == "of" and "using" in self.clauses
@@ -221,7 +221,7 @@ class ClauseReader:
     # --- parts --------------------------------------------------------------------------------
 
     def _part(self, name: str, part: Part) -> Any:
-        """Return what is written for a part; None if it need not be and is not."""
+        """Return the value of a part; None if it is optional and not written."""
         match part:
             case LastingPart():
                 self._lasts = True
@@ -277,11 +277,11 @@ class ClauseReader:
         self.reject("TIS304", what, hint=hint, word=word)
 
     def read_other(self, part: Part, *, is_optional: bool) -> Any:
-        """Return what is written for a part that not all sentences have.
+        """Return the value of a part that not all sentences have.
 
         Args:
             part: The part.
-            is_optional: Whether it need not be written.
+            is_optional: Whether it can be omitted.
 
         Raises:
             TypeError: Such a sentence does not have parts of this kind.
@@ -385,7 +385,7 @@ class ClauseReader:
         self.scope.expect(value, dimension, place, what=self.called(word))
 
     def called(self, word: str) -> str:
-        """Return what the value behind a joining word is called in messages."""
+        """Return the name of the value after a joining word, for messages."""
         return f"the value after {word}"
 
     def _number(self, part: NumberClause) -> float:
@@ -479,12 +479,12 @@ class ClauseReader:
 def read_sentence(
     sentence: s.Sentence, first: str, kind: type[T], scope: Scope, text: str
 ) -> T:
-    """Return what a sentence says that is not about a network.
+    """Return the content of a sentence that is not about a network.
 
     Args:
         sentence: The syntax node.
         first: Its first words.
-        kind: The class of what it says.
+        kind: The class of its content.
         scope: Names and findings of the scene.
         text: Its form, for messages.
     """

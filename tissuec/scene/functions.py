@@ -62,7 +62,7 @@ class Functions:
         return cast(T, self._replaced(node, ())) if self._definitions else node
 
     def check(self) -> None:
-        """Report what is wrong with functions, also with those that nobody calls."""
+        """Report the errors of functions, including those that are never called."""
         for key in self._definitions:
             with self._findings.item():
                 self._value(key)
@@ -82,8 +82,8 @@ class Functions:
         """Return a part of a tree with values in calls, and parameters by number.
 
         Args:
-            node: A node, a tuple, or what is neither.
-            parameters: Names that stand for parameters, by key.
+            node: A node, a tuple, or any other value.
+            parameters: Keys of the names of parameters.
         """
         match node:
             case tuple():

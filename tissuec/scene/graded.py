@@ -138,7 +138,7 @@ def graded_of(tissue: Tissue, graded: Graded) -> AssignedQuantity | None:
 def graded_tissue(tissue: Tissue | None, graded: Sequence[Graded]) -> Tissue | None:
     """Return a tissue with formulas in place of some of its numbers.
 
-    Its quantities are objects of their own, so that each can be told from that of the tissue.
+    Its quantities are separate objects, so that none is identical to that of the tissue.
 
     Args:
         tissue: The tissue; None without one.
@@ -155,7 +155,7 @@ def graded_tissue(tissue: Tissue | None, graded: Sequence[Graded]) -> Tissue | N
 
 
 def graded_by(bodies: Iterable[Body], tissue: str, key: str) -> Graded | None:
-    """Return what a body or a region grades of a tissue; None if none does.
+    """Return the formula that a body or a region has for a quantity of a tissue, if any.
 
     Args:
         bodies: Of the scene.

@@ -171,7 +171,7 @@ class LearnReader(ClauseReader):
         self.own, self.about = NUMBER, ""
 
     def get(self, kind: type[T], *, is_last: bool = True) -> T:
-        """Return what the sentence says in the parts of a class.
+        """Return the content of the sentence in the parts of a class.
 
         Args:
             kind: The class, one of ``kinds``.

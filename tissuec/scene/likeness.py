@@ -96,7 +96,7 @@ def _base(declared: Declared, findings: Findings) -> s.Name | None:
 
 
 def _key(item: s.Item) -> str:
-    """Return what an item says of a body; "" if several such items hold."""
+    """Return the subject of an item of a body; "" if several such items can hold."""
     if not isinstance(item, s.Assign | s.Sentence | s.Block):
         return ""
     key = item.name.key

@@ -333,7 +333,7 @@ class Body(Struct, frozen=True, eq=False):
 
     @property
     def whole_placement(self) -> Affine | None:
-        """Return what is done with the mesh in all; None if it stays where it is."""
+        """Return the total placement of the mesh; None if it stays where it is."""
         if self.mesh_placement is None or self.placement is None:
             return self.placement or self.mesh_placement
         return self.mesh_placement.then(self.placement)

@@ -26,7 +26,7 @@ class PlacementForm(Struct, frozen=True):
     """How an entry that places a mesh is written.
 
     Attributes:
-        form: With the words that stand for values.
+        form: The form, with placeholders for values.
         example: As it could be written.
         about: What it does.
         synonyms: Other words for it.
@@ -89,7 +89,7 @@ def is_placement(item: s.Item) -> bool:
 
 
 def read_placement(items: Sequence[s.Item], scope: Scope) -> Affine | None:
-    """Return what entries do with a mesh, one after the other; None without any."""
+    """Return the combined placement by entries, in their order; None without any."""
     found: Affine | None = None
     for item in items:
         with scope.findings.item():

@@ -1,8 +1,8 @@
 """``repeat i from 1 to 8 { … }``: statements that are written once and hold several times.
 
-The index stands for its value: as a number where a number can be, and as a word of any name, so
-that ``stitch i`` becomes "stitch 1", "stitch 2" and so on. In quotes it is written in braces,
-also with a number added or subtracted: ``"stitch {i}"``, ``"stitch {i + 1}"``.
+The index is replaced by its value: as a number where a number is possible, and as a word of any
+name, so that ``stitch i`` becomes "stitch 1", "stitch 2" and so on. In quotes it is written in
+braces, also with a number added or subtracted: ``"stitch {i}"``, ``"stitch {i + 1}"``.
 
 Every copy has the places of what is written, with the value of the index, so that a finding
 shows both.
@@ -31,7 +31,7 @@ declare(
     example=EXAMPLE, within=("body", "script", "output", "learn", "study", "environment"),
 )  # fmt: skip
 MOST = 10_000  # copies of the statements of one text
-#: Words that stand for something else in conditions.
+#: Words that have another meaning in conditions.
 _TAKEN = ("x", "y", "z", "id", "length")
 #: Fields of nodes that hold names, and no numbers.
 _NAMES = frozenset(("name", "function", "quantity", "words", "listed"))
@@ -166,7 +166,7 @@ class _Copy(Struct, frozen=True):
     """One value of an index.
 
     Attributes:
-        index: The word that stands for it.
+        index: The word that it replaces.
         value: A number or a word.
     """
 

@@ -108,7 +108,7 @@ def resolve(
 
 
 def _read_blocks(words: ResolvedProgram) -> dict[str, dict[str, Any]]:
-    """Return what blocks contain whose declarations say how they are read, by kind and name."""
+    """Return the contents of blocks whose declarations have a reader, by kind and name."""
     declarations, findings = words.declarations, words.constants.findings
     found: dict[str, dict[str, Any]] = {}
     for kind, part in parts("named").items():

@@ -47,9 +47,10 @@ class VerbSentence(Struct, frozen=True):
     span: Span
 
     def action(self, order: Order) -> Action:
-        """Return what the sentence does, which is this value itself unless a subclass differs.
+        """Return the action of the sentence: this value itself, unless a subclass differs.
 
-        What no declaration can say is checked here, and refused by ``order.reject``.
+        Conditions that no declaration can express are checked here; ``order.reject`` reports
+        violations.
         """
         return cast(Action, self)
 

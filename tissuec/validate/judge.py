@@ -135,7 +135,7 @@ def _breach(quantity: QuantityError) -> str:
 
 
 def _doubts(known: EstimatedReference, tolerance: float | None) -> list[str]:
-    """Return what is not known of the reference itself."""
+    """Return sentences on the uncertainty of the reference itself."""
     error = known.uncertainty[-1]
     if tolerance is None:
         return [f"the reference itself is accurate to {error:.1e} of the largest displacement"]

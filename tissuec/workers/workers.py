@@ -73,7 +73,7 @@ class CommonCache(local, Generic[Common, Result]):
         self._made: tuple[Common, Result] | None = None
 
     def of(self, common: Common) -> Result:
-        """Return the result for an argument; made anew if it is another object."""
+        """Return the result for an argument; recomputed if it is another object."""
         if self._made is None or self._made[0] is not common:
             self._made = common, self._make(common)
         return self._made[1]

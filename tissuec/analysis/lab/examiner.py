@@ -17,7 +17,7 @@ DEPENDS = "depends on the mesh"
 OTHERS: dict[str, Dimension] = {"relaxed in all": units.NUMBER, "time in all": units.TIME}
 #: Results of a test, by quantity.
 Values: TypeAlias = dict[str, float]
-#: Callback for each row as soon as it is available.
+#: Called with each row once it is measured.
 Listener: TypeAlias = Callable[[TestRow], None]
 
 

@@ -58,7 +58,7 @@ def examine(
         tissue: The tissue.
         spacing: Length of cells, if its quantities belong to springs [m].
         thickness: Of strips of a sheet [m]; None for bars.
-        listener: Callback for each row as soon as it is available.
+        listener: Called with each row once it is measured.
 
     Raises:
         TissueError: It has no stiffness, or none that depends on a thickness.

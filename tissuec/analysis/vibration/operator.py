@@ -159,7 +159,7 @@ def operator_of(balance: Balance, bars: Bars) -> Operator:
     )
 
 
-LEAF = 32  # nodes that are not halved any more
+LEAF = 32  # nodes that are not divided further
 
 
 def dissected(position: Floats, joined: csr_matrix) -> Indices:

@@ -1,9 +1,8 @@
-"""HDF5 files: results of tissuec, and H5MD files of others.
+"""Data from HDF5 files: results of tissuec, and H5MD files of other programs.
 
-H5MD files of others: positions of particles, and observables.
-
-De Buyl, Colberg and Höfling, "H5MD: a structured, efficient, and portable file format for
-molecular data", Comput. Phys. Commun. 185 (2014) 1546. Without a unit, numbers are in SI units.
+Of results, frames and logs are read; of H5MD files, positions of particles and observables. In
+H5MD files, numbers without a unit are in SI units. (P. de Buyl, P. H. Colberg, F. Höfling,
+Comput. Phys. Commun. 185:1546, 2014.)
 """
 
 from collections.abc import Sequence

@@ -1,10 +1,10 @@
-"""What a fit tells: estimates with their intervals, what is left of the data, and remarks.
+"""The assessment of a fit: estimates with their intervals, residuals, and remarks.
 
-Remarks name what is likely wrong with a measurement: scale, clock, zero, or an expected value.
-A wrong scale of a fit changes what is measured by a multiple of the prediction, a wrong clock
-by one of its rate, a zero by a constant. Each is tried as a further parameter of the linearised
-fit (a score test, C. R. Rao, Proc. Cambridge Phil. Soc. 44:50, 1948). What is reported is
-certain even with correlated noise, and explains what the residuals show.
+Remarks name likely errors of a measurement: its scale, clock or zero, or an expected value. A
+wrong scale changes measured values by a multiple of the prediction, a wrong clock by a multiple
+of its rate, a wrong zero by a constant. Each is tested as a further parameter of the linearised
+fit (a score test, C. R. Rao, Proc. Cambridge Phil. Soc. 44:50, 1948). Only errors that are
+certain even with correlated noise, and that explain the residuals, are reported.
 """
 
 from collections.abc import Callable, Iterator, Sequence

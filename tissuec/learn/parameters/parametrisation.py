@@ -1,7 +1,7 @@
 """From parameters to the numbers of a net, with derivatives.
 
-Parameters of ``adjust`` entries stand first, in the order of the entries; those of words come
-next. All are 0 at the beginning.
+Parameters of ``adjust`` entries come first, in the order of the entries; those of words follow.
+All are 0 at the beginning.
 
 Preserved volumes follow from start positions: a cell keeps the volume V0 = V(x) as drawn, so V0
 changes by ∂V/∂x δx when start positions change by δx.

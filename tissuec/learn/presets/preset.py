@@ -1,9 +1,8 @@
 """The preset that a learning writes: a text of the language, and files beside it.
 
-Numbers of single springs and nodes as tables beside a preset.
-
-The language gives single springs numbers of their own only where their whole net is typed in.
-So these tables are for people and for other programs; they have exactly what was learnt.
+Numbers of single springs and nodes are written as tables beside the preset, with all digits: a
+text can give single springs numbers of their own only if it lists their whole net. These tables
+are for people and other programs.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

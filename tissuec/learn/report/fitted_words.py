@@ -15,7 +15,7 @@ HEAD = ("quantity of tissue", "number", "from words, before", "from words, after
 
 
 def fitted_parts(learnt: LearntVocabulary) -> list[Part]:
-    """Return what was learnt."""
+    """Return the fitted numbers, moved words, changed weights and notes."""
     ended = learnt.reason if learnt.converged else f"NOT CONVERGED, {learnt.reason}"
     return [
         f"learn {learnt.fit.name}: {ended}",

@@ -19,7 +19,7 @@ DATA = ("data", "error", "points", "residuals")
 
 
 def learnt_parts(learnt: Learnt, moved: list[Drift] | None = None) -> list[Part]:
-    """Return what was learnt.
+    """Return the estimates, moved words, residuals and notes of a learning.
 
     Args:
         learnt: The learning.

@@ -1,7 +1,7 @@
 """Revision of rules, one change after another, as long as the error of held-out rows falls.
 
-What was fitted is met better by nearly any change; only what was not seen can tell a better
-rule from one that fits the noise.
+Nearly any change improves the fit to fitted rows; only held-out rows distinguish a better rule
+from one that fits the noise.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping

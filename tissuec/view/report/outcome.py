@@ -100,7 +100,7 @@ def _changes(statistics: Any) -> Html | None:
 
 
 def _recorded(content: ReportContent) -> Html:
-    """Return what the file holds."""
+    """Return the contents of the file."""
     facts = content.facts
     frames = facts["frames"]
     rows = [row("frames", f"{frames['count']:,}", f"{frames['nodes']:,} nodes", _span(frames))]

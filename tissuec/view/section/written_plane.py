@@ -97,7 +97,7 @@ def _wrong(text: str, before: int, finding: Diagnostic) -> ValueError:
 
     Args:
         text: As it was written.
-        before: NumberClause of characters before it in what was read.
+        before: Number of characters before it in the text that was parsed.
         finding: The error.
     """
     assert finding.span is not None

@@ -104,7 +104,7 @@ def _said(
 
 
 def _events(outcome: "Outcome", network: "Network", *, details: bool) -> Iterator[Fact]:
-    """Yield what conditions did, notes, and what slips or leaks first; or all events."""
+    """Yield notes, events of conditions, and first slips and leaks; or all events."""
     known: set[str] = set()
     doubted = {doubt.what for doubt in outcome.doubts}
     for time, event in outcome.logged_events:
