@@ -298,7 +298,7 @@ _HABITS = (
     ),
     Habit(
         rf"^let (?P<wrong>(?P<what>{_WORDS}) ?\( ?\)) ?=",
-        "a function has a parameter at least; without one it is a number", r"\g<what>",
+        "a function has at least one parameter; without one it is a number", r"\g<what>",
     ),
     Habit(
         r"^(?P<wrong>def|function)\b.*",

@@ -246,7 +246,7 @@ class Functions:
             f'there is no function called "{name}"',
             call.function.span,
             hint=did_you_mean(name, (*self.known, *FUNCTIONS))
-            or "functions are of numbers; what is measured is an argument, as in "
+            or "functions take numbers; to use a measure, pass it as an argument, as in "
             f"{definition.name.text}({call.span.one_line})",
         )
 

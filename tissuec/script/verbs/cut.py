@@ -158,7 +158,7 @@ class Cut(Struct, frozen=True):
 
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
     first point to its second. Springs are cut in the order of their positions at the beginning
-    of the cut; the remaining ones at its end. The scissors feel the force that this needs.
+    of the cut; the remaining ones at its end. The force that this needs acts on the scissors.
     """
 
     meant: ClassVar[str] = "slice incise transect divide sever snip resect"
