@@ -2,9 +2,6 @@
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from msgspec import Struct
-
-from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, PRESSURE
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
@@ -20,25 +17,12 @@ from tissuec.script.parts import (
     SubjectPart,
 )
 from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent
+from tissuec.script.verbs.acting import EndActing, free_name
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
     from tissuec.forces.activation import Activation
-
-
-class EndActivation(Struct, frozen=True):
-    """The end of an activation for an interval, unless it was stopped earlier."""
-
-    keys: tuple[str, ...]
-    span: Span
-
-    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        acting = [state.blocks[key] for key in self.keys if key in state.blocks]
-        if not acting:
-            return ()
-        state.remove(*acting)
-        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
 @VERBS.member("activate")
@@ -120,27 +104,10 @@ class Activate(VerbSentence, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
-        made = self.made(state.network, self._free_name(state, stop), profile)
+        what = f"the activation of {self.group.name}"
+        name = free_name(what, state.blocks, state.time, stop)
+        made = self.made(state.network, name, profile)
         state.put(*(one.block for one in made))
         if self.duration is not None:
-            queue.add(stop, EndActivation(tuple(one.key for one in made), self.span))
+            queue.add(stop, EndActing(tuple(one.key for one in made), self.span))
         return (LoggedEvent("activate", (), sentence(self.span), self.span),)
-
-    def _free_name(self, state: State, stop: float) -> str:
-        """Return the beginning of a name that no other activation has, had or will have."""
-        name = f"the activation of {self.group.name} from {state.time!r} s to {stop!r} s"
-        count = 1
-        while any(key.startswith(f"{name} #{count} ") for key in state.blocks):
-            count += 1
-        return f"{name} #{count}"
-
-
-def stop_activating(state: State, name: str) -> bool:
-    """End every activation of a set or body; return whether there was one."""
-    ended = [
-        block
-        for block in state.blocks.values()
-        if block.kind == "activation" and block.field.name == name
-    ]
-    state.remove(*ended)
-    return bool(ended)

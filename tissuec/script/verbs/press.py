@@ -2,9 +2,6 @@
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from msgspec import Struct
-
-from tissuec.core.source import Span
 from tissuec.core.units import PRESSURE
 from tissuec.forces.pressed_sides import NoSide, Pressed, pressed_faces
 from tissuec.mechanics.state import State
@@ -23,26 +20,12 @@ from tissuec.script.parts import (
     direction,
 )
 from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent
+from tissuec.script.verbs.acting import EndActing, free_name
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
     from tissuec.forces.pressure import SurfacePressure
-
-_FROM = " from "
-
-
-class EndPress(Struct, frozen=True):
-    """The end of a pressure for an interval, unless it was stopped earlier."""
-
-    key: str
-    span: Span
-
-    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        if self.key not in state.blocks:
-            return ()
-        state.remove(state.blocks[self.key])
-        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
 class Press(VerbSentence, frozen=True):
@@ -102,19 +85,13 @@ class Press(VerbSentence, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
-        made = self.made(state.network, self._free_name(state, stop), profile)
+        what = f"the pressure on {self.group.name}"
+        name = free_name(what, state.blocks, state.time, stop)
+        made = self.made(state.network, name, profile)
         state.put(made.block)
         if self.duration is not None:
-            queue.add(stop, EndPress(made.key, self.span))
+            queue.add(stop, EndActing((made.key,), self.span))
         return (LoggedEvent("press", (), sentence(self.span), self.span),)
-
-    def _free_name(self, state: State, stop: float) -> str:
-        """Return a name that no other pressure has, had or will have, as for pushes."""
-        name = f"the pressure on {self.group.name}{_FROM}{state.time!r} s to {stop!r} s"
-        count = 1
-        while f"{name} #{count}" in state.blocks:
-            count += 1
-        return f"{name} #{count}"
 
 
 class PressInside(Press, frozen=True):
@@ -143,14 +120,3 @@ class PressVerb:
     """
 
     cases: ClassVar = Cases("", {"": Press, "inside": PressInside}, "")
-
-
-def stop_pressing(state: State, name: str) -> bool:
-    """End every pressure on a set or body; return whether there was one."""
-    ended = [
-        block
-        for block in state.blocks.values()
-        if block.kind == "pressure" and block.field.name == name
-    ]
-    state.remove(*ended)
-    return bool(ended)

@@ -14,6 +14,7 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import STEADY, DirectedClause, FlagPart, Lasting, Nodes
 from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
+from tissuec.script.verbs.acting import FROM, free_name
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -72,7 +73,7 @@ class Push(VerbSentence, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
-        load = _free_name(state, self.group.name, stop)
+        load = free_name(self.group.name, state.loads, state.time, stop)
         nodes = self.group.indices
         state.loads[load] = Load(nodes, (LoadTerm(self.on_each, profile),), self.span)
         if self.duration is not None:
@@ -82,19 +83,7 @@ class Push(VerbSentence, frozen=True):
 
 def stop_pushing(state: State, group: str) -> bool:
     """End every force on a set; return whether there was one."""
-    loads = [load for load in state.loads if load.rpartition(_FROM)[0] == group]
+    loads = [load for load in state.loads if load.rpartition(FROM)[0] == group]
     for load in loads:
         del state.loads[load]
     return bool(loads)
-
-
-_FROM = " from "
-
-
-def _free_name(state: State, group: str, stop: float) -> str:
-    """Return a name that no other load has, had or will have, unless both end together."""
-    name = f"{group}{_FROM}{state.time!r} s to {stop!r} s"
-    count = 1
-    while f"{name} #{count}" in state.loads:
-        count += 1
-    return f"{name} #{count}"

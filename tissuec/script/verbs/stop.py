@@ -1,5 +1,6 @@
 """``stop``: the end of a force, of a jet or of a motion."""
 
+from functools import partial
 from typing import Annotated, ClassVar
 
 from msgspec import Struct
@@ -9,21 +10,20 @@ from tissuec.mechanics.state import State
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import SET, Cases, Chosen, Moved, Nodes, SubjectPart
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.activate import stop_activating
+from tissuec.script.verbs.acting import stop_acting
 from tissuec.script.verbs.holding import Stopped, sentence
 from tissuec.script.verbs.irrigate import stop_irrigating
 from tissuec.script.verbs.motion import stop_shifting, stop_turning
-from tissuec.script.verbs.press import stop_pressing
 from tissuec.script.verbs.push import stop_pushing
 
 _STOPS = {
     "pushing": stop_pushing,
     "pulling": stop_pushing,
-    "pressing": stop_pressing,
+    "pressing": partial(stop_acting, kind="pressure"),
     "moving": stop_shifting,
     "turning": stop_turning,
     "irrigating": stop_irrigating,
-    "activating": stop_activating,
+    "activating": partial(stop_acting, kind="activation"),
 }
 
 
