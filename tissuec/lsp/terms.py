@@ -5,7 +5,6 @@ from typing import NamedTuple, TypeAlias
 
 from msgspec import Struct
 
-from tissuec.core.markdown import described
 from tissuec.core.units import Dimension
 
 PART, ENTRY, VERB, MEASURE, CHOICE, KEYWORD, VARIABLE = (
@@ -61,8 +60,3 @@ def plain(kind: str, labels: Iterable[str], about: str = "") -> Terms:
         about: The description.
     """
     return by_label(Term(label, kind, about) for label in labels)
-
-
-def members(family: Mapping[str, type], kind: str = CHOICE) -> Terms:
-    """Return the members of a family, described by their docstrings."""
-    return by_label(Term(name, kind, described(member)) for name, member in family.items())
