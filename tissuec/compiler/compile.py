@@ -7,7 +7,7 @@ number.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -177,14 +177,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     refuse_method(scene, network, findings)
     _refuse_forces(network, findings)
     groups.choose_all()
-    duration = scene.simulation.duration
-    conditions = Conditions(
-        groups,
-        scene.tools,
-        scene.constants,
-        duration=duration,
-        touching=scene.environment.contact is not None,
-    )
+    conditions = Conditions(groups, scene)
     expects, of_learning = split_expectations(scene.declarations.expects)
     start = _kept_volumes(network, bodies.built)
     plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
@@ -299,31 +292,22 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         blocks=(*blocks, *(() if hinges is None else (hinges.block,))),
         marks=tuple(marked),
         skin_marks=skin_marks(skin, blocks),
-        **_surfaces(bodies, parts, blocks),
+        friction=SurfaceFriction.joined([body.friction for body in bodies]),
+        cutting=_cutting(bodies, parts, blocks),
     )
 
 
-class _Surfaces(TypedDict):
-    """What a network knows of surfaces, by the names of its entries."""
-
-    friction: SurfaceFriction | None
-    cutting: CuttingResistance | None
-
-
-def _surfaces(
+def _cutting(
     bodies: Sequence[BodyArrays],
     parts: Sequence[BodyArrays | JointArrays | ElementMarks],
     blocks: Sequence[FieldBlock],
-) -> _Surfaces:
-    """Return the friction of surfaces and the resistance to cuts."""
+) -> CuttingResistance | None:
+    """Return the resistance to cuts; None if blades need no energy anywhere."""
     elements = (one.resistance for body in bodies for one in body.elements)
     names = (block.name for block in blocks if block.kind in ("elements", "membranes"))
-    return {
-        "friction": SurfaceFriction.joined([body.friction for body in bodies]),
-        "cutting": joined_resistance(
-            [part.resistance for part in parts], dict(zip(names, elements, strict=True))
-        ),
-    }
+    return joined_resistance(
+        [part.resistance for part in parts], dict(zip(names, elements, strict=True))
+    )
 
 
 def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int]) -> BodyPart:

@@ -20,8 +20,8 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import written_name
 from tissuec.model.network import Floats
-from tissuec.scene.expressions import FUNCTIONS, Scope
-from tissuec.scene.model import Tool
+from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.model import Scene
 from tissuec.scene.values import unit_vector
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.directed import DirectedMeasure
@@ -47,26 +47,16 @@ class Conditions:
 
     Args:
         groups: The sets and bodies.
-        tools: By name.
-        scope: Of the scene.
-        duration: Of the run [s].
-        touching: Whether contact is on.
+        scene: The scene.
     """
 
-    def __init__(
-        self,
-        groups: Groups,
-        tools: Mapping[str, Tool],
-        scope: Scope,
-        *,
-        duration: float,
-        touching: bool,
-    ):
+    def __init__(self, groups: Groups, scene: Scene):
         self.groups = groups
-        self.tools = tools
-        self.scope = scope
-        self.findings = scope.findings
-        self.duration, self.touching = duration, touching
+        self.tools = scene.tools
+        self.scope = scene.constants
+        self.findings = scene.constants.findings
+        self.duration = scene.simulation.duration
+        self.touching = scene.environment.contact is not None
         self.needs_ledger = False
 
     def condition(self, node: s.Expression) -> Condition:

@@ -144,13 +144,7 @@ class _MeasureReader:
         self.plan, self.groups, self.scope = compiled.plan, compiled.groups, scene.constants
         self.network = compiled.network
         self.duration = scene.simulation.duration
-        self.conditions = Conditions(
-            compiled.groups,
-            scene.tools,
-            scene.constants,
-            duration=self.duration,
-            touching=scene.environment.contact is not None,
-        )
+        self.conditions = Conditions(compiled.groups, scene)
         self.findings = self.conditions.findings
         self._quantities = QuantityReader(self.conditions, SENTENCES["measure"].forms[0])
 

@@ -44,13 +44,7 @@ class TextReader:
         scene = compiled.scene
         self._compiled, self._scope = compiled, scene.constants
         self._duration, self._findings = scene.simulation.duration, scene.constants.findings
-        self._conditions = Conditions(
-            compiled.groups,
-            scene.tools,
-            scene.constants,
-            duration=self._duration,
-            touching=scene.environment.contact is not None,
-        )
+        self._conditions = Conditions(compiled.groups, scene)
         self._warned: set[str] = set()
         self._times: dict[str, float] = {}  # [s]
         self._quantities: dict[str, ObservedExpression] = {}
