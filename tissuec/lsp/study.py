@@ -16,7 +16,7 @@ from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
 from tissuec.scene.graded import GRADED_ENTRIES
-from tissuec.scene.parts import blocks, entries_in, parts
+from tissuec.scene.parts import blocks, entries_in, settable
 from tissuec.scene.resolved import ResolvedProgram
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
@@ -44,15 +44,10 @@ _TIME = Term("time", MEASURE, "The time of the first event.", "time of rupture",
 @cache
 def _owners() -> dict[str, str]:
     """Return blocks whose entries can vary, and the kind of block that is named behind them."""
-    kinds = [word for word, part in parts("named").items() if part.entries_vary]
-    known = ((one, kind) for kind in kinds for one in (kind, _INNER.get(kind, kind)))
+    known = (
+        (one, kind) for kind in settable("named") for one in (kind, _INNER.get(kind, kind))
+    )
     return dict(known)
-
-
-@cache
-def _unnamed() -> list[str]:
-    """Return blocks whose entries vary without a name behind them."""
-    return [word for word, part in parts("single").items() if part.entries_vary]
 
 
 def _chooses(kind: str, entry: str) -> bool:
@@ -75,8 +70,9 @@ def _own(block: BlockKind) -> Terms:
 def varied() -> Terms:
     """Return the entries that can vary: with the block that has them, or alone."""
     found: dict[str, Term] = {}
-    for kind in (*_owners(), *_unnamed()):
-        behind = " = " if kind in _unnamed() else " of "
+    unnamed = settable("single")
+    for kind in (*_owners(), *unnamed):
+        behind = " = " if kind in unnamed else " of "
         for name, term in _own(BlockKind(kind)).items():
             if term.behind in (" = ", " is ") and not _chooses(kind, name):
                 found.setdefault(name, replace(term, behind=behind, form=f"{name}{behind}…"))
@@ -92,7 +88,7 @@ def varying(program: ResolvedProgram) -> set[str]:
         for declared in declarations.of(kind).values():
             if kind != "tissue" and isinstance(declared.item, s.Block):
                 found.update(_entries_of(kind, declared.item))
-    for kind in _unnamed():
+    for kind in settable("single"):
         if kind in declarations.single:
             found |= _own(BlockKind(kind)).keys()
     return found
@@ -150,13 +146,13 @@ def _varied(prefix: Prefix) -> Expected:
 def owners_of(entry: str) -> tuple[str, ...]:
     """Return the kinds of blocks that have an entry; a property is one of tissues."""
     found = (owner for kind, owner in _owners().items() if entry in _own(BlockKind(kind)))
-    of_one = any(entry in _own(BlockKind(kind)) for kind in _unnamed())
+    of_one = any(entry in _own(BlockKind(kind)) for kind in settable("single"))
     return tuple(dict.fromkeys(found)) or (() if of_one else ("tissue",))
 
 
 def entry_of(name: str) -> Term | None:
     """Return the entry of a name that can vary, None if there is none."""
-    known = (_own(BlockKind(kind)) for kind in (*_owners(), *_unnamed()))
+    known = (_own(BlockKind(kind)) for kind in (*_owners(), *settable("single")))
     return next((terms[name] for terms in known if name in terms), None)
 
 

@@ -1,7 +1,7 @@
 """Bodies: a mesh, its tissue, and regions with tissues of their own."""
 
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +41,7 @@ from tissuec.scene.graded import (
     GRADABLE,
     is_graded,
     read_graded,
+    refuse_even,
     require_of_tissue,
     with_graded,
 )
@@ -232,7 +233,7 @@ class _BodyReader:
         elif key in ENTRIES and (key != PRESTRESS or isinstance(item, s.Sentence)):
             self.rest[key] = schema.read_entry(ENTRIES[key], item, self.scope)
         elif key in GRADABLE:
-            self._refuse_even(item, GRADABLE[key].name)
+            refuse_even(item, "body", self.findings)
         else:
             told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES) or self._elsewhere(item)
             self.findings.reject(
@@ -241,17 +242,6 @@ class _BodyReader:
                 item.name.span,
                 hint=told or unknown_entry(item, ENTRIES),
             )
-
-    def _refuse_even(self, item: s.Assign | s.Sentence | s.Block, name: str) -> NoReturn:
-        """Reject a quantity of tissue that does not depend on the place."""
-        text = item.span.one_line
-        self.findings.reject(
-            "TIS312",
-            f"in a body, the {name} is a formula of x, y or z",
-            item.span,
-            hint="the same number everywhere belongs in its tissue: write "
-            f"tissue NAME {{ {text} }}, and in the body tissue is NAME",
-        )
 
     def _elsewhere(self, item: s.Assign | s.Sentence | s.Block) -> str:
         """Return where an entry belongs that is one of a tissue or of the mesh, or ""."""

@@ -12,7 +12,7 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.entries import Entry, by_name, entry, written
 from tissuec.scene.expressions import Scope
-from tissuec.scene.graded import GRADABLE, is_graded, read_graded, with_graded
+from tissuec.scene.graded import GRADABLE, is_graded, read_graded, refuse_even, with_graded
 from tissuec.scene.model import AssignedQuantity, Graded, Region, SpringPart, Tissue
 from tissuec.scene.parts import block
 from tissuec.scene.quantities import QUANTITIES
@@ -200,9 +200,13 @@ class PartReader:
                     graded.append(read_graded(item, graded, self.findings))
                 elif isinstance(item, s.Assign) and item.name.key == "prestress":
                     prestress = read_given("prestress", item, self._scope)
+                elif (
+                    graded is not None
+                    and isinstance(item, s.Assign | s.Sentence | s.Block)
+                    and item.name.key in GRADABLE
+                ):
+                    refuse_even(item, "region", self.findings)
                 else:
-                    if graded is not None:
-                        self._refuse_even(item)
                     self.findings.reject(
                         "TIS303",
                         f"this is not an entry of {what}",
@@ -211,18 +215,6 @@ class PartReader:
                         + ("" if graded is None else "; quantities as formulas of x, y and z"),
                     )
         return tissue, prestress
-
-    def _refuse_even(self, item: s.Item) -> None:
-        """Reject a quantity of a region that does not depend on the place."""
-        is_entry = isinstance(item, s.Assign | s.Sentence | s.Block)
-        if is_entry and item.name.key in GRADABLE:
-            self.findings.reject(
-                "TIS312",
-                f"in a region, the {item.name.key} is a formula of x, y or z",
-                item.span,
-                hint="the same number everywhere belongs in a tissue of the region: write "
-                f"tissue NAME {{ {item.span.one_line} }}, and in the region tissue is NAME",
-            )
 
     def _wrong_interface(self, span: Span) -> NoReturn:
         self.findings.reject(

@@ -26,7 +26,7 @@ from tissuec.scene.entries import Written
 from tissuec.scene.evidence import KNOWN
 from tissuec.scene.findings import Findings
 from tissuec.scene.parameters import refuse_override
-from tissuec.scene.parts import entries_in, parts
+from tissuec.scene.parts import entries_in, parts, settable
 
 SET = "--set"
 _OF = re.compile(r'\s+of\s+(?=[^"]*(?:"[^"]*"[^"]*)*$)')  # outside of quotes
@@ -299,8 +299,7 @@ def _singles() -> dict[str, Collection[str]]:
             for name, entry in entries_in(word).items()
             if not isinstance(entry.kind, Written)
         ]
-        for word, part in parts("single").items()
-        if part.entries_vary
+        for word in settable("single")
     }
 
 
@@ -323,14 +322,9 @@ def _named(name: s.Name, declarations: Declarations) -> list[_Home]:
     return homes
 
 
-def _varying() -> list[str]:
-    """Return the kinds of named blocks whose entries are likely to be set."""
-    return [word for word, part in parts("named").items() if part.entries_vary]
-
-
 def _blocks(declarations: Declarations) -> Iterator[_Home]:
     """Yield the blocks whose entries are likely to be set."""
-    for kind in _varying():
+    for kind in settable("named"):
         for declared in declarations.of(kind).values():
             if isinstance(declared.item, s.Block):
                 yield _Home(kind, declared, (), declared.item)
@@ -489,7 +483,7 @@ def _refuse_owner(
         findings.reject("TIS505", message, inner[-1].span)
     findings.pass_over_doubtful(outer.key)
     names = dict.fromkeys(
-        one.name.text for kind in _varying() for one in declarations.of(kind).values()
+        one.name.text for kind in settable("named") for one in declarations.of(kind).values()
     )
     findings.reject(
         "TIS505",

@@ -5,6 +5,7 @@ of the body as drawn.
 """
 
 from collections.abc import Collection, Iterable, Sequence
+from typing import NoReturn
 
 from msgspec.structs import replace
 
@@ -90,6 +91,25 @@ def read_graded(item: s.Assign, others: Collection[Graded], findings: Findings) 
         hint = Hint("a formula of the place ends behind its value: remove it", Edit(""))
         findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span, hint=hint)
     return Graded(quantity, item.value, item.span)
+
+
+def refuse_even(
+    item: s.Assign | s.Sentence | s.Block, owner: str, findings: Findings
+) -> NoReturn:
+    """Reject a quantity of tissue that does not depend on the place.
+
+    Args:
+        item: An entry with the name of a quantity in ``GRADABLE``.
+        owner: The kind of its block: "body" or "region".
+        findings: Takes diagnostics.
+    """
+    findings.reject(
+        "TIS312",
+        f"in a {owner}, the {GRADABLE[item.name.key].name} is a formula of x, y or z",
+        item.span,
+        hint="the same number everywhere belongs in its tissue: write "
+        f"tissue NAME {{ {item.span.one_line} }}, and in the {owner} tissue is NAME",
+    )
 
 
 def require_of_tissue(

@@ -108,6 +108,11 @@ def parts(*sorts: str) -> dict[str, TextPart]:
     }
 
 
+def settable(sort: Sort) -> list[str]:
+    """The parts of a sort whose entries are likely to be set from outside."""
+    return [word for word, part in parts(sort).items() if part.entries_vary]
+
+
 def forms_of(word: str) -> tuple[str, ...]:
     """How a part is written; words in capitals are placeholders."""
     part = PARTS[word]
