@@ -417,15 +417,14 @@ class ClauseReader:
         self.reject("TIS308", message, hint=hint, word=word)
 
     def _direction(self, word: str) -> Floats:
-        value = self._value(word)
+        value, example = self._value(word), f"{word} (0, 0, 1)"
+        hint = Hint(f"for example: {example}", Edit(example))
         if not value.is_vector or value.dimension != NUMBER:
-            example = f"{word} (0, 0, 1)"
-            hint = Hint(f"for example: {example}", Edit(example))
             message = f"{word} needs a direction without a unit"
             self.reject("TIS312", message, word=word, hint=hint)
         direction = unit_vector(value.amount)
         if direction is None:
-            self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
+            self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word, hint=hint)
         return direction
 
     def dimension_of(self, word: str) -> Dimension:

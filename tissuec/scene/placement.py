@@ -2,58 +2,124 @@
 
 import re
 from collections.abc import Sequence
-from typing import NoReturn, TypeAlias
+from typing import Annotated, Any, NoReturn, TypeAlias, cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core import units
-from tissuec.core.fields import Point
 from tissuec.core.hints import Edit, Hint, proposal
+from tissuec.core.units import LENGTH, NUMBER
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
-from tissuec.scene import schema
+from tissuec.scene.clauses import ClauseReader
 from tissuec.scene.entries import by_name, written
 from tissuec.scene.expressions import Scope
-from tissuec.scene.values import unit_vector
+from tissuec.script.forms import VerbSentence, form_of
+from tissuec.script.parts import ClausePart, DirectionClause, Part, VectorClause, point
 
 _Entry: TypeAlias = s.Assign | s.Sentence | s.Block
+
+
+class AngleClause(ClausePart, frozen=True):
+    """An angle, which is at most a whole turn if it is written without a unit."""
+
+
+class FactorsClause(ClausePart, frozen=True):
+    """A factor above 0, or one for each of x, y and z."""
+
+
+class PlacementWords(VerbSentence, frozen=True):
+    """An entry that places a mesh."""
+
+    @property
+    def map(self) -> Affine:
+        """The map that it makes."""
+        raise NotImplementedError
+
+
+class MovedWords(PlacementWords, frozen=True):
+    by: Annotated[
+        Floats,
+        VectorClause(
+            "by", LENGTH, what="displacement", place="VECTOR", example="by (10, 0, 0) mm"
+        ),
+    ]
+
+    @property
+    def map(self) -> Affine:
+        return Affine.moving(self.by)
+
+
+class TurnedWords(PlacementWords, frozen=True):
+    by: Annotated[float, AngleClause("by", what="angle", example="by 30 deg")]
+    around: Annotated[
+        Floats, DirectionClause("around", what="axis", example="around (0, 0, 1)")
+    ]
+    through: Annotated[Floats | None, point("through")]
+
+    @property
+    def map(self) -> Affine:
+        return Affine.turning(self.by, self.around, _or_origin(self.through))
+
+
+class ScaledWords(PlacementWords, frozen=True):
+    by: Annotated[Floats, FactorsClause("by", what="factor", example="by 2")]
+    around: Annotated[Floats | None, point("around")]
+
+    @property
+    def map(self) -> Affine:
+        return Affine.scaling(self.by, _or_origin(self.around))
+
+
+class MirroredWords(PlacementWords, frozen=True):
+    through: Annotated[Floats | None, point("through")]
+    facing: Annotated[
+        Floats,
+        DirectionClause("facing", what="normal of the plane", example="facing (1, 0, 0)"),
+    ]
+
+    @property
+    def map(self) -> Affine:
+        return Affine.mirroring(_or_origin(self.through), self.facing)
+
+
+def _or_origin(point: Floats | None) -> Floats:
+    """Return the point that stays where it is [m], shape (3,)."""
+    return np.zeros(3) if point is None else point
 
 
 class PlacementForm(Struct, frozen=True):
     """How an entry that places a mesh is written.
 
     Attributes:
+        kind: The class of its sentences.
         form: The form, with placeholders for values.
         example: As it could be written.
         about: What it does.
         synonyms: Other words for it.
     """
 
+    kind: type[PlacementWords]
     form: str
     example: str
     about: str
     synonyms: tuple[str, ...]
 
-    @property
-    def clauses(self) -> tuple[str, ...]:
-        """Return the joining words of the form."""
-        return tuple(word for word in self.form.split() if word in _JOINING)
 
-
-_JOINING = ("by", "around", "through", "facing")
 MOVED, TURNED, SCALED, MIRRORED = "moved", "turned", "scaled", "mirrored about plane"
 #: Entries of meshes and bodies, by name.
 PLACEMENTS = {
     MOVED: PlacementForm(
+        MovedWords,
         "moved by VECTOR",
         "moved by (10, 0, 0) mm",
         "Shifts the mesh, or in a body the whole body.",
         ("move", "moving", "shift", "shifted", "translate", "translated", "offset"),
     ),
     TURNED: PlacementForm(
+        TurnedWords,
         "turned by ANGLE around VECTOR through POINT",
         "turned by 30 deg around (0, 0, 1) through (0, 0, 0) mm",
         "Turns the mesh or the body about an axis by the right-hand rule; without a point, "
@@ -61,6 +127,7 @@ PLACEMENTS = {
         ("turn", "rotate", "rotated", "rotation"),
     ),
     SCALED: PlacementForm(
+        ScaledWords,
         "scaled by FACTOR around POINT",
         "scaled by 2 around (0, 0, 0) mm",
         "Enlarges the mesh or the body by a factor, or by one for each of x, y and z; the "
@@ -68,6 +135,7 @@ PLACEMENTS = {
         ("scale", "scaling", "enlarged", "stretched", "shrunk", "resized"),
     ),
     MIRRORED: PlacementForm(
+        MirroredWords,
         "mirrored about plane through POINT facing VECTOR",
         "mirrored about plane through (0, 0, 0) mm facing (1, 0, 0)",
         "Mirrors the mesh or the body in a plane; without a point, the plane passes through "
@@ -79,7 +147,6 @@ PLACEMENTS = {
 PLACEMENT_ENTRIES = by_name(
     *(written(name, one.about, one.form, repeats=True) for name, one in PLACEMENTS.items())
 )
-_ORIGIN = np.zeros(3)
 _PLANE = re.compile(r"\S+\s+(\S+\s+)?plane\b")  # such as "mirrored at plane"
 
 
@@ -110,7 +177,7 @@ def _meant(item: _Entry) -> str:
 
 
 def _read(item: _Entry, scope: Scope) -> Affine:
-    name, findings = _meant(item), scope.findings
+    name = _meant(item)
     form = PLACEMENTS[name]
     if item.name.key != name or not isinstance(item, s.Sentence) or item.phrase is not None:
         hint: str = f"for example: {form.example}"
@@ -118,100 +185,43 @@ def _read(item: _Entry, scope: Scope) -> Affine:
             plane = _PLANE.match(item.span.text) if name == MIRRORED else None
             end = item.span.start + plane.end() if plane else item.name.span.end
             hint = proposal(name, replace(item.name.span, end=end))
-        findings.reject("TIS312", f'wrong form of "{name}"', item.span, hint=hint)
-    clauses: dict[str, s.Clause] = {}
-    for clause in item.clauses:
-        if clause.word not in form.clauses:
-            findings.reject(
-                "TIS303", f'unexpected "{clause.word}"', clause.span,
-                hint=f"write: {form.form}",
-            )  # fmt: skip
-        if clause.word in clauses:
-            first = clauses[clause.word].span
-            findings.refuse_second(f'"{clause.word}"', clause.span, first)
-        clauses[clause.word] = clause
-    return _PlacementReader(item, form, clauses, scope).read(name)
+        scope.findings.reject("TIS312", f'wrong form of "{name}"', item.span, hint=hint)
+    reader = _PlacementReader(item, name, (form_of(form.kind),), scope, texts=(form.form,))
+    said = cast(PlacementWords, reader.read())
+    reader.finish()
+    return said.map
 
 
-class _PlacementReader:
-    """Reads the values of one entry."""
+class _PlacementReader(ClauseReader):
+    """Reads one entry that places a mesh."""
 
-    def __init__(
-        self, item: s.Sentence, form: PlacementForm, clauses: dict[str, s.Clause], scope: Scope
-    ):
-        self._item, self._form = item, form
-        self._clauses, self._scope = clauses, scope
+    def read_other(self, part: Part, *, is_optional: bool) -> Any:
+        match part:
+            case AngleClause(word=word):
+                return self._angle(word)
+            case FactorsClause(word=word):
+                return self._factors(word)
+            case _:
+                return super().read_other(part, is_optional=is_optional)
 
-    def read(self, name: str) -> Affine:
-        if name == MOVED:
-            return Affine.moving(self._point("by"))
-        if name == TURNED:
-            angle = self._angle()
-            return Affine.turning(angle, self._direction("around"), self._fixed("through"))
-        if name == SCALED:
-            return Affine.scaling(self._factors(), self._fixed("around"))
-        return Affine.mirroring(self._fixed("through"), self._direction("facing"))
-
-    def _clause(self, word: str) -> s.Expression:
-        if word not in self._clauses:
-            self._scope.findings.reject(
-                "TIS304", f'"{self._item.name.text}" needs "{word}"', self._item.span,
-                hint=f"for example: {self._form.example}",
-            )  # fmt: skip
-        return self._clauses[word].value
-
-    def _vector(self, word: str) -> s.Expression:
-        """Return the value of a clause, which is a vector."""
-        node = self._clause(word)
-        if not self._scope.evaluate(node).is_vector:
-            self._scope.findings.reject(
-                "TIS312",
-                f"{word} needs a vector (x, y, z)",
-                node.span,
-                hint=f"for example: {self._form.example}",
-            )
-        return node
-
-    def _point(self, word: str) -> Floats:
-        """Return the point or shift of a clause [m], shape (3,)."""
-        kind, node = Point(units.LENGTH), self._vector(word)
-        found = schema.read_value(kind, node, self._scope, what=f"the value after {word}")
-        return np.asarray(found, dtype=float)
-
-    def _fixed(self, word: str) -> Floats:
-        """Return the point that stays where it is [m], shape (3,): by default the origin."""
-        return self._point(word) if word in self._clauses else _ORIGIN
-
-    def _direction(self, word: str) -> Floats:
-        """Return the unit vector of a clause, shape (3,)."""
-        kind, node = Point(units.NUMBER), self._vector(word)
-        found = schema.read_value(kind, node, self._scope, what=f"the direction after {word}")
-        direction = unit_vector(np.asarray(found, dtype=float))
-        if direction is None:
-            self._scope.findings.reject(
-                "TIS308", "a direction cannot be (0, 0, 0)", node.span,
-                hint=f"for example: {word} (0, 0, 1)",
-            )  # fmt: skip
-        return direction
-
-    def _angle(self) -> float:
-        """Return the angle of a turn [rad]."""
-        node = self._clause("by")
-        value = self._scope.number(node)
-        self._scope.expect(value, units.NUMBER, node.span, what="the angle")
+    def _angle(self, word: str) -> float:
+        """Return an angle [rad]."""
+        node = self.clauses[word].value
+        value = self.scope.number(node)
+        self.scope.expect(value, NUMBER, node.span, what="the angle")
         angle = float(value.amount)
         if value.is_literal and abs(angle) > 2.0 * np.pi:
-            self._scope.findings.reject(
+            self.scope.findings.reject(
                 "TIS308", f"an angle of {angle:g} rad is more than a whole turn", node.span,
                 hint=proposal(f"{node.span.text} deg"),
             )  # fmt: skip
         return angle
 
-    def _factors(self) -> Floats:
+    def _factors(self, word: str) -> Floats:
         """Return the factors along x, y and z, shape (3,)."""
-        node = self._clause("by")
-        value = self._scope.evaluate(node)
-        self._scope.expect(value, units.NUMBER, node.span, what="the factor")
+        node = self.clauses[word].value
+        value = self.scope.evaluate(node)
+        self.scope.expect(value, NUMBER, node.span, what="the factor")
         factors = np.broadcast_to(np.asarray(value.amount, dtype=float), 3)
         if not (factors > 0.0).all():
             self._refuse_factors(node, factors)
@@ -221,6 +231,6 @@ class _PlacementReader:
         hint = Hint("a factor above 0, for example: scaled by 2")
         if (factors < 0.0).any() and factors.all():
             mirror = PLACEMENTS[MIRRORED].example
-            hint = Hint(f"to mirror it, write: {mirror}", Edit(mirror, self._item.span))
+            hint = Hint(f"to mirror it, write: {mirror}", Edit(mirror, self.span))
         message = f"a mesh cannot be scaled by {node.span.one_line}"
-        self._scope.findings.reject("TIS308", message, node.span, hint=hint)
+        self.scope.findings.reject("TIS308", message, node.span, hint=hint)
