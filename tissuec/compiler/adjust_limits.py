@@ -35,46 +35,47 @@ class Found(Struct, frozen=True):
     kind: Real
 
 
-def limited(found: Found, clauses: LearnReader, span: Span) -> Adjust:
+def limited(found: Found, reader: LearnReader, span: Span) -> Adjust:
     """Return what can be adjusted, within limits.
 
     Args:
         found: What is adjusted.
-        clauses: LearnReader of the sentence.
+        reader: Of the sentence.
+        span: Of what is adjusted.
     """
     dimension, own = found.kind.dimension, found.kind
-    clauses.own = dimension
-    said = clauses.get(LimitWords)
-    along = _along(found, said.along, clauses)
+    reader.own = dimension
+    said = reader.get(LimitWords)
+    along = _along(found, said.along, reader)
     least = next((one for one in (own.above, own.at_least) if one is not None), -inf)
     most = inf if own.at_most is None else own.at_most
-    low = _within(clauses, "from", said.low, found, least, most)
-    high = _within(clauses, "to", said.high, found, least, most)
+    low = _within(reader, "from", said.low, found, least, most)
+    high = _within(reader, "to", said.high, found, least, most)
     if low >= high:
-        _refuse_limits(clauses, found.what)
-    prior = _prior(clauses, said, found, (low, high))
+        _refuse_limits(reader, found.what)
+    prior = _prior(reader, said, found, (low, high))
     return Adjust(
         found.what, found.of, found.per, found.members, along, dimension, low, high, prior,
         span,
     )  # fmt: skip
 
 
-def _refuse_limits(clauses: LearnReader, what: str) -> NoReturn:
+def _refuse_limits(reader: LearnReader, what: str) -> NoReturn:
     """Reject limits of which the lower one is not below the upper one."""
-    low, high = clauses.clauses.get("from"), clauses.clauses.get("to")
+    low, high = reader.clauses.get("from"), reader.clauses.get("to")
     message = f"the lower limit of {what} is not below the upper one"
     if low is None or high is None:
-        clauses.findings.reject("TIS308", message, clauses.span)
+        reader.findings.reject("TIS308", message, reader.span)
     hint = Hint("write a lower limit that is below the upper one")
     lower, upper = low.value.span, high.value.span
     if lower.text != upper.text and lower.end <= upper.start:
         limits = f"from {upper.text} to {lower.text}"
         hint = Hint(f"write: {limits}", Edit(limits, lower.to(upper)))
-    clauses.findings.reject("TIS308", message, lower, hint=hint)
+    reader.findings.reject("TIS308", message, lower, hint=hint)
 
 
 def _within(
-    clauses: LearnReader, word: str, given: float | None, found: Found, least: float,
+    reader: LearnReader, word: str, given: float | None, found: Found, least: float,
     most: float,
 ) -> float:  # fmt: skip
     """Return a limit, which lies between those that there are by themselves."""
@@ -88,21 +89,21 @@ def _within(
             for limit, how in limits
             if np.isfinite(limit)
         )
-        clauses.findings.reject(
+        reader.findings.reject(
             "TIS308",
             f"{found.what} must be {allowed}, which excludes the limit "
             f"{show(given, found.kind.dimension)}",
-            clauses.clauses[word].value.span,
+            reader.clauses[word].value.span,
         )
     return given
 
 
 def _prior(
-    clauses: LearnReader, said: LimitWords, found: Found, limits: tuple[float, float]
+    reader: LearnReader, said: LimitWords, found: Found, limits: tuple[float, float]
 ) -> tuple[float | None, float] | None:
     """Return the expected value, None for each start, and its relative deviation."""
     what, dimension = found.what, found.kind.dimension
-    around, by = clauses.clauses.get("around"), clauses.clauses.get("by")
+    around, by = reader.clauses.get("around"), reader.clauses.get("by")
     if around is None and by is None:
         return None
     if around is None or by is None:
@@ -111,26 +112,26 @@ def _prior(
         unit, text = suggested_unit(dimension), there.span.one_line
         value = found.kind.example or f"1 {unit}".rstrip()
         whole = f"around {value} {text}" if around is None else f"{text} by 10 %"
-        clauses.findings.reject(
+        reader.findings.reject(
             "TIS304", f'"{there.word}" needs "{other}"', there.span,
             hint=Hint(f"for example: {whole}", Edit(whole)),
         )  # fmt: skip
     part = said.by
     assert part is not None
     if isinstance(around.value, s.Name) and around.value.key == INITIAL:
-        _check_starts(clauses, around, found)
+        _check_starts(reader, around, found)
         return None, part
-    value = clauses.number("around", dimension)
+    value = reader.number("around", dimension)
     if value == 0.0:
         message = "a relative deviation from 0 is not possible"
         hint = "write another expected value, or limits: from … to …"
-        clauses.findings.reject("TIS308", message, around.value.span, hint=hint)
+        reader.findings.reject("TIS308", message, around.value.span, hint=hint)
     if not limits[0] <= value <= limits[1]:
-        _outside(clauses, around, what, dimension, limits)
+        _outside(reader, around, what, dimension, limits)
     return value, part
 
 
-def _check_starts(clauses: LearnReader, around: s.Clause, found: Found) -> None:
+def _check_starts(reader: LearnReader, around: s.Clause, found: Found) -> None:
     """Check that values start above 0, and that they are no single number to be written."""
     if found.what in (START_POSITION, START_VELOCITY):
         message = f"a {found.what} has no relative deviation from where it starts"
@@ -139,11 +140,11 @@ def _check_starts(clauses: LearnReader, around: s.Clause, found: Found) -> None:
     else:
         return
     hint = "write the expected value: around … by …"
-    clauses.findings.reject("TIS312", message, around.span, hint=hint)
+    reader.findings.reject("TIS312", message, around.span, hint=hint)
 
 
 def _outside(
-    clauses: LearnReader,
+    reader: LearnReader,
     around: s.Clause,
     what: str,
     dimension: Dimension,
@@ -151,19 +152,19 @@ def _outside(
 ) -> NoReturn:
     low, high = (show(limit, dimension) for limit in limits)
     message = f"{around.value.span.one_line} is not between the limits {low} and {high}"
-    clauses.findings.reject("TIS308", f"the expected value of {what}: {message}", around.span)
+    reader.findings.reject("TIS308", f"the expected value of {what}: {message}", around.span)
 
 
-def _along(found: Found, along: Floats | None, clauses: LearnReader) -> Floats | None:
+def _along(found: Found, along: Floats | None, reader: LearnReader) -> Floats | None:
     """Return the direction of a start; without one, no number can limit it."""
     is_vector = found.what in (START_POSITION, START_VELOCITY)
     if along is not None and not is_vector:
         message = f"{found.what} is a single number and has no direction"
-        clauses.findings.reject("TIS303", message, clauses.clauses["along"].span)
-    limiting = next((w for w in ("from", "to", "around") if w in clauses.clauses), None)
+        reader.findings.reject("TIS303", message, reader.clauses["along"].span)
+    limiting = next((w for w in ("from", "to", "around") if w in reader.clauses), None)
     if is_vector and along is None and limiting is not None:
-        clauses.findings.reject(
+        reader.findings.reject(
             "TIS304", f"limits of a {found.what} need a direction",
-            clauses.span, hint=f"for example: adjust {found.what} of … along (1, 0, 0)",
+            reader.span, hint=f"for example: adjust {found.what} of … along (1, 0, 0)",
         )  # fmt: skip
     return along

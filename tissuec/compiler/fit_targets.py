@@ -96,11 +96,11 @@ class FitReader:
     # --- what is measured ---------------------------------------------------------------------
 
     def _measured(
-        self, node: s.Expression, clauses: LearnReader
+        self, node: s.Expression, reader: LearnReader
     ) -> tuple[type[Measure] | None, tuple[Subject, ...], Floats | None]:
         """Return a measure, None for positions; of what it is taken; and along what."""
         if not isinstance(node, s.Call | s.Name):
-            clauses.reject_at(
+            reader.reject_at(
                 node.span, "TIS312", "the fitted quantity must be a single measure"
             )
         key = node.function.key if isinstance(node, s.Call) else node.key
@@ -113,7 +113,7 @@ class FitReader:
         if key == POSITIONS and isinstance(node, s.Call):
             return None, (self._positions(node),), None
         if isinstance(node, s.Name) and key not in MEASURES:
-            clauses.reject_at(node.span, "TIS701", f'"{node.text}" is not a measure')
+            reader.reject_at(node.span, "TIS701", f'"{node.text}" is not a measure')
         reading = self.conditions.reading(node)
         if reading.time is not None:
             self.findings.reject(
@@ -140,10 +140,10 @@ class FitReader:
             self.findings.reject("TIS802", message, name.span, hint="name a set or a body")
 
     def _refuse_direction(
-        self, measure: type[Measure] | None, inner: Floats | None, clauses: LearnReader
+        self, measure: type[Measure] | None, inner: Floats | None, reader: LearnReader
     ) -> None:
         """Reject a direction behind what has none, or has one already."""
-        span = clauses.clauses["along"].span
+        span = reader.clauses["along"].span
         if inner is not None:
             self.findings.reject("TIS307", '"along" is given twice', span)
         if measure is None or not issubclass(measure, DirectedMeasure):
@@ -175,16 +175,14 @@ class FitReader:
         subjects: Sequence[Subject],
         along: Floats | None,
         node: s.Expression,
-        clauses: LearnReader,
+        reader: LearnReader,
     ) -> None:
         """Reject columns that are not as many as what they hold has numbers."""
         text = node.span.one_line
         if not columns:
             table = next((d for d in self.data if d.path.suffix.lower() not in RESULTS), None)
             if table is not None:
-                clauses.reject(
-                    "TIS802", f"the column of {text} in {table.path.name} is missing"
-                )
+                reader.reject("TIS802", f"the column of {text} in {table.path.name} is missing")
             return
         allowed = _counts(measure, along, _count(subjects) if measure is None else 0)
         if len(columns) in allowed:

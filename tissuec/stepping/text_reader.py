@@ -1,8 +1,7 @@
-"""Texts that Python gives, read as what they say of a scene: times, quantities, sentences.
+"""Texts and calls from Python, read as times, quantities and sentences of a scene.
 
-Sentences of the script, from calls such as ``move("tip", by=(0, 0, 0.01))``.
-
-Numbers in calls are in SI units. Which unit they have is what the verb asks its clauses for.
+A call such as ``move("tip", by=(0, 0, 0.01))`` becomes a sentence of the script. Its numbers
+are in SI units; their dimensions are those that the verb declares for its clauses.
 """
 
 import warnings
@@ -29,6 +28,7 @@ from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import Demanding
 
 ORDERED = "ordered from Python"  # what a text is called in messages
+STEADY = "constant speed"  # of motions for which no profile is given
 
 
 class TextReader:
@@ -218,9 +218,6 @@ def _value(text: str) -> s.Assign:
     if len(items) != 1:
         raise ValueError(f'"{text}" is not one value but {len(items)}')
     return cast(s.Assign, items[0])
-
-
-STEADY = "constant speed"  # of motions for which no profile is given
 
 
 def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str:

@@ -35,8 +35,8 @@ class Settle(VerbSentence, frozen=True):
     where it can move without any force.
 
     Over an interval, everything stays in equilibrium while holders and loads change: inertia,
-        dashpots and friction do not act, as with the method ``equilibrium``. Afterwards, motion
-        starts from rest in the last equilibrium.
+    dashpots and friction do not act, as with the method ``equilibrium``. Afterwards, motion
+    starts from rest in the last equilibrium.
     """
 
     meant: ClassVar[str] = "relax equilibrate"
