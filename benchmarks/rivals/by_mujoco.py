@@ -14,7 +14,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.bench.problem import BenchProblem, state_at_start
+from benchmarks.rivals.walk import state_at_start
+from tissuec.bench.problem import BenchProblem
 from tissuec.bench.solver import Deadline, SolverFailed, SolverRun
 from tissuec.mechanics.state import State
 from tissuec.model.topology import join_nodes_of

@@ -33,10 +33,8 @@ def solvers_of(problem: BenchProblem, position: Floats) -> tuple[list[BenchSolve
         problem: The scene of the bench.
         position: A solution, for the scales of the motion [m], shape (row, node, 3).
     """
-    if problem.has_surprises:
-        return [], [SURPRISES]
-    if problem.remembers:
-        return [], [MEMORY]
+    if obstacle := _obstacle(problem):
+        return [], [obstacle]
     if problem.network.contact is not None:
         return [], [CONTACT]
     scales = MotionScales.of(problem, position)
@@ -47,10 +45,17 @@ def solvers_of(problem: BenchProblem, position: Floats) -> tuple[list[BenchSolve
 
 def judges_of(problem: BenchProblem, position: Floats) -> list[BenchSolver]:
     """Return the solvers that can give a second opinion on a solution; see ``solvers_of``."""
-    if problem.has_surprises or problem.remembers:
+    if _obstacle(problem):
         return []
     scales = MotionScales.of(problem, position)
     return [by_scipy.SciPySolver(problem, method, scales) for method in JUDGES]
+
+
+def _obstacle(problem: BenchProblem) -> str:
+    """Return why no other solver can follow the motion of a scene; empty if they can."""
+    if problem.plan.breakable or problem.plan.triggers:
+        return SURPRISES
+    return MEMORY if problem.network.memories else ""
 
 
 RIVALS = Rivals(solvers_of, judges_of)

@@ -32,14 +32,11 @@ class _Leg(Struct, frozen=True, eq=False):
 def walk(problem: BenchProblem, integrate: Integrate) -> SolverRun:
     """Return the run of a problem whose stretches something else integrates."""
     started = clock.process_time()
-    frames = PositionRecorder(problem)
-    run_state = RunState.begin(problem.network, problem.plan, frames.memory)
-    handler = EventHandler(problem.network, problem.plan, frames, run_state)
+    run_state, handler = _begun(problem)
     layout = KernelInputs(problem.network, watched=False, ledger=False)
     state, row = run_state.state, 0
     legs: list[_Leg] = []
     duration = problem.plan.simulation.duration
-    handler.begin()
     while state.time < duration:
         kernel = Kernel(layout, state, min(run_state.queue.next, duration))
         stop = int(np.searchsorted(problem.times, kernel.stop))
@@ -58,6 +55,20 @@ def walk(problem: BenchProblem, integrate: Integrate) -> SolverRun:
         leg.kernel.positions(leg.unknowns, part)
     position[row:] = state.position
     return SolverRun(seconds, sum(leg.kernel.evaluations for leg in legs), position)
+
+
+def state_at_start(problem: BenchProblem) -> State:
+    """Return the state after the events of 0 s."""
+    return _begun(problem)[0].state
+
+
+def _begun(problem: BenchProblem) -> tuple[RunState, EventHandler]:
+    """Return the state of a run after the events of 0 s, and the handler of later events."""
+    frames = PositionRecorder(problem)
+    run_state = RunState.begin(problem.network, problem.plan, frames.memory)
+    handler = EventHandler(problem.network, problem.plan, frames, run_state)
+    handler.begin()
+    return run_state, handler
 
 
 def _held(state: State, times: Floats) -> Floats:

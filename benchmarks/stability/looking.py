@@ -6,7 +6,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.problem import BenchProblem, state_at_start
+from benchmarks.rivals.walk import state_at_start
+from tissuec.bench.problem import BenchProblem
 from tissuec.bench.solver import Deadline
 from tissuec.model.network import Floats
 from tissuec.script.plan import Plan

@@ -12,10 +12,11 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from benchmarks.rivals.walk import state_at_start
 from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.looking import Look, look
-from tissuec.bench.problem import BenchProblem, state_at_start
+from tissuec.bench.problem import BenchProblem
 from tissuec.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source

@@ -8,12 +8,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
-from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run_state import RunState
 from tissuec.engine.method import Samples
-from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan, without_outputs
 from tissuec.validate.engine_run import output_times, thinned
@@ -37,16 +34,6 @@ class BenchProblem(Struct, frozen=True, eq=False):
         network, plan = compiled.network, compiled.plan
         bare = without_outputs(plan)
         return cls(network, bare, thinned(output_times(network, plan), network.node_count))
-
-    @property
-    def has_surprises(self) -> bool:
-        """Return whether things may happen whose times are not in the script."""
-        return self.plan.breakable or bool(self.plan.triggers)
-
-    @property
-    def remembers(self) -> bool:
-        """Return whether there is more to step than positions and velocities of nodes."""
-        return bool(self.network.memories)
 
     def by(self, method: str, tolerance: float) -> Plan:
         """Return the plan with a method and a tolerance in place of its own."""
@@ -96,11 +83,3 @@ class PositionRecorder(Recorder):
         """Return the recorded positions [m], shape (row, node, 3)."""
         none = np.zeros((0, self.network.node_count, 3))
         return np.concatenate([none, *self._rows])
-
-
-def state_at_start(problem: BenchProblem) -> State:
-    """Return the state after the events of 0 s."""
-    frames = PositionRecorder(problem)
-    run_state = RunState.begin(problem.network, problem.plan, frames.memory)
-    EventHandler(problem.network, problem.plan, frames, run_state).begin()
-    return run_state.state

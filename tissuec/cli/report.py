@@ -21,7 +21,6 @@ from tissuec.core.report import DONE, Report
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
-    from tissuec.view.report.content import ReportContent
 
 SUFFIX = ".report.html"
 
@@ -84,11 +83,9 @@ def command(
                     )
                 word, reasons, code = *_write_study(result, page), DONE
             else:
-                content, code = _write(
+                word, reasons, code = _write(
                     result, page, validation, libraries, settings, validates=validates
                 )
-                word = content.verdict.word
-                reasons = [reason for reason, _ in content.verdict.reasons]
             document = {
                 "result": str(result),
                 "report": str(page),
@@ -134,8 +131,8 @@ def _pages(results: Sequence[Path], output: Path | None) -> dict[Path, Path]:
 def _write(
     result: Path, page: Path, validation: Path | None, libraries: tuple[Path, ...],
     settings: Settings, *, validates: bool,
-) -> "tuple[ReportContent, int]":  # fmt: skip
-    """Write one page; return its content, and the exit code."""
+) -> tuple[str, list[str], int]:  # fmt: skip
+    """Write the page of a run; return its verdict, the reasons, and the exit code."""
     from tissuec.analysis.result_scene import recompile
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.report.content import ReportContent
@@ -156,7 +153,7 @@ def _write(
             code = VERDICTS[document["verdict"]][2]
         content = ReportContent(trajectory, validation=document, recompiled=recompiled)
         write_file(page, render(content))
-    return content, code
+    return content.verdict.word, [reason for reason, _ in content.verdict.reasons], code
 
 
 def _write_study(path: Path, page: Path) -> tuple[str, list[str]]:

@@ -52,17 +52,17 @@ def run_report(
         details: Whether all events are listed.
     """
     outcome = result.outcome
-    facts = outcome_facts(compiled.plan, outcome, result.estimate)
-    facts = {**facts, "wall_time": outcome.wall_time}
+    known = outcome_facts(compiled.plan, outcome, result.estimate)
+    facts = {**known, "wall_time": outcome.wall_time}
     is_interrupted = outcome.kind == "interrupted"
-    document = _document(compiled, result, facts)
+    document = {"scene": scene, **_document(compiled, result, facts)}
     parts: list[Part] = [*_said(compiled, result, facts, details=details)]
     if is_interrupted:
         document["go_on_with"] = again
         parts.append(Fact("resume with", again))
     is_fine = is_interrupted or outcome.kind == "done"
     title = Fact("", f"{scene}: {outcome.message}", "remark" if is_fine else "failure")
-    document = {"scene": scene, **document, "diagnostics": [*map(as_dict, warnings)]}
+    document["diagnostics"] = [*map(as_dict, warnings)]
     code = _code(outcome, facts, strict=strict)
     return Report((title, FactSection("", parts)), document, code, level="remark")
 
