@@ -12,6 +12,7 @@ from tissuec.compiler.selections import Mask, PointScope, extents
 from tissuec.compiler.tables import ExplicitBody, read_tables
 from tissuec.compiler.threads import knot_pairs, thread_of
 from tissuec.core.errors import Note, counted
+from tissuec.core.fields import UnfitEntries
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.geometry.affine import Affine
@@ -231,7 +232,7 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             hint = hint or _with_unit(body.mesh.file.name, error.unit)
         findings.reject("TIS605", str(error), place, hint=hint)
     except (ValueError, ArithmeticError) as error:
-        hint = error.hint if isinstance(error, FormatError) else ""
+        hint = error.hint if isinstance(error, FormatError | UnfitEntries) else ""
         findings.reject("TIS309", f"body {body.name}: {error}", body.span, hint=hint)
     if mesh.origin is not None and mesh.remarks:
         findings.add(

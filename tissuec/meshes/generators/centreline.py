@@ -31,8 +31,7 @@ from tissuec.core.vectors import cross, dot, norm
 from tissuec.model.network import Floats
 
 SMOOTH, SHARP = BENDS = "smooth", "sharp"
-#: Rings that are looked at before the size of a mesh is known to be possible.
-MOST_CHECKED = 1000
+MOST_CHECKED = 1000  # rings of a mesh that may be too large to be built
 _PIECES = 256  # of each span of a spline, for its length
 _LOOKED_AT = 400  # points between which distances are compared
 _MOST = np.pi / 3.0  # turn of the axis from one ring to the next
@@ -104,6 +103,20 @@ class Centreline:
         found = self._curved(count)
         _require_order(found, first + (last - first) * found.share)
         return found
+
+    def require_rings(self, count: int, first: float, last: float) -> None:
+        """Check that rings neither intersect nor are too few, without making very many.
+
+        A tube of more than ``MOST_CHECKED`` rings is checked with that number of them here,
+        and with all of them by ``rings``.
+
+        Args:
+            count, first, last: As of ``rings``.
+
+        Raises:
+            ValueError: As for ``rings``.
+        """
+        self.rings(min(count, MOST_CHECKED), first, last)
 
     def _require_room(self, first: float, last: float) -> None:
         """Check that a tube with two radii at its ends [m] does not intersect itself."""

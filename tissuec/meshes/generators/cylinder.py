@@ -7,7 +7,7 @@ import numpy as np
 from tissuec.core.fields import Axis, Length, LengthIfAny, OneOf
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
-from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline, Rings
+from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
 from tissuec.meshes.generators.hexahedral import Hexahedral, in_order_of_vtk
 from tissuec.meshes.generators.limits import require_limits
 from tissuec.meshes.generators.round_cells import RoundCells
@@ -52,7 +52,7 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
         require_limits(self)
         if self.part != "whole" and len(self.axis) > 2:
             raise ValueError(f'"part is {self.part}" needs a straight axis')
-        self._rings()
+        self._line.require_rings(self._along + 1, self.radius, self._last)
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -67,7 +67,7 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
         """Return nodes, hexahedra, and the ends and the side; see ``Hexahedral``."""
         place, squares, circle = self._round.build()
         count, along = len(place), self._along
-        centre, across, share = self._rings()
+        centre, across, share = self._line.rings(along + 1, self.radius, self._last)
         radius = (1.0 - share) * self.radius + share * self._last
         position = centre[:, None] + radius[:, None, None] * (place @ across)
         layer = count * np.arange(along)[:, None, None] + squares
@@ -95,10 +95,6 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
     def _last(self) -> float:
         """Return the radius at the last end [m]."""
         return self.radius if self.end_radius is None else self.end_radius
-
-    def _rings(self) -> Rings:
-        """Return the layers of nodes; ValueError if they intersect."""
-        return self._line.rings(self._along + 1, self.radius, self._last)
 
     @property
     def _round(self) -> RoundCells:

@@ -10,7 +10,7 @@ from tissuec.core.units import LENGTH, show
 from tissuec.core.vectors import cross, norm
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
-from tissuec.meshes.generators.centreline import BENDS, MOST_CHECKED, SMOOTH, Centreline, Rings
+from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
 from tissuec.meshes.generators.hexahedral import Hexahedral
 from tissuec.meshes.generators.limits import require_limits
 
@@ -77,7 +77,7 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
             raise ValueError(
                 f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'
             )
-        self._along(min(self.rings, MOST_CHECKED))
+        self._line.require_rings(self.rings, *self._radii[1])
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -122,9 +122,9 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         inner, outer = self.inner_radius, self.outer_radius
         return (inner, self.end_inner_radius or inner), (outer, self.end_outer_radius or outer)
 
-    def _along(self, rings: int) -> Rings:
-        """Return so many rings; ValueError if they intersect."""
-        return Centreline(self.axis, self.bends).rings(rings, *self._radii[1])
+    @property
+    def _line(self) -> Centreline:
+        return Centreline(self.axis, self.bends)
 
     @property
     def is_even(self) -> bool:
@@ -132,18 +132,13 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         return len(self.axis) == 2 and all(first == last for first, last in self._radii)
 
     def _position(self) -> Floats:
-        centre, across, share = self._along(self.rings)
+        centre, across, share = self._line.rings(self.rings, *self._radii[1])
         angle = np.arange(self._columns)[:, None] * (2.0 * np.pi / self.sides)
         ring = np.cos(angle) * across[:, :1] + np.sin(angle) * across[:, 1:]
-        ends = [np.linspace(inner, outer, self.layers + 1) for inner, outer in self._ends()]
-        radius = ends[0] + share[:, None] * (ends[1] - ends[0])
+        first, last = np.linspace(*self._radii, self.layers + 1).T
+        radius = first + share[:, None] * (last - first)
         wall = ring[:, :, None] * radius[:, None, :, None]
         return (centre[:, None, None, :] + wall).reshape(-1, 3)
-
-    def _ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return both radii [m] at the first end, and at the last one."""
-        (inner, last_inner), (outer, last_outer) = self._radii
-        return (inner, outer), (last_inner, last_outer)
 
 
 def along_and_around(corners: Floats) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.fields import Axis, Length, LengthIfAny, OneOf, Whole
 from tissuec.meshes.generators import MESHES, Mesh
-from tissuec.meshes.generators.centreline import BENDS, MOST_CHECKED, SMOOTH, Centreline, Rings
+from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
 from tissuec.meshes.generators.joining import Pairs, grid_pairs, grid_triangles, springs
 from tissuec.meshes.generators.limits import require_limits
 from tissuec.model.network import Grid
@@ -56,7 +56,7 @@ class Tube(Struct, frozen=True, eq=False):
 
     def __post_init__(self) -> None:
         require_limits(self)
-        self._along(min(self.rings, MOST_CHECKED))
+        self._line.require_rings(self.rings, self.radius, self._last)
         if self.interior == "crossed" and self.sides < 6:
             raise ValueError(
                 f'"interior is crossed" needs "sides" of 6 or more, not {self.sides}: '
@@ -111,13 +111,17 @@ class Tube(Struct, frozen=True, eq=False):
         steps = [(0, 2)] + ([(2, 0)] if self.rings > 2 else [])
         return np.concatenate([grid_pairs(shape, step, wrap=True) for step in steps])
 
-    def _along(self, rings: int) -> Rings:
-        """Return so many rings; ValueError if they intersect."""
-        last = self.radius if self.end_radius is None else self.end_radius
-        return Centreline(self.axis, self.bends).rings(rings, self.radius, last)
+    @property
+    def _line(self) -> Centreline:
+        return Centreline(self.axis, self.bends)
+
+    @property
+    def _last(self) -> float:
+        """Return the radius at the last end [m]."""
+        return self.radius if self.end_radius is None else self.end_radius
 
     def _position(self) -> NDArray[np.float64]:
-        centre, across, share = self._along(self.rings)
+        centre, across, share = self._line.rings(self.rings, self.radius, self._last)
         angle = np.arange(self.sides)[:, None] * (2.0 * np.pi / self.sides)
         first, second = across[:, :1], across[:, 1:]
         radius = self.radius
