@@ -468,8 +468,10 @@ class WalledField(Field, frozen=True):
     Attributes:
         walls: Springs that items depend on.
         walled: The item of each of them, shape of ``walls``.
+        at_once: Items whose matrices are in memory at a time.
     """
 
+    at_once: ClassVar[int] = 4096
     walls: Indices
     walled: Indices
 
@@ -477,6 +479,12 @@ class WalledField(Field, frozen=True):
     @abstractmethod
     def item_count(self) -> int:
         """Return the number of items."""
+
+    def in_blocks(self) -> Iterator[tuple[Indices, Self]]:
+        """Yield the items a block at a time, with their numbers, shape (n,)."""
+        for first in range(0, self.item_count, self.at_once):
+            part = np.arange(first, min(first + self.at_once, self.item_count))
+            yield part, self.only(part)
 
     def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the items that have lost a spring, ascending; ``alive`` as in ``Field``."""

@@ -6,7 +6,7 @@ Its active nominal stress S(t) φ(λ) is a force along the fibres per area witho
     P = S φ(λ) (F a ⊗ a)/λ,    force on node n = -∫ S φ(λ) (F a)/λ (∂N_n/∂X · a) dV.
 
 At a given time it has the potential ∫ S Φ(λ) dV with Φ' = φ, whose change is work from outside:
-what muscle takes from its metabolism. φ = 1 without limits of the stretch; between the limits l
+the metabolism of muscle supplies it. φ = 1 without limits of the stretch; between the limits l
 and h it is the bump
 
     φ = (1 - q²)²,    q = (2 λ - l - h)/(h - l),
@@ -35,7 +35,7 @@ from tissuec.model.profiles import TimeProfile
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-#: Stretches between which fibres pull, where neither limit counts.
+#: Limits of the stretch of fibres that pull at any stretch.
 UNLIMITED = (0.0, -inf)
 
 
@@ -117,7 +117,7 @@ class Activation(WalledField, frozen=True):
     def potential(self, time: Floats | float, position: Floats) -> Floats:
         """Return ∫ S (Φ(λ) - Φ(1)) dV [J], shape (…)."""
         found = np.zeros(position.shape[:-2])
-        for own in self._in_blocks():
+        for _, own in self.in_blocks():
             stretch = np.linalg.norm(own._along(position), axis=-1)
             longer = self._integral(stretch) - self._integral(np.ones(1))
             found += (own.weight * longer).sum(axis=(-1, -2))
@@ -133,7 +133,7 @@ class Activation(WalledField, frozen=True):
         from scipy.sparse import coo_matrix, csr_matrix
 
         stress, total = float(self.stress(time)), csr_matrix((3 * size, 3 * size))
-        for own in self._in_blocks():
+        for _, own in self.in_blocks():
             along = own._along(position)
             stretch = np.linalg.norm(along, axis=-1)
             safe = np.where(stretch > 0.0, stretch, 1.0)
@@ -188,11 +188,6 @@ class Activation(WalledField, frozen=True):
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _in_blocks(self) -> Iterator[Self]:
-        """Yield the elements a block at a time."""
-        for first in range(0, self.item_count, _AT_ONCE):
-            yield self.only(np.arange(first, min(first + _AT_ONCE, self.item_count)))
-
     def _along(self, position: Floats) -> Floats:
         """Return F a of each line, shape (…, element, line, 3)."""
         return np.asarray(self.slopes @ position[..., self.nodes, :])
@@ -212,9 +207,6 @@ class Activation(WalledField, frozen=True):
         width = self.high - self.low
         q = np.clip((2.0 * stretch - self.low - self.high) / width, -1.0, 1.0)
         return 0.5 * width * (q - 2.0 / 3.0 * q**3 + 0.2 * q**5)
-
-
-_AT_ONCE = 4096  # elements whose matrices are in memory at a time
 
 
 def activated(network: Network, nodes: Indices) -> Iterator[tuple[Any, Indices]]:

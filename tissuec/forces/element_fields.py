@@ -1,8 +1,8 @@
 """Fields of elements, whose matrices are sums of those of single elements."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -23,12 +23,10 @@ class ElementField(WalledField, frozen=True):
     """A field whose items are elements.
 
     Attributes:
-        at_once: Elements whose matrices are in memory at a time.
         name: Of the body.
         nodes: Shape (element, node).
     """
 
-    at_once: ClassVar[int] = 4096
     name: str
     nodes: Indices
 
@@ -61,12 +59,6 @@ class ElementField(WalledField, frozen=True):
         Returns:
             [N s/m], shape (element, node, 3, node, 3).
         """
-
-    def in_blocks(self) -> Iterator[tuple[Indices, Self]]:
-        """Yield the elements a block at a time, with their numbers, shape (n,)."""
-        for first in range(0, self.item_count, self.at_once):
-            part = np.arange(first, min(first + self.at_once, self.item_count))
-            yield part, self.only(part)
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
