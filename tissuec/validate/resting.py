@@ -1,9 +1,10 @@
-"""Equilibrium for a reference: SciPy's minimisers on the energy of its own equations.
+"""Equilibrium for a reference: the energy of its own equations, minimised.
 
-A trust-region method brings the energy down as far as its rounding lets it see; Newton's steps
-with SciPy's sparse solver then bring the forces down as far as theirs. Where a net can move at
-no cost, as a body that nobody holds can, neither says where it comes to rest; it stays as near
-to its start as it can.
+Newton's steps with SciPy's sparse solver lead to an equilibrium near the start. Where they do
+not, a trust-region method of SciPy lowers the energy as far as its rounding allows, and
+Newton's steps then reduce the forces as far as theirs allows. Where a net can move at no cost,
+such as a body that nothing holds, neither determines where it comes to rest; it stays as near
+to its start as possible.
 """
 
 from typing import Any, cast
@@ -28,8 +29,8 @@ from tissuec.validate.stepping import ReferenceFailure
 COARSE = 1e-5  # of the largest force: up to here the energy tells the way
 BALANCED = 1e-9  # of the largest force: what may be left of it in the end
 POLISHING = 100  # more than Newton's method ever needs where all forces have an energy
-DIRECT = 20  # Newton's steps before a minimiser is asked
-SMALLEST = 1e-3  # share of such a step that is tried, until the energy falls
+DIRECT = 20  # Newton's steps before a minimiser is used
+SMALLEST = 1e-3  # smallest share of such a step that is tried; the energy must fall
 BLOWS = 50  # of jets, whose forces follow the net without an energy
 STEADY = 1e-4  # of the largest force: change of theirs from which on Newton's steps go on
 TURNS = 4  # of minimising and buckling
@@ -51,7 +52,7 @@ def rest(state: State, chosen: NDArray[np.bool_]) -> None:
     if not len(field.free):
         return
     moved = _nearby(field)
-    if moved is None:
+    if not _is_balanced(field, moved):
         moved = _polished(field, _blown(field, field.start))
     for _ in range(TURNS):
         way = _way_off(field, moved)
@@ -159,8 +160,8 @@ def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
     return float(found[0][0]), np.asarray(found[1])[:, 0]
 
 
-def _nearby(field: "EnergyField") -> Floats | None:
-    """Return displacements at a stable equilibrium near the start; None if Newton fails.
+def _nearby(field: "EnergyField") -> Floats:
+    """Return displacements at an equilibrium near the start, if Newton's steps lead there.
 
     Minimisers take hundreds of times as long where tissue hardly changes its volume.
     """
@@ -177,11 +178,11 @@ def _nearby(field: "EnergyField") -> Floats | None:
         if size < SMALLEST:
             break
         moved = moved + size * step
-    moved = _polished(field, moved)
-    return moved if _is_balanced(field, moved) else None
+    return _polished(field, moved)
 
 
 def _newton_step(field: "EnergyField", moved: Floats, force: Floats) -> Floats:
+    """Return the step after which the force at some displacements [N] would vanish [m]."""
     matrix = field.stiffness(moved)
     shift = 1e-12 * float(np.abs(matrix.diagonal()).max())
     return np.asarray(spsolve((matrix + shift * identity(len(moved))).tocsc(), force))
@@ -236,15 +237,15 @@ def _polished(field: "EnergyField", moved: Floats, motions: Floats | None = None
     Args:
         motions: Left out of the steps: orthonormal columns, shape (3 free, motion).
     """
-    left = float(np.abs(field.force(moved)).max())
+    force = field.force(moved)
     for _ in range(POLISHING):
-        step = _newton_step(field, moved, field.force(moved))
+        step = _newton_step(field, moved, force)
         if motions is not None:
             step -= motions @ (motions.T @ step)
-        after = float(np.abs(field.force(moved + step)).max())
-        if not after < left:
+        after = field.force(moved + step)
+        if not np.abs(after).max() < np.abs(force).max():
             break
-        moved, left = moved + step, after
+        moved, force = moved + step, after
     return moved
 
 
@@ -293,8 +294,8 @@ class EnergyField:
         outside = equations.outside(self._time)[self.free]
         self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
         self._jets = tuple(state.jets.values())
-        of_sources = PressedSkin, ActiveFibres
-        self._pressures = [one for one in equations.fields if isinstance(one, of_sources)]
+        kinds = PressedSkin, ActiveFibres
+        self._sources = [one for one in equations.fields if isinstance(one, kinds)]
         self._frozen = np.zeros_like(self.start)
         springs = self._springs(self.start)
         self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0
@@ -325,18 +326,18 @@ class EnergyField:
 
     def _blown(self, moved: Floats) -> Floats:
         pushed = np.zeros((self._equations.count, 3))
-        if not (self._jets or self._pressures):
+        if not (self._jets or self._sources):
             return pushed[self.free].ravel()
         place = self._equations.drawn + self._state(moved)
         for jet in self._jets:
             jet.add_forces(self._time, place, np.zeros_like(place), pushed)
-        for pressure in self._pressures:
-            pushed += pressure.wayward(self._time, place)
+        for source in self._sources:
+            pushed += source.wayward(self._time, place)
         return pushed[self.free].ravel()
 
     def frozen_force(self, moved: Floats) -> Floats:
         """Return the forces on free nodes, with the frozen ones [N], shape (3 free,)."""
-        if not (self._jets or self._pressures):
+        if not (self._jets or self._sources):
             return self.force(moved)
         return self.force(moved) - self._blown(moved) + self._frozen
 
@@ -348,10 +349,10 @@ class EnergyField:
         """
         elastic = self._equations.behaviour.energy(self._springs(moved).stretch).sum()
         place = self._equations.drawn + self._state(moved)
-        pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
-        pressed += sum(one.potential(self._time, place) for one in self._pressures)
-        pressed += self._equations.relaxing.energy(place, self._flowed)
-        return float(elastic - (self._load + self._frozen) @ moved) + pressed
+        stored = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
+        stored += sum(one.potential(self._time, place) for one in self._sources)
+        stored += self._equations.relaxing.energy(place, self._flowed)
+        return float(elastic - (self._load + self._frozen) @ moved) + stored
 
     def largest(self, moved: Floats) -> float:
         """Return the largest force of a spring, or component of a load or sum of forces [N].
