@@ -98,4 +98,4 @@ def test_lists_reach_further_where_they_are_left_soon_and_less_where_late():
     # A single step leaves them.
     assert one.end(1.0, 0, 5000) and one.share == 1.0
     assert not one.end(1.0, 0, 5000)
-    assert not one.is_wide(5000) and not ContactListing().is_wide(listing.MANY)
+    assert not one.narrow(5000) and not ContactListing().narrow(listing.MANY)

@@ -1,8 +1,8 @@
-"""What is near in contact, listed for as many steps as pay.
+"""Lists of near pairs in contact, and the distance for which they hold.
 
 Pairs of nodes and shapes that are near are listed around a state, and hold until a node has
-moved by a distance. The shorter it is, the fewer pairs every step looks at that do not touch,
-and the more often they are listed. Results are the same for any distance.
+moved by a distance. The shorter it is, the fewer pairs without contact every step examines, and
+the more often pairs are listed. Results are the same for any distance.
 """
 
 from msgspec import Struct
@@ -15,15 +15,14 @@ OFTEN, SELDOM = 60, 600  # steps between two lists; below, they are widened
 
 
 class ContactListing(Struct):
-    """When and how far around pairs were listed; all of it goes into checkpoints.
+    """The state around which pairs were listed, and their distance; part of checkpoints.
 
     Attributes:
-        at: When they were listed [s].
-        around: And around which positions of all nodes [m], shape (node, 3); None if they are
-            to be listed.
+        at: Time at which they were listed [s].
+        around: Positions of all nodes then [m], shape (node, 3); None before they are listed.
         step: Number of steps that were accepted before.
         share: Distance by which nodes may move, as a part of the longest one.
-        is_tried: Whether a shorter distance than that was tried.
+        is_tried: Whether a shorter distance than the longest one was tried.
     """
 
     at: float = float("nan")
@@ -32,11 +31,11 @@ class ContactListing(Struct):
     share: float = 1.0
     is_tried: bool = False
 
-    def is_wide(self, pairs: int) -> bool:
-        """Return whether pairs that were just listed are to be listed again, nearer by.
+    def narrow(self, pairs: int) -> bool:
+        """Choose a short distance if the first lists are long; return whether they were.
 
         Args:
-            pairs: Number of them.
+            pairs: Number of pairs that were listed.
         """
         if self.is_tried or pairs <= MANY:
             return False
@@ -44,10 +43,12 @@ class ContactListing(Struct):
         return True
 
     def end(self, time: float, step: int, pairs: int) -> bool:
-        """Choose the next distance, as a node is about to leave it; return whether one helps.
+        """Choose the next distance when a node is about to exceed it.
+
+        Returns False if the next step alone exceeds the longest one.
 
         Args:
-            time: Where the run stands [s].
+            time: Of the run [s].
             step: Number of steps that were accepted.
             pairs: Number of pairs that were listed.
         """

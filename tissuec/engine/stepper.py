@@ -48,7 +48,7 @@ class Stepper:
         cap: Longest step by stability [s].
         segment: Up to when profiles have no knots [s]; None before the first stretch.
         asked: Evaluations when a pause was last offered.
-        listing: When and how far around what is near shapes was listed.
+        listing: State of the lists of near pairs.
     """
 
     integrator: type[Integrator]
@@ -208,17 +208,16 @@ class Stepper:
         """Return the acting forces, with the operations on them."""
         if self._net is None:
             inputs, needed = self.inputs, self.inputs.features
-            if needed.touched:
-                self._list_near()
             called = loop_operations(self.integrator, needed)
             in_python = dict(BACKENDS[self.backend].operations)
-            net = inputs.net(self.integrator, plain=bool(in_python))
-            if needed.touched and self._is_wide(net.touches):
-                inputs.share = self.listing.share
-                net = inputs.net(self.integrator, plain=bool(in_python))
-            if needed.touched and self._is_to_place(net.touches):
-                net = inputs.net(self.integrator, plain=bool(in_python))
             if needed.touched:
+                self._list_near()
+            net = inputs.net(self.integrator, plain=bool(in_python))
+            if needed.touched:
+                if self._narrow(net.touches):
+                    net = inputs.net(self.integrator, plain=bool(in_python))
+                if self._place_near_bristles(net.touches):
+                    net = inputs.net(self.integrator, plain=bool(in_python))
                 self._straighten(net.touches)
             called_back = in_python | inputs.in_python(self.integrator)
             net = net._replace(operations=called)
@@ -226,30 +225,30 @@ class Stepper:
         return self._net
 
     def _list_near(self) -> None:
-        """Have pairs that are near listed around the present positions, if they are to be."""
+        """List near pairs around the present positions, unless they are listed already."""
         listing, inputs = self.listing, self.inputs
         if listing.around is None:
             listing.at, listing.step = self.progress.time, self.progress.accepted
             listing.around = inputs.positions(self.work.x[self.progress.current])
         inputs.around, inputs.share = listing.around, listing.share
 
-    def _is_wide(self, touches: ContactTable) -> bool:
-        """Return whether pairs are to be listed again, nearer by.
+    def _narrow(self, touches: ContactTable) -> bool:
+        """Choose a shorter distance for long lists; return whether to list pairs again.
 
-        Some methods list them as far as nodes may go: steps of implicit ones may change the
-        matrix before they leave their lists, and stages of stabilised ones are far away.
+        Some methods need the longest distance: steps of implicit ones may change the matrix
+        before they leave their lists, and stages of stabilised ones are far away.
         """
-        method = self.integrator
-        is_plain = not (method.implicit or method.stabilised)
-        return is_plain and self.listing.is_wide(touches.shape.size)
+        method, listing = self.integrator, self.listing
+        if method.implicit or method.stabilised or not listing.narrow(touches.shape.size):
+            return False
+        self.inputs.share = listing.share
+        return True
 
-    def _is_to_place(self, touches: ContactTable) -> bool:
-        """Give places to the bristles of points that are listed, if other ones have them.
+    def _place_near_bristles(self, touches: ContactTable) -> bool:
+        """Give places to the bristles of listed points; return whether to list pairs again.
 
-        Implicit methods keep places, at which their matrix was made.
-
-        Returns:
-            Whether places have changed, so that lists are to be made again.
+        Places change only if bristles lack one, or far too many others have one. Implicit
+        methods keep all places, for which their matrix was made.
         """
         has_bristles = touches.memory.size > 0 and touches.bent.shape[1] > SLIDES
         if not has_bristles or self.integrator.implicit:
@@ -286,10 +285,10 @@ class Stepper:
         self.work.v[self.progress.current].reshape(-1, 3)[away] = 0.0
 
     def list_anew(self) -> bool:
-        """Have what is near listed around the present positions, and nothing else changed.
+        """Have near pairs listed around the present positions; nothing else changes.
 
         Returns:
-            Whether the next step can do with it. It cannot if it alone is too long.
+            False if the next step alone is too long for any list.
         """
         now = self.progress
         if not self.listing.end(now.time, now.accepted, self.acting().touches.shape.size):
@@ -326,7 +325,7 @@ class Stepper:
         touches.bent[:, SLIDES] = slips[self.inputs.layout.order[touches.memory]]
 
     def forget_net(self) -> None:
-        """Have what acts, and the lists of what is near, made anew when they are needed."""
+        """Discard the acting forces and the lists of near pairs; they are made when needed."""
         self._net, self.listing.around = None, None
 
     def table(self, record: Any) -> RecordTable:
