@@ -47,7 +47,7 @@ class CodeEntry(Struct, frozen=True):
         return "\n".join(lines) + "\n"
 
     def override(self, piece: str) -> str | None:
-        """Return how the command line sets ``piece``; None if it belongs in the text."""
+        """Return the argument of ``--set`` for ``piece``; None if it belongs in the text."""
         if not self.frame or _HERE in self.frame:
             return None
         return piece.removeprefix("--set").strip().strip('"')

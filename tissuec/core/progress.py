@@ -22,7 +22,7 @@ class ProgressLine:
     """A line on stderr that is rewritten; off a terminal nothing, or a new line now and then.
 
     Args:
-        meanwhile: Returns what is under way while nothing else is reported, "" for nothing.
+        meanwhile: Returns the task under way while nothing else is reported, "" for none.
         anywhere: Whether it is also shown off a terminal, such as in a notebook.
         logged: Whether new lines are written off a terminal, such as to a file.
     """
@@ -67,7 +67,7 @@ class ProgressLine:
         self._write(line(now))
 
     def _watch(self) -> None:
-        """Show what is under way while nothing else is reported."""
+        """Show the task under way while nothing else is reported."""
         assert self.meanwhile is not None
         while not self.ended.wait(EVERY):
             if clock.monotonic() - self.heard > SILENCE and (what := self.meanwhile()):
@@ -131,7 +131,7 @@ class RunProgress(ProgressLine):
         self.first: tuple[float, float] | None = None
 
     def _before_steps(self) -> str:
-        """Show what is under way while no time is reported."""
+        """Return the task under way while no time is reported, "" for none."""
         if getattr(sys.modules.get(LOADER), "translating", False):
             return "compiling kernels"
         return "preparing" if self.first is None else ""

@@ -1,8 +1,9 @@
-"""What a command found, as one record that becomes text, JSON, or a part of a page.
+"""The report of a command: one record that becomes text, JSON, or a part of a page.
 
-Whatever computes something also states it, in parts: sentences, facts, tables, failed
-expectations, and sections of these. Three renderers show them: ``lines`` as text, ``as_json``
-as plain data, and ``view.report.markup.shown`` as HTML. Commands only return reports.
+A report consists of parts: sentences, facts, tables, failed expectations, and sections of
+these. The module that computes a result also returns its parts. Three renderers show them:
+``lines`` as text, ``as_json`` as plain data, and ``view.report.markup.shown`` as HTML. Commands
+only return reports.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -55,10 +56,10 @@ class FactTable(Struct, frozen=True):
     Attributes:
         heads: Heads of the columns; empty if they have none.
         rows: Cells of each row.
-        title: What the table shows; on pages only.
+        title: Title of the table; on pages only.
         least: Minimum widths of the columns, with two blanks before the next one.
-        kept: If the table is too wide for a terminal, so many cells of a row stay in columns,
-            and the others follow in lines of their own. 0 keeps all.
+        kept: Number of cells of a row that stay in columns if the table is too wide for a
+            terminal; the others follow in lines of their own. 0 keeps all.
     """
 
     heads: Sequence[str]
@@ -73,7 +74,7 @@ class FactSection(Struct, frozen=True):
 
     Attributes:
         title: If it is empty, the parts belong to the sentence before.
-        apart: Whether an empty line separates the section from what is before.
+        apart: Whether an empty line precedes the section.
     """
 
     title: str
@@ -88,10 +89,10 @@ class Verbatim(Struct, frozen=True):
 
 
 class Report(Struct, frozen=True):
-    """What a command found.
+    """The result of a command.
 
     Attributes:
-        parts: What is shown, in this order.
+        parts: The parts, in the order in which they are shown.
         document: The same as plain data for programs; ``ok`` is added.
         code: Exit code.
         findings: Diagnostics about the text; part of the document.
@@ -117,7 +118,7 @@ class Report(Struct, frozen=True):
 
 
 def failed(error: Exception | str, code: int, **facts: Any) -> Report:
-    """Return the report of a command that could not do its work.
+    """Return the report of a command that failed.
 
     Args:
         error: The reason.

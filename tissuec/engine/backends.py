@@ -115,7 +115,7 @@ def with_python(
 
 @cache
 def interpreter(integrator: type[Integrator]) -> Binder:
-    """Return a function that binds the stepping code of an integrator, to run as Python."""
+    """Return a binder of the stepping code of an integrator, which then runs as Python."""
     return Binder(names_in_python(integrator))
 
 

@@ -234,7 +234,7 @@ class Engine:
 
     @property
     def viewable(self) -> float:
-        """Return up to when ``look`` can tell the state [s]; minus infinity if it cannot."""
+        """Return the latest time of a state from ``look`` [s]; minus infinity without any."""
         if self._viewed is None:
             return -np.inf
         within, found = self._viewed

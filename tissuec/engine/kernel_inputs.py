@@ -55,7 +55,7 @@ if TYPE_CHECKING:  # which needs SciPy
 
 Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table that it reads
 SPORADIC = {"contact", "jet"}
-# Bristles: times as many as are near, and so many more, may have places.
+# Bristles with places: at most this factor times the sum of the near ones and of a few more.
 SPARE, FEW = 1.5, 200
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
@@ -76,7 +76,7 @@ class KernelInputs:
         layout: Places of nodes and springs.
         acting: The springs that act.
         team: The threads that share loops.
-        share: Way of nodes for which lists of what is near hold, as a part of the longest.
+        share: Distance of nodes for which lists of near pairs hold, as a part of the longest.
     """
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):

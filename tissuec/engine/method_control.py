@@ -149,7 +149,7 @@ class MethodControl:
         return True
 
     def _candidate(self, state: State, pace: float) -> tuple[str, float] | None:
-        """Return the methods that may come further, and the predicted time of their trial [s].
+        """Return a method that may come further, and the predicted time of its trial [s].
 
         Args:
             state: Of the run.

@@ -53,7 +53,7 @@ class Phases:
 
     @property
     def viewable(self) -> float:
-        """Return the latest time that ``look`` can return [s]; see ``Engine.viewable``."""
+        """Return the latest time of a state from ``look`` [s]; see ``Engine.viewable``."""
         return self._now.viewable
 
     @property

@@ -366,8 +366,7 @@ class Contact(Field, frozen=True, dict=True):
         return found
 
     def are_at(self, nodes: Indices) -> NDArray[np.bool_]:
-        """Return which of its nodes are among the given ones, and which points lie between
-        these.
+        """Return which nodes are among the given ones, and which points lie between these.
 
         Args:
             nodes: Indices, shape (n,).

@@ -386,7 +386,7 @@ class Membranes(MaterialField, frozen=True):
 
     @property
     def response(self) -> MembraneResponse:
-        """Return stress and rates as a function of F and of what triangles remember."""
+        """Return stress and rates as a function of F and of the internal variables."""
 
         def recalling(branches: RelaxingPlane | None, plastic: PlasticPlane | None) -> Self:
             return replace(self, remembered=branches, plastic=plastic)

@@ -82,7 +82,7 @@ class Affine(Struct, frozen=True, eq=False):
         return Affine(other.matrix @ self.matrix, other.matrix @ self.shift + other.shift)
 
     def inverse(self) -> "Affine":
-        """Return the map that leads back."""
+        """Return the inverse map."""
         matrix = np.asarray(np.linalg.inv(self.matrix), dtype=float)
         return Affine(matrix, -(matrix @ self.shift))
 
@@ -110,7 +110,7 @@ class Affine(Struct, frozen=True, eq=False):
 
     @property
     def volume(self) -> float:
-        """Return by what volumes are multiplied."""
+        """Return the factor of volumes."""
         return abs(float(np.linalg.det(self.matrix)))
 
     @property
@@ -120,7 +120,7 @@ class Affine(Struct, frozen=True, eq=False):
 
     @property
     def scale(self) -> float | None:
-        """Return by what all lengths are multiplied; None if that depends on the direction."""
+        """Return the factor of all lengths; None if it depends on the direction."""
         scale = float(np.cbrt(self.volume))
         scale = 1.0 if abs(scale - 1.0) <= _SIMILAR else scale  # of turns, without rounding
         square = self.matrix.T @ self.matrix / scale**2

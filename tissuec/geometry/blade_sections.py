@@ -10,9 +10,9 @@ from tissuec.geometry.edges import Floats, Indices
 
 
 class MetEdges(Struct, frozen=True, eq=False):
-    """Points at which a plane meets the edges of elements, in turn around their middle.
+    """Points at which a plane meets the edges of elements, in order around their middle.
 
-    The last point of an element is there several times if others have more points.
+    The last point of an element is repeated if others have more points.
 
     Attributes:
         ends: Nodes of the edge of each among those of the element, shape (element, point, 2).
@@ -68,7 +68,7 @@ def polygon_areas(points: Floats) -> Floats:
     """Return the areas of polygons [m²], shape (polygon,).
 
     Args:
-        points: In turn [m], shape (polygon, point, 3).
+        points: In order [m], shape (polygon, point, 3).
     """
     away = points - points[:, :1]
     each = np.cross(away, np.roll(away, -1, axis=1))
@@ -82,7 +82,7 @@ def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
     a polygon is linear in p, so that its integral follows from the middles.
 
     Args:
-        plain: p and q of corners, in turn, shape (polygon, corner, 2).
+        plain: p and q of corners, in order, shape (polygon, corner, 2).
         limited: Whether p and q are limited.
     """
     (p, q), (p2, q2) = np.moveaxis(plain, 2, 0), np.moveaxis(np.roll(plain, -1, axis=1), 2, 0)

@@ -35,7 +35,7 @@ ARGUMENTS = {
 
 
 def formulas(laws: Sequence[Law]) -> dict[str, list[Formula]]:
-    """Return the code of every law of a net for kernels.
+    """Return the formulas of every law of a net that kernels need.
 
     They are the forces with their derivatives, and the sides of the laws' corners: numbers that
     change wherever a corner is passed.

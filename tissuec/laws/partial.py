@@ -25,7 +25,7 @@ def constant_name(number: int) -> str:
 
 
 def formulas(laws: Sequence[Law], constants: int) -> dict[str, list[Formula]]:
-    """Return the functions of every law for kernels.
+    """Return the formulas of every law that kernels need.
 
     Of ``by_constant``, there is one for each constant of each law.
 

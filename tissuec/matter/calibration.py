@@ -1,7 +1,7 @@
 """Springs of an irregular net, changed as little as needed for a given stiffness.
 
 Where springs cannot pass the patch test (see ``patch``), nodes give way, and the net is softer
-than they represent, by different parts in different directions. Under six uniform stresses a
+than the solid, by different parts in different directions. Under six uniform stresses a
 on its boundary (see ``traction``) it is found to have the compliance S_ab = f_a · u_b / V,
 hence the stiffness C = S⁻¹. Springs of constants k that are lengthened by e_a under the mean
 strain a bear parts of it:
@@ -45,7 +45,7 @@ from tissuec.model.network import Floats
 ROUNDS = 3
 BENDING = 0.75  # power of the ratio by which a net is too stiff in bending that is corrected
 COARSE = 1.3  # ratio from which on it is not corrected
-MOST = 5.0  # times as stiff or soft as before: what would take more is reported, not done
+MOST = 5.0  # times as stiff or soft as before: larger corrections are reported, not made
 #: Of the largest eigenvalue: a mean stiffness that springs determine less is left as it is,
 #: such as one that is not symmetric in all four indices.
 _WEAK = 1e-3

@@ -441,7 +441,7 @@ class State(Struct, eq=False):
 
     @property
     def outer(self) -> tuple[Nodal, ...]:
-        """Return the external forces on free nodes: weight, drag and external forces."""
+        """Return the external forces on free nodes: weight, drag and applied forces."""
         held, braking = self.held, self.braking
         weight = Weight(np.where(held, 0.0, self.mass), self.gravity)
         drag = Drag(np.where(held, 0.0, braking))

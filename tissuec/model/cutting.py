@@ -1,4 +1,4 @@
-"""What cuts cost: areas of springs, resistances, and the force of blades that close."""
+"""Resistance to cutting: areas of springs, energies, and the force of blades that close."""
 
 from collections.abc import Mapping
 
@@ -17,11 +17,11 @@ class CuttingResistance(Struct, frozen=True, eq=False):
     A spring has the section A = c L / E. In a net of a solid, an area S is crossed by springs
     with Σ A |cos| = 2 S, and in one of a wall by those with 3/2 S, whatever the direction,
     where cos is that of their angles to its normal: the sums of A L over all directions make
-    the net equally stiff in all of them. So a spring of these accounts for A |cos| / 2 or
+    the net equally stiff in all of them. So such a spring accounts for A |cos| / 2 or
     2 A |cos| / 3, and a bar for A.
 
     Attributes:
-        areas: For which springs account at right angles to a blade [m²], shape (spring,).
+        areas: Areas that springs at right angles to a blade account for [m²], shape (spring,).
         means: Of |cos| over all directions, 1 of bars, shape (spring,).
         springs: Resistance of springs [J/m²], shape (spring,).
         elements: Resistance of elements [J/m²] by the name of their block, shape (element,).
@@ -36,8 +36,8 @@ class CuttingResistance(Struct, frozen=True, eq=False):
 class ClosingForce(Struct, frozen=True, eq=False):
     """The force of blades that close along a line.
 
-    What they cut is in parts. Each part takes its energy evenly over the way of the blades
-    between two shares of the line.
+    The cut consists of parts. Each takes its energy evenly while the blades are between two
+    shares of the line.
 
     Attributes:
         tool: The tool; empty if none is named.
@@ -55,7 +55,7 @@ class ClosingForce(Struct, frozen=True, eq=False):
     high: Floats
 
     def at(self, time: Floats | float) -> Floats:
-        """Return the force that moves the blades on [N], shape (…, 3).
+        """Return the force that closes the blades [N], shape (…, 3).
 
         Args:
             time: [s], shape (…).

@@ -272,7 +272,7 @@ class Trajectory:
         return access.array(self._file, "VTKHDF/Steps/PartOffsets")[: self._frame_count]
 
     def cells(self, frame: int) -> Cells:
-        """Return the drawing of frame number ``frame``."""
+        """Return the cells that are drawn in frame number ``frame``."""
         part = self._step("PartOffsets", frame)
         if self._drawn is None or self._drawn[0] != part:
             self._drawn = part, read_cells(self._file, part, self.springs)

@@ -3,8 +3,7 @@
 Derivatives by positions are the exact matrices of the fields. Viscous forces are linear in
 velocities, so that differences give their derivatives exactly: those of many nodes at once,
 where no force depends on two of them. (A. R. Curtis, M. J. D. Powell, J. K. Reid, IMA J. Appl.
-Math. 13:117,
-1974.) How viscous forces change with places is left out, and so is contact.
+Math. 13:117, 1974.) How viscous forces change with positions is left out, and so is contact.
 
 Shared arguments:
     time: Time [s].
@@ -50,11 +49,11 @@ class FieldMatrices:
         self._coupling: tuple[tuple[Indices, Indices], list[Indices]] | None = None
 
     def by_place(self, time: float, position: Floats) -> sparse.csr_matrix:
-        """Return minus the derivative of forces by places [N/m], shape (3 free, 3 free)."""
+        """Return minus the derivative of forces by positions [N/m], (3 free, 3 free)."""
         return self._sum(self._fields, time, position)
 
     def by_speed(self, time: float, position: Floats, velocity: Floats) -> sparse.csr_matrix:
-        """Return minus the derivative by velocities [N s/m], shape (3 free, 3 free)."""
+        """Return minus the derivative of forces by velocities [N s/m], (3 free, 3 free)."""
         size = 3 * len(self._free)
         if not self._viscous:
             return sparse.csr_matrix((size, size))

@@ -138,7 +138,7 @@ def _row(quantity: Document) -> tuple[str, ...]:
 
 
 def _events(document: Document) -> list[str]:
-    """Return how what broke and what fired match."""
+    """Return how ruptures and triggers of the run match those of the reference."""
     lines: list[str] = []
     for what, name in (("springs broke", "ruptures"), ("triggers fired", "triggers")):
         matching = document.get(name)

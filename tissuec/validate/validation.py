@@ -1,8 +1,8 @@
 """From a compiled scene to a verdict: run, reference, comparison.
 
-What ends a run before its duration may happen a little later in a reference, by the errors of
-both. A reference therefore goes a little further, and what happens there counts only if it
-happened in the run.
+An event that ends a run before its duration may occur a little later in the reference, by the
+errors of both. The reference is therefore computed a little further, and its events after the
+end of the run count only if they occurred in the run.
 """
 
 import time as clock
@@ -124,14 +124,14 @@ def validate(
 
 
 def end_of_reference(plan: Plan, run: Observed) -> float:
-    """Return until when a reference of a run must go [s]."""
+    """Return the time up to which the reference of a run is needed [s]."""
     simulation, time = plan.simulation, run.outcome.state.time
     late = (simulation.tolerance or WITHOUT_PROMISE) * simulation.duration
     return time if run.outcome.ended is None else min(time + late, simulation.duration)
 
 
 def without_later(reference: Reference, run: Observed) -> Reference:
-    """Return a reference without what happened in it alone, after the end of the run."""
+    """Return a reference without events after the end of the run that only it has."""
     end = run.outcome.state.time
     broken = np.concatenate([np.zeros(0, dtype=np.int64), *(one.springs for one in run.breaks)])
     fired = {one.trigger for one in run.firings}

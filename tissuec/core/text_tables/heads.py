@@ -135,7 +135,8 @@ def _is_any_number(cells: list[str]) -> bool:
 def _of_header(header: str, row: str, delimiters: Sequence[str]) -> str:
     """Return the separator that divides a header and the row below it into equally many cells.
 
-    Names may hold commas and blanks, and so may numbers with decimal commas.
+    Of several, it is the one with most numbers in the row. Names may hold commas and blanks,
+    and so may numbers with decimal commas.
     """
     widths = {d: len(cells_of(header, d)) for d in delimiters}
     found = [(cells_of(row, d), d) for d in delimiters if widths[d] > 1]

@@ -76,9 +76,9 @@ def run(
 
     Args:
         recorder: A new one, of the same network and plan.
-        progress: Told the simulated time [s] now and then.
-        watch: Likewise, called with what the engine did until then as well.
-        interrupt: Asked now and then; True ends the run between two steps, with a checkpoint.
+        progress: Called with the simulated time [s] now and then.
+        watch: Likewise, with the statistics of the engine as well.
+        interrupt: Called now and then; True ends the run between two steps, with a checkpoint.
             Ctrl-C, SIGTERM and SIGHUP do the same.
         resume: The checkpoint of an earlier run of the same plan, which continues from there as
             if it had never stopped.
@@ -115,7 +115,7 @@ def run(
 
 
 def _both(loop: RunLoop, progress: Progress | None, watch: Watch | None) -> Progress:
-    """Return a callback that passes on the simulated time."""
+    """Return a callback that passes the simulated time to both, each None if there is none."""
 
     def tell(time: float) -> None:
         if watch is not None:

@@ -37,7 +37,7 @@ def near_nodes(count: int, closed: bool) -> NodalSpline:
     """Return the uniform cubic B-spline of nodes in a row, as values and slopes at the nodes.
 
     With neighbours a and c of a node b they are (a + 4 b + c) / 6 and (c - a) / 2. Beyond an
-    end the row continues as far as it came, so that it ends at its last node.
+    end b with the neighbour a, the next node is 2 b - a, so that the spline ends at b.
     """
     return NodalSpline(
         _stencil(count, closed, np.array([1.0, 4.0, 1.0]) / 6.0),

@@ -249,7 +249,7 @@ class _Touched:
         return np.maximum(self.by_surface(values), largest)
 
     def along(self, vectors: Floats) -> Floats:
-        """Return what of vectors is along the surface, shape (touch, 3)."""
+        """Return the parts of vectors along the surface, shape (touch, 3)."""
         return _across(vectors, self.normal)
 
     def deepening(self, velocity: Floats) -> Floats:

@@ -27,14 +27,14 @@ from tissuec.script.plan import Plan
 KIND = "bodies overlap"
 TOUCHING = 0.01  # of the median edge: surfaces as near as that as drawn touch
 AROUND = 0.5  # of the median edge: distance within which surfaces are listed
-FLAT = 1e-6  # of it: what is as near to a plane lies in it
+FLAT = 1e-6  # of the median edge: nodes as near to a plane lie in it
 
 
 class _Couple:
     """Two surfaces, or one twice, and which of their edges and triangles are near each other.
 
     These hold until a node has moved by half of the distance within which they are listed,
-    beside what all nodes move by.
+    relative to the mean of all nodes.
     """
 
     def __init__(self, one: WatchedSkin, other: WatchedSkin):
@@ -93,8 +93,7 @@ class _Couple:
     def touch(self, drawn: Floats) -> bool:
         """Return whether the surfaces touch or cross as drawn [m], shape (node, 3).
 
-        A single surface touches itself at all of its nodes, and is asked only whether it
-        crosses.
+        A single surface touches itself at all of its nodes, and is checked for crossings only.
         """
         margin = TOUCHING * min(self.one.edge, self.other.edge)
         for first, second in self._orders:
