@@ -173,3 +173,13 @@ def test_a_wall_must_have_a_thickness_at_both_ends():
         thick(end_outer_radius=0.003)
     with pytest.raises(ValueError, match="straight axis"):
         thick(part="half")
+
+
+def test_impossible_numbers_of_rings_are_counted_and_not_made():
+    many, axis = 10**8, {"axis": STAIRS}
+    meshes = [
+        Tube(**axis, radius=1e-3, rings=many, sides=8),
+        thick(**axis, inner_radius=1e-3, outer_radius=2e-3, rings=many),
+        Cylinder(**axis, radius=1e-3, cell=0.09 / many),
+    ]
+    assert all(mesh.size()[0] >= 8 * many for mesh in meshes)
