@@ -1,7 +1,7 @@
 """tissuec: a tissue-description language, its compiler, and a validated soft-tissue simulator.
 
 From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes``,
-``properties``, ``examine``, ``start``, ``study`` and ``read_table``. What stands behind these
+``properties``, ``examine``, ``start``, ``study`` and ``read_table``. The modules behind these
 names is imported when one of them is first used.
 """
 

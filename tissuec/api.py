@@ -84,7 +84,7 @@ def run(
         threads: Maximum number of threads for a large net; by default one for each processor,
             or half as many if the companion may use the others. The motion does not change.
         libraries: Further folders to search for what the scene uses.
-        **more: More params; an underscore stands for a blank, as in ``cut_time="0.9 s"``.
+        **more: More params; an underscore means a blank, as in ``cut_time="0.9 s"``.
 
     Raises:
         CompileError: The text is wrong; the message contains all findings with their places.
@@ -165,7 +165,7 @@ def environment(
         scene: As of `run`.
         observations: Measures, such as "force of forceps A", or these with their limits in SI
             units.
-        actions: Sentences of the script with ``{}`` where the number stands, such as "move
+        actions: Sentences of the script with ``{}`` in place of the number, such as "move
             forceps A by (0, 0, {} mm) using constant speed", with the limits of the number.
         reward: A measure, or an expression of measures.
         step: Time between two actions, such as "25 ms"; each sentence takes that long.
@@ -286,11 +286,11 @@ def properties(
     libraries: Sequence[str | os.PathLike[str]] = (),
     **more: "Given",
 ) -> "list[BodyProperties]":
-    """Return what each body of a scene is as matter, as ``tissuec explain --bodies`` does.
+    """Return the material properties of each body, as ``tissuec explain --bodies`` shows them.
 
     Args:
         scene: As in `run`, like ``params``, ``libraries`` and ``more``.
-        body: The only one that is asked for.
+        body: Name of a body, to examine it alone.
         frequencies: How many natural frequencies of each body, 0 for none.
 
     Raises:
@@ -315,7 +315,7 @@ def examine(
     libraries: Sequence[str | os.PathLike[str]] = (),
     **more: "Given",
 ) -> "list[Examination]":
-    """Return what tissues are found to be in a virtual laboratory, as ``tissuec lab`` does.
+    """Return the measurements of tissues in a virtual laboratory, as ``tissuec lab`` does.
 
     Args:
         scene: A text or a file with tissues.
@@ -378,7 +378,7 @@ def study(
         scheduler: Address of a dask scheduler whose workers are used instead.
         out: Table to write or to go on with, in CSV, or HDF5 if it ends with ".h5"; or none.
         fresh: Whether to discard the rows that ``out`` has already.
-        progress: Whether a line on stderr tells how far it is.
+        progress: Whether to show the progress on stderr.
 
     Raises:
         CompileError: The text is wrong, or values do not go with the scene.
@@ -452,7 +452,7 @@ def _request(
     *,
     strict: bool = False,
 ) -> "Request":
-    """Return what is to be compiled; CompileError if the scene cannot be read."""
+    """Return the request to compile; CompileError if the scene cannot be read."""
     from tissuec.lang.characters import normalise
     from tissuec.pipeline import compile_request, read_words
     from tissuec.scene.imports import ParsedOnce, read_source
@@ -468,7 +468,7 @@ def _request(
     try:
         known = read_words(request)[0].constants.parameters()
     except CompileError:
-        compile_request(request)  # tells all that is wrong, and not of words alone
+        compile_request(request)  # reports all that is wrong, not only words
         raise
     return replace(request, overrides=overrides(given, known))
 
@@ -482,7 +482,7 @@ def _is_text(scene: Scene) -> TypeGuard[str]:
 def _told(
     progress: bool | Callable[[float], None], name: str, duration: float
 ) -> Generator[Callable[[float], None] | None]:
-    """Yield whom a run tells how far it is."""
+    """Yield the progress callback of a run."""
     if not isinstance(progress, bool):
         yield progress
     elif not progress:
@@ -507,7 +507,7 @@ def _judged(path: Path, outcome: "Outcome", *, strict: bool, temporary: bool) ->
 
 
 def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[TissueError]:
-    """Yield what went otherwise than the scene expects.
+    """Yield an error for each deviation from what the scene expects.
 
     Raises:
         KeyboardInterrupt, SystemExit: The run or its companion was interrupted.

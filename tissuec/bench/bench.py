@@ -74,7 +74,7 @@ def bench(
         tolerances: In any order.
         repeat: Timed runs of each point.
         budget: Processor time that a run may take [s].
-        tell: Called with what is being done.
+        tell: Called with a text about each task that begins.
         rivals: Solvers of other libraries.
 
     Raises:

@@ -63,7 +63,7 @@ def measure(
         truth: Positions that errors are measured against [m], shape (row, node, 3).
         repeat: Timed runs of each point.
         budget: Processor time that a run may take [s].
-        tell: Called with what is being done.
+        tell: Called with a text about each task that begins.
     """
     found: dict[tuple[int, float], SolverRun] = {}
     gaps: list[MissingPoint] = []
@@ -114,7 +114,7 @@ def _explore(
 
 
 def _brief(outcome: SolverRun | MissingPoint) -> str:
-    """Return what came of a run, in a few words."""
+    """Return the outcome of a run, in a few words."""
     if isinstance(outcome, MissingPoint):
         return outcome.why
     return f"{outcome.seconds:.3g} s, {counted(outcome.evaluations, 'evaluation')}"

@@ -80,7 +80,7 @@ def find_truth(
         finest: Finest tolerance of the bench.
         budget: Processor time for one point [s].
         patience: How many of these times a solution may take.
-        tell: Called with what is being done.
+        tell: Called with a text about each task that begins.
         judges: Other solvers.
 
     Raises:

@@ -33,7 +33,7 @@ OPENING = re.compile(r'"""``tissuec (\w+)``: (.+)"""\n')
 
 
 def summaries() -> dict[str, str]:
-    """Return what ``--help`` says of each command, from its file without importing it."""
+    """Return the help line of each command, from its file without importing it."""
     files = sorted(Path(__file__).parent.glob("*.py"))
     found = {path.stem: text for path in files if (text := summary(path.stem))}
     first = {name: found.pop(name) for name in FIRST}
@@ -41,7 +41,7 @@ def summaries() -> dict[str, str]:
 
 
 def summary(name: str) -> str | None:
-    """Return what ``--help`` says of a command, None if there is no such command."""
+    """Return the help line of a command, None if there is no such command."""
     path = Path(__file__).parent / f"{name}.py"
     if name in HIDDEN or not name.isidentifier() or not path.is_file():
         return None
@@ -107,7 +107,7 @@ def main() -> None:
     """Run the command line; exit codes are those of design: 0, 1, 2, 3 or 130."""
     gc.set_threshold(MANY_OBJECTS)
     code = run_guarded(group)
-    # Everything is written and told; Ctrl-C would only print where the process is ending.
+    # Everything is written and reported; Ctrl-C would only print a traceback of the ending.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # the end of the process frees what is left at once
     sys.exit(code)

@@ -23,12 +23,12 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def shipped_names(*folders: str, short: bool = False, files: bool = True) -> Complete:
-    """Return what completes names of shipped files.
+    """Return a function that completes names of shipped files.
 
     Args:
         folders: Of the library, such as "fuzzy".
         short: Whether names without their folder count as well.
-        files: Whether a file of one's own can stand there as well.
+        files: Whether the user's own files are completed as well.
     """
 
     def complete(

@@ -126,7 +126,7 @@ def _factor(unit: str) -> float:
 
 
 def _facts(shape: "RepairedMesh") -> dict[str, Any]:
-    """Return what is in a mesh file, repaired, in SI units."""
+    """Return the contents of a repaired mesh file, in SI units."""
     from tissuec.geometry.edges import Edges, volume
 
     edges = Edges.among(shape.skin)
@@ -245,7 +245,7 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
 
 
 def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
-    """Yield what is in a file, in words."""
+    """Yield lines of text that describe the contents of a file."""
     if "voxels" in facts:
         sides = " x ".join(units.show(float(side), units.LENGTH) for side in facts["voxel"])
         voxels = " x ".join(map(str, facts["voxels"]))

@@ -68,7 +68,7 @@ def plot_options(function: Any) -> Any:
         defaults |= {field.name: field.default for field in fields(cast(Any, member))}
         for name, option in options_of(member).items():
             found.setdefault(name, {})[kind] = option
-    for name in sorted(found, reverse=True):  # the last one applied stands first in the help
+    for name in sorted(found, reverse=True):  # the last one applied comes first in the help
         function = _as_click(name, found[name], defaults[name])(function)
     return function
 

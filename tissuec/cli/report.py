@@ -167,7 +167,7 @@ def _write_study(path: Path, page: Path) -> tuple[str, list[str]]:
 
 
 def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
-    """Return what ``validate --json`` printed of the scene of a run; TissueError if not."""
+    """Return the output of ``validate --json`` for the scene of a run, or raise TissueError."""
     import json
 
     from tissuec.view.report.outcome import misfit

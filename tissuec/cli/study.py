@@ -122,7 +122,7 @@ def command(
 
 
 def _sentences(options: dict[str, Any]) -> list[str]:
-    """Return the sentences of a study block that the options stand for."""
+    """Return the sentences of a study block that correspond to the options."""
     from tissuec.studies.writing import sentences_of
 
     rows = None if options["rows"] is None else options["rows"].as_posix()

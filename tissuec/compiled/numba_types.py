@@ -145,7 +145,7 @@ PARTIALS: dict[str, Signature] = {
 
 
 def as_compiled(function: Callable[..., Any]) -> Signature:
-    """Return the signature that the annotations of a function tell."""
+    """Return the signature that follows from the annotations of a function."""
     arguments, result = signature(function)
     returned = NOTHING if result is None else SCALARS[result]
     return returned(*(kind_of(field) for field in arguments.values()))

@@ -36,12 +36,12 @@ class Found(Struct, frozen=True):
 
 
 def limited(found: Found, reader: LearnReader, span: Span) -> Adjust:
-    """Return what can be adjusted, within limits.
+    """Return an adjustment within its limits.
 
     Args:
-        found: What is adjusted.
+        found: The quantity to adjust.
         reader: Of the sentence.
-        span: Of what is adjusted.
+        span: Of the quantity.
     """
     dimension, own = found.kind.dimension, found.kind
     reader.own = dimension

@@ -107,7 +107,7 @@ class Targets:
         return Target(name, nodes, self.groups.springs_inside(nodes))
 
     def unknown(self, names: Sequence[s.Name], *, with_tissues: bool) -> NoReturn:
-        """Reject a name that stands for nothing that could be adjusted."""
+        """Reject a name of nothing that could be adjusted."""
         text = " of ".join(name.text for name in names)
         for name in names:
             self.findings.pass_over_doubtful(name.key)

@@ -39,7 +39,7 @@ class AdjustReader:
     """Reads the ``adjust`` entries of one learn block.
 
     Args:
-        fit_problem: Name of the block, which stands for a tissue or force where none is named.
+        fit_problem: Name of the block, used for a tissue or force where none is named.
     """
 
     def __init__(self, targets: Targets, fit_problem: s.Name):
@@ -48,7 +48,7 @@ class AdjustReader:
         self.scope = targets.scene.constants
 
     def read(self, item: s.Assign | s.Sentence) -> list[Adjust]:
-        """Return what an entry lets change, or reject it."""
+        """Return the adjustments of an entry, or reject it."""
         reader = LearnReader(ADJUST, item, self.scope, AdjustWords, LimitWords, OwnerWords)
         if isinstance(item, s.Assign):
             listed = item.value.items if isinstance(item.value, s.Listing) else (item.value,)
@@ -275,7 +275,7 @@ class AdjustReader:
         return Found(key, target.name, division, np.unique(members), kind)
 
     def _division(self, key: str, target: Target, per: s.Name | None) -> Per:
-        """Return what gets a number of its own."""
+        """Return the unit of division: each gets its own number."""
         if per is None:
             return "set"
         if per.key not in PARTED[key]:

@@ -28,7 +28,7 @@ def with_drag(network: Network, environment: Environment, findings: Findings) ->
 
 
 def skin_areas(network: Network) -> Floats:
-    """Return the drawn skin that each node stands for, from one side [m²], shape (node,)."""
+    """Return the drawn skin that each node represents, from one side [m²], shape (node,)."""
     area = np.zeros(network.node_count)
     for body in network.bodies:
         if body.grid is not None:

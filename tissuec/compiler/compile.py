@@ -159,7 +159,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
             every finding.
     """
     bodies = bodies or build_bodies(scene, findings)
-    # What can touch stands first, so that its nodes follow those of the bodies.
+    # Contact comes first: its nodes must directly follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
     groups = Groups(scene.declarations, _place(bodies.drawings), scene.constants)
     joints = build_joints(scene, groups, findings)
@@ -389,7 +389,7 @@ def _events(script: Script) -> list[ScheduledAction]:
 
 
 def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[ScheduledAction]:
-    """Return what lets bodies keep their volume as the Poisson's ratio of their tissue asks."""
+    """Return the volume forces that give bodies the Poisson's ratio of their tissue."""
     events: list[ScheduledAction] = []
     for part, one in zip(network.bodies, built, strict=True):
         if one.poisson is not None:
@@ -427,7 +427,7 @@ def _script(
     groups, duration = conditions.groups, conditions.duration
     reader = ScriptReader(groups, scene.tools, conditions, scene.constants, duration=duration)
     script = reader.read(block.items)
-    # What was left out may hold what is moved or released; nodes of tools stand behind all
+    # What was left out may hold what is moved or released; nodes of tools follow all
     # bodies.
     shaped = all(tool.entries is not None for tool in scene.tools.values())
     if script.is_whole and (is_whole or not network.tools):
@@ -482,11 +482,11 @@ def _plan(
     *,
     is_whole: bool,
 ) -> Plan:
-    """Return what happens in a scene.
+    """Return the plan of a scene.
 
     Args:
         expects: What is expected of the run.
-        start: What happens before all else.
+        start: Events before all others.
         is_whole: Whether ``network`` has all bodies that the groups of ``conditions`` know.
     """
     groups, findings, duration = conditions.groups, conditions.findings, conditions.duration

@@ -97,7 +97,7 @@ class Conditions:
         return Expectation(judgement, judgement.describe, start, stop, pinned, item.span)
 
     def reading(self, node: s.Call | s.Name) -> ObservedMeasure:
-        """Return what one measure is taken of, or reject it."""
+        """Return a measure with its subjects, or reject it."""
         if isinstance(node, s.Call):
             return self._read(node.function.key, node, node.arguments)
         return self._read(node.key, node, ())

@@ -376,7 +376,7 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
 
 
 def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") -> str:
-    """Return what is to be drawn further apart, and which thickness matters for all of it."""
+    """Return a remedy: what to draw further apart, or which thickness to reduce."""
     surface, thread = contact.surface[pairs.shape], contact.size[pairs.node]
     of_tool = (surface < network.node_count) | (contact.owner[pairs.node] < 0)
     # A thread touches at its own radius, unless surfaces of bodies are thicker.

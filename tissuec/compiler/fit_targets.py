@@ -42,7 +42,7 @@ class FitReader:
         self.texts: dict[str, Span] = {}
 
     def axis(self, item: s.Sentence | None, where: Span) -> DataAxis:
-        """Return what rows are sorted by; without a sentence, the times in the first column."""
+        """Return the axis that sorts rows; without sentence, the times in the first column."""
         if item is None:
             return DataAxis(None, None, where)
         entry = item.name.key

@@ -182,7 +182,7 @@ class _HoldHistory:
 
 
 def change_of(event: ScheduledAction) -> HoldChange | None:
-    """Return what an event changes about which nodes are held or driven, if anything."""
+    """Return the change that an event makes to held or driven nodes, if any."""
     return event.action.holding() if follows(event.action, Holding) else None
 
 

@@ -10,7 +10,7 @@ from tissuec.script.verbs.preserve import Inflate, Preserve
 def check_inflations(
     events: Sequence[ScheduledAction], triggers: Sequence[Trigger]
 ) -> Iterator[Diagnostic]:
-    """Yield what is inflated although no earlier action preserves its volume.
+    """Reject inflations of bodies whose volume no earlier action preserves.
 
     Args:
         events: In the order in which they happen.

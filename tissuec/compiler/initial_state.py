@@ -13,7 +13,7 @@ def state_at_start(compiled: Compiled, *, settles: bool = False) -> State:
     """Return the state after the events of the script at 0 s.
 
     Args:
-        settles: Whether what is told to settle does; otherwise it stays as it is drawn.
+        settles: Whether bodies under "settle" do so; otherwise they stay as drawn.
 
     Raises:
         SimulationError: It ``settles``, and a run would end here.
@@ -25,7 +25,7 @@ def state_at_start(compiled: Compiled, *, settles: bool = False) -> State:
             continue
         try:
             event.action.apply(state, _InitialQueue())
-        except ActionFailed as failure:  # a run tells it in its own words
+        except ActionFailed as failure:  # a run reports it in its own words
             if settles:
                 raise SimulationError(explain_action(failure, state)) from failure
     return state

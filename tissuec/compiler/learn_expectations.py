@@ -46,7 +46,7 @@ class ExpectableErrors(Struct, frozen=True):
         return cls(files, holds_out, written.is_whole)
 
     def name_of(self, key: s.Name) -> str | None:
-        """Return what an error is called in ``Errors``; None if there is none such."""
+        """Return the name of an error in ``Errors``; None if it does not exist."""
         if key.words:
             known = dict.fromkeys(self.tissues, True) | {ALL: True, HELD_OUT: self.holds_out}
             return key.key if key.quoted is None and known.get(key.key) else None
@@ -124,7 +124,7 @@ class DemandReader:
         self.scope, self.fit_problems, self.findings = scope, fit_problems, scope.findings
 
     def read(self, item: s.Expect) -> dict[str, Demand]:
-        """Return what is expected of each fit problem that has it, by its name."""
+        """Return the demand on each fit problem that has the error, by name."""
         if not self.fit_problems:
             if self.findings.may_be_misspelt("learn"):
                 self.findings.stop()

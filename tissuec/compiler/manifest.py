@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def outcome_facts(
     plan: Plan, outcome: "Outcome", estimate: "ErrorEstimate | None"
 ) -> Mapping[str, Any]:
-    """Return what a result says of how the run went.
+    """Return the facts about a run that its result records.
 
     Args:
         plan: Of the run.
@@ -41,7 +41,7 @@ def outcome_facts(
 
 
 def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
-    """Yield whether each expectation holds, with the time and the numbers that tell."""
+    """Yield whether each expectation holds, with the time and the numbers that decide it."""
     failures = {failure.expectation: failure for failure in outcome.failures}
     for number, expectation in enumerate(plan.expectations):
         state, time, measured = "holds", *outcome.held.get(number, (None, ""))

@@ -105,7 +105,7 @@ class MaterialReader:
         return self._laws.numbered(self._joined)
 
     def _inelastic(self) -> dict[str, Explained]:
-        """Return what relaxes and flows, by the names of quantities."""
+        """Return the quantities of relaxation and flow, by name."""
         arrays: dict[str, Explained] = {}
         for pair in PAIRS:
             said = [self._is_said(name) for name in pair]
@@ -392,12 +392,12 @@ class MaterialReader:
 
     @property
     def _behaviour(self) -> Behaviour:
-        """Return what the springs do, but for their dashpots."""
+        """The behaviour of the springs without their dashpots."""
         (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
 
     def _matter(self, given: AssignedQuantity, added: float | None = None) -> "Matter":
-        """Return how the matter of the body is shared out, which a quantity asks for.
+        """Return the distribution of the matter of the body over its springs, for a quantity.
 
         Args:
             added: What fibres add to Young's modulus, as a part of it; as much as its tissue
@@ -426,7 +426,7 @@ class MaterialReader:
         return np.asarray(first <= second)
 
     def _joined(self, first: Floats, second: Floats) -> Floats:
-        """Return what springs between two parts have by their rules, shape (spring,)."""
+        """Return the values of springs between two parts by their rules, shape (spring,)."""
         return self.springs.joined(first, second, lambda: self._first_is_softer)
 
 

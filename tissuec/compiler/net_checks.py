@@ -95,7 +95,7 @@ def floppy(
             network.springs.rest,
             network.springs.stiffness,
         )
-        # What it is joined to stands still, so that what is left is a mode of its own.
+        # Everything it is joined to is held, so that the rest is a mode of its own.
         still = held[nodes] | (nodes < body.nodes.start) | (nodes >= body.nodes.stop)
         modes = count(position, ends, stiffness[springs], rest[springs], still)
         if not (modes.checked and modes.count):

@@ -45,7 +45,7 @@ class ObservedMeasure(Struct, frozen=True, eq=False):
 
 
 def place_of(node: s.Expression) -> Place:
-    """Return what names a node within its condition, also in a copy of it."""
+    """Return the place of a node in its condition, the same in copies of the condition."""
     return node.span.start, node.span.end
 
 
@@ -118,7 +118,7 @@ class CompiledCondition(Struct, frozen=True, eq=False):
 
 
 def describe_sides(condition: s.Expression, scope: Scope) -> str:
-    """Return what both sides of a condition are: ``gap(oviduct) = 8.1 mm, limit = 9 mm``."""
+    """Return the values of both sides of a condition: ``gap(ovary) = 8.1 mm, limit = 9 mm``."""
     parts: list[str] = []
     units = {parse_unit(one.unit).dimension: one.unit for one in _amounts(condition)}
     for side in _sides(condition):
@@ -135,14 +135,14 @@ def _amounts(condition: s.Expression) -> Iterator[s.Quantity]:
 
 
 def _shown(value: float, dimension: Dimension, units: Mapping[Dimension, str]) -> str:
-    """Return a value in the unit in which its like is written beside it, if there is any."""
+    """Return a value in the unit of the numbers of its dimension beside it, if there is any."""
     if dimension in units:
         return show_in(value, units[dimension], digits=DIGITS)
     return show(value, dimension, digits=DIGITS)
 
 
 def _sides(node: s.Expression) -> list[s.Expression]:
-    """Return what a condition compares, without what is a number as it stands."""
+    """Return the sides of all comparisons in a condition, except literal numbers."""
     match node:
         case s.Compare(left=left, right=right):
             sides = [left, right]

@@ -29,7 +29,7 @@ _GRADED = (
     "it depends on the place, and all cells of a body use the same bulk modulus",
     "write made of elements in the body",
 )
-_NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
+_NEAR = 0.01  # of a wall, whose springs have 1/3: smaller differences are ignored
 
 
 class Poisson(Struct, frozen=True):
@@ -53,7 +53,7 @@ def poisson_of(
     moduli: Sequence[AssignedQuantity | None],
     findings: Findings,
 ) -> Poisson | None:
-    """Return how a body has its Poisson's ratio; an impossible one is rejected.
+    """Return the way a body gets its Poisson's ratio; an impossible one is rejected.
 
     Args:
         body: The body.

@@ -27,7 +27,7 @@ class Reason(Struct, frozen=True):
         word: Of the conclusion; beside a written number, what the words of the tissue give.
         degree: Of the rule; None where a number was written.
         place: ``file:line``.
-        facts: What the rule was told, such as "hardness soft 1.00".
+        facts: The facts that the rule received, such as "hardness soft 1.00".
     """
 
     word: str
@@ -69,7 +69,7 @@ class ProvenanceRow(Struct, frozen=True):
         kind: A property that is written, a quantity that comes of it, a law of springs, or
             evidence.
         value: As it is written, or with its unit.
-        how: Where it is from; of a property the number that its word stands for.
+        how: Where it is from; of a property the number that its word means.
         reasons: One at least.
     """
 

@@ -32,7 +32,7 @@ class ObservedExpression(Struct, frozen=True, eq=False):
     dimension: Dimension
 
     def columns(self, subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
-        """Return what the components of ``sample`` are called."""
+        """Return the names of the components of ``sample``."""
         return ("value",)
 
     def sample(self, subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -57,11 +57,11 @@ class QuantityReader:
     def read(
         self, node: s.Expression, clauses: Sequence[s.Clause], span: Span
     ) -> ObservedExpression:
-        """Return what is measured, whether it is written as a sentence or as a function.
+        """Return the measured expression, written as a sentence or as a function.
 
         Args:
             node: A function, an expression, or the name of a measure.
-            clauses: Behind the name of a measure: of, to, along.
+            clauses: After the name of a measure: of, to, along.
             span: Of all of it.
 
         Raises:

@@ -23,7 +23,7 @@ class Recompiler:
 
     Declarations are collected once. Bodies are drawn and built again if a text that they are
     made of was replaced, or a number named in it has another value; otherwise those of the last
-    time are taken, and what was doubtful about them is not told again.
+    time are taken, and their warnings are not repeated.
 
     Args:
         program: Without mistakes in what it declares.
@@ -63,7 +63,7 @@ class Recompiler:
             found = dict.fromkeys(name.key for name in names_in(items))
             names = tuple(key for key in found if key in known)
         bodies, errors = build_bodies(scene, findings), len(findings.errors)
-        # What is wrong is told each time.
+        # Errors are reported each time.
         whole = not errors and len(bodies.built) == len(scene.declarations.of("body"))
         self._kept = None
         if whole:
@@ -98,7 +98,7 @@ def _made_of(declarations: Declarations) -> tuple[s.Item, ...]:
 
 
 def _numbers(scene: Scene, names: Sequence[str]) -> tuple[object, ...]:
-    """Return everything that tells one value of each number from another."""
+    """Return everything that distinguishes one value of each number from another."""
     values = (scene.constants.definitions.values[name] for name in names)
     return tuple(
         value and (value.dimension, value.is_vector, value.is_literal, value.amount.tobytes())

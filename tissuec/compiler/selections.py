@@ -130,7 +130,7 @@ class PointScope(Scope):
         """Return which points have one of the listed ids, shape (point,).
 
         Args:
-            node: What stands behind ``in``.
+            node: The expression after ``in``.
             body: Name of the body, for messages.
             what: "node" or "spring".
         """

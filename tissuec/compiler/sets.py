@@ -344,7 +344,7 @@ class Groups:
         return part[chosen]
 
     def _named_part(self, node: s.Expression, *, of_springs: bool) -> PlacedBody | PlacedJoint:
-        """Return the body, or where springs are chosen the joint, that a name stands for."""
+        """Return the body, or where springs are chosen the joint, of a name."""
         if isinstance(node, s.Name) and node.key in self.bodies:
             return self.bodies[node.key]
         if of_springs and isinstance(node, s.Name) and node.key in self.joints:

@@ -194,7 +194,7 @@ def _stiffening(law: Law) -> float | None:
 
 
 def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
-    """Return what is written as a law, linear where nothing is."""
+    """Return the written law, linear if there is none."""
     spring, dashpot = written.get("spring law"), written.get("viscosity law")
     elastic = LINEAR.elastic if spring is None else with_modulus(spring.force, modulus)
     viscous = LINEAR.viscous if dashpot is None else dashpot.force

@@ -74,12 +74,12 @@ class SpringParts:
     def joined(
         self, first: Floats, second: Floats, first_is_softer: Callable[[], NDArray[np.bool_]]
     ) -> Floats:
-        """Return what springs between two parts have by their rules, shape (spring,).
+        """Return the values of springs between two parts by their rules, shape (spring,).
 
         Args:
-            first, second: What the part at either end has, in any unit, shape (spring,).
+            first, second: Values of the parts at either end, in any unit, shape (spring,).
             first_is_softer: Returns whether the first end is in the softer part, shape
-                (spring,); called only where a rule asks for it.
+                (spring,); called only where a rule needs it.
         """
         mean = (first + second) / 2.0
         if not (self._rule > _MEAN).any():
@@ -94,7 +94,7 @@ class SpringParts:
 
         Args:
             given: Origin of the quantity of each part.
-            where: Place in the text that stands for interfaces.
+            where: Place in the text that represents interfaces.
         """
         index, origins = self.ends[:, 0].copy(), list(given)
         for rule in part_numbers(self._rule[~self.is_inner]):

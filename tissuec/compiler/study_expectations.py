@@ -49,7 +49,7 @@ class RunsScope(Scope):
     """A scope of columns of a table; without values, dimensions and names are checked.
 
     Args:
-        columns: By name; None stands for the value 1 in a unit.
+        columns: By name; None is the value 1 in a unit.
         constants: Params and lets of the scene.
     """
 

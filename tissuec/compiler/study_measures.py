@@ -57,7 +57,7 @@ class Capture(Struct, eq=False):
         return np.ones(np.shape(values), dtype=bool)
 
     def describe(self, snapshot: Snapshot) -> str:
-        """Return nothing, for it is never told."""
+        """Return an empty text: no progress is reported here."""
         return ""
 
 

@@ -209,7 +209,7 @@ def _is_ahead(
 
 
 def _told(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Iterator[Diagnostic]:
-    """Yield what is said of bodies that nothing holds, unless they are held soon enough."""
+    """Yield the findings about bodies that nothing holds, unless they are held soon enough."""
     plan, network = compiled.plan, compiled.network
     hint = 'hold it, for example with "at 0 s: fix SET", or place something that it can touch'
     if not np.any(plan.gravity):

@@ -85,7 +85,7 @@ def shared_contact(contact: Contact, planes: SymmetryPlanes, law: ContactLaw) ->
     """Return contact of which nodes on planes have the part of what is drawn.
 
     Args:
-        contact: Where each node stands for all that is around it.
+        contact: Where each node represents all that is around it.
         planes: The nodes on planes.
         law: By surface, nodes have the part of the surface that is drawn already.
     """
@@ -215,7 +215,7 @@ def _refuse_motion(one: WrittenPlane, network: Network, findings: Findings) -> N
 
 
 def _acting(one: WrittenPlane, plan: Plan) -> Iterator[tuple[Span, Sequence[Floats], str]]:
-    """Yield what the script does to nodes on a plane: vectors that must be parallel to it."""
+    """Yield the actions of the script on nodes of a plane, which must be parallel to it."""
     events = [*plan.events, *(e for trigger in plan.triggers for e in trigger.events)]
     for event in events:
         match event.action:

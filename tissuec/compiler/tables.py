@@ -137,7 +137,7 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
 
 
 def _kind(name: str, dimension: Dimension | None) -> Literal["number", "whole", "word"]:
-    """Return what the cells of a column hold."""
+    """Return the kind of the cells of a column."""
     if name == LAW:
         return "word"
     return "whole" if dimension is None else "number"
@@ -343,7 +343,7 @@ class _NumberTable:
 
         Args:
             name: Of the column.
-            unit: What stands behind it, perhaps in brackets.
+            unit: The text after it, perhaps in brackets.
             where: Of both.
         """
         unit = unit.strip("[]()")

@@ -117,7 +117,7 @@ def _radius(body: BodyPart) -> float:
 
 
 def turning_contact_on(compiled: "Compiled") -> Hint:
-    """Return what turns contact on."""
+    """Return a hint that turns contact on."""
     block = compiled.scene.declarations.single["environment"]
     if (written := entry_of(block, "contact")) is not None:
         return Hint(f"write: {TOUCHING}", Edit(TOUCHING, written))

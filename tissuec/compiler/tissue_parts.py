@@ -414,14 +414,14 @@ class TissueParts:
 
 
 def _instead_of(quantity: TissueQuantity) -> str:
-    """Return what of springs, or in words of strain, stands for a stress."""
+    """Return the quantities of springs or strain that can replace a stress."""
     if quantity.instead == "breaking force":
         return "a breaking strain or the breaking force"
     return f"the {quantity.instead}"
 
 
 def _names(key: str) -> list[str]:
-    """Return what gives a quantity, as it is written."""
+    """Return the written names of the quantities that determine a quantity."""
     return [QUANTITIES[one].name for one in (key, *OF_MATTER[key])]
 
 

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 
-#: What can stand between a statement and the next one.
+#: What may separate a statement and the next one.
 _REST_OF_LINE = re.compile(r"[ \t]*(?:(;)[ \t]*|((?:#[^\n]*)?(?:\n|$)))?")
 
 #: How alike two words must be (of 1) for one to be a misspelling of the other.

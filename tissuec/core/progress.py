@@ -13,7 +13,7 @@ from tissuec.core.units import TIME, show
 FIRST_AFTER = 0.5  # [s]: short runs need no progress
 EVERY = 0.2  # [s]
 LOGGED_EVERY = 30.0  # [s]: whole lines in a file
-SILENCE = 1.0  # [s]: a run that steps tells its time more often than that
+SILENCE = 1.0  # [s]: a run that steps reports its time more often than that
 LOADER = "tissuec.compiled.loading"  # which translates what is shipped, the first time
 WIDTH = 24
 
@@ -75,7 +75,7 @@ class ProgressLine:
 
     def _write(self, line: str) -> None:
         if self.is_terminal:
-            # A line that wraps cannot be cleared; what it tells stands at its end.
+            # A line that wraps cannot be cleared; the essential part is at its end.
             excess = len(line) - (get_terminal_size().columns - 1)
             line = f"…{line[excess + 1 :]}" if excess > 0 else line
         self.written = True

@@ -13,7 +13,7 @@ class Unknowns(NamedTuple):
     rate: Floats  # y', shape (6 free,)
     origin: Floats  # drawn positions [m], shape (3 node,)
     nodes: Integers  # places of the free nodes, in the order of the unknowns, shape (free,)
-    x: Floats  # scratch, holds the nodes that stand still, shape (3 node,)
+    x: Floats  # scratch, holds the nodes that do not move, shape (3 node,)
     v: Floats  # scratch, likewise
     a: Floats  # scratch, shape (3 node,)
     power: Floats  # scratch, shape (2,)

@@ -217,7 +217,7 @@ def new_task(
     """
     least = min(max(LEDGER_FLOOR, LEDGER_DIGITS / tolerance), FLOOR)
     extent = network.extent
-    # Nodes that all coincide in the drawing have no size; the springs may tell one.
+    # Nodes that all coincide in the drawing have no size; the springs may define one.
     size = extent or float(network.springs.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
     floor = max(FLOOR * size, TINIEST)

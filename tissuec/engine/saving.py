@@ -18,7 +18,7 @@ from tissuec.mechanics.state import State
 
 
 def saved_engine(stepper: Stepper, control: MethodControl) -> dict[str, Any]:
-    """Return everything that the state does not tell, between two steps."""
+    """Return everything that a run needs between two steps besides its state."""
     now, work, listing = stepper.progress, stepper.work, stepper.listing
     around = listing.around
     return {

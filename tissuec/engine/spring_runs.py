@@ -216,7 +216,7 @@ def _lengths(places: RunPlaces, rest: Floats) -> tuple[Floats, Indices, NDArray[
     """Return lengths at rest as in ``Runs``: ``rest``, ``base`` and ``steps``.
 
     They are in steps where they are many, and those of a run differ by no more than steps can
-    tell. Floating-point numbers that follow one another have bits that do, as integers.
+    express. The bits of successive floating-point numbers are successive integers.
 
     Args:
         places: Places of the springs in runs.

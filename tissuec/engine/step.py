@@ -14,7 +14,7 @@ to Python whenever something needs a decision, and can then go on where it was.
 
 Shared arguments:
     h: Size of the step [s].
-    now: Where the run stands; it is changed in place.
+    now: The state of the run, changed in place.
     task: What this call of the loop is to do.
     work: State and scratch of the run; its fields give the shapes and units.
     net: What acts on the nodes; its fields give the shapes and units.

@@ -102,7 +102,7 @@ def judge(
     step so far.
 
     Args:
-        now: Where the run stands before the step is accepted.
+        now: The state of the run before the step is accepted.
         off, off_speed, off_hidden: Estimated errors as ``estimate`` returns them.
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
         strict: Whether errors of velocities count by themselves.

@@ -52,7 +52,7 @@ class AcceptedStep:
         progress: With a pending step.
         work: The arrays of the run, as a table.
         net: What acts, as a table.
-        inputs: Where nodes and springs stand.
+        inputs: The places of nodes and springs.
     """
 
     def __init__(

@@ -7,7 +7,7 @@ Shared arguments:
     h: Size of the step [s].
     current: Half of ``work`` that contains the start of the step, 0 or 1; the end is in the
         other.
-    now: Where the run stands; it is changed in place.
+    now: The state of the run, changed in place.
     task: What this call of the loop is to do.
     work: State and scratch of the run; its fields give the shapes and units.
     net: What acts on the nodes; its fields give the shapes and units.

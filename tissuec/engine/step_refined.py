@@ -6,7 +6,7 @@ work and dissipation. These come from shorter steps then; the motion stays as it
 methods with ``embedded_x``. Called by ``engine.step_inside``, and bound with it.
 
 Shared arguments:
-    now: Where the run stands; it is changed in place.
+    now: The state of the run, changed in place.
     task: What this call of the loop is to do.
     work: State and scratch of the run; its fields give the shapes and units.
     net: What acts on the nodes; its fields give the shapes and units.

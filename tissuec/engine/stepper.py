@@ -44,7 +44,7 @@ class Stepper:
         backend: Of the loop over steps.
         work: The arrays of the run.
         task: What is constant in calls of the loop.
-        progress: Where the run stands.
+        progress: The state of the run.
         cap: Longest step by stability [s].
         segment: Up to when profiles have no knots [s]; None before the first stretch.
         asked: Evaluations when a pause was last offered.
@@ -103,13 +103,13 @@ class Stepper:
         self.work = work
 
     def begin(self, state: State) -> None:
-        """Stand where a run begins, or is resumed."""
+        """Take the state with which a run begins, or is resumed."""
         self.work.origin[:] = self.inputs.inwards(state.position)
         sample = int(np.searchsorted(self.buffer.buffer.times, state.time))
         self.progress = replace(new_progress(state.time), sample=sample)
 
     def load(self, state: State) -> None:
-        """Copy the state into the arrays; all of them hold the nodes that stand still."""
+        """Copy the state into the arrays; all of them hold the nodes that do not move."""
         work, inputs = self.work, self.inputs
         still = (inputs.held & ~inputs.moved)[:, None]
         still[self.network.memory] = False

@@ -65,7 +65,7 @@ def _may_hold(stepper: Stepper, survey: Survey) -> bool:
 
 
 class Standpoint:
-    """Where a stepper stands, to go back to."""
+    """The state of a stepper, to which it can return."""
 
     def __init__(self, stepper: Stepper):
         self._progress: Progress = stepper.progress

@@ -119,7 +119,7 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     def loss(self) -> str:
         """Return why energy is not conserved, as the beginning of a sentence.
 
-        Empty if it is, or is lost only in what ``braking`` tells.
+        Empty if it is, or is lost only through ``braking``.
         """
         return ""
 
@@ -287,7 +287,7 @@ class Field(Effect, frozen=True):
         """
 
     def items(self, place: Indices) -> Items | None:
-        """Return what the kernel computes independently, so that threads can share it.
+        """Return the items that the kernel computes independently, for threads to share.
 
         None, the default, if one thread has to compute all of the field.
 
@@ -334,7 +334,7 @@ class Field(Effect, frozen=True):
 
     @property
     def unsolved(self) -> str:
-        """Return what ``memory_tangents`` lacks, such as "elements that yield"; or ""."""
+        """The forces that ``memory_tangents`` lacks, such as "elements that yield"; or ""."""
         has_all = type(self).memory_tangents is not Field.memory_tangents
         return "" if has_all or not len(self.hidden) else "forces with memory"
 
@@ -347,7 +347,7 @@ class Field(Effect, frozen=True):
         return None
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
-        """Let what relaxes do so for good, in the velocities of hidden nodes.
+        """Make relaxation permanent in the velocities of hidden nodes.
 
         Args:
             velocity: Of all nodes, changed in place [m/s], shape (node, 3).

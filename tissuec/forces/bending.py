@@ -230,11 +230,11 @@ class Hinges(WalledField, frozen=True):
         return float((self.stiffness * slopes).max(initial=0.0))
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return what resists folding, Σ k ∂θ/∂x ∂θ/∂xᵀ [N/m]; see ``Field``."""
+        """Return the stiffness against folding, Σ k ∂θ/∂x ∂θ/∂xᵀ [N/m]; see ``Field``."""
         return self._turning(self.stiffness, position)
 
     def braking(self, position: Floats) -> Resisting | None:
-        """Return what brakes it, Σ d ∂θ/∂x ∂θ/∂xᵀ [N s/m]."""
+        """Return the damping of folding, Σ d ∂θ/∂x ∂θ/∂xᵀ [N s/m]."""
         return self._turning(self.damping, position) if self.damping.any() else None
 
     def _turning(self, part: Floats, position: Floats) -> Resisting:
@@ -348,7 +348,7 @@ def _across(c: Floats) -> Floats:
 
 
 def _swelling(e: Floats, q: Floats, r: Floats, by_a: Floats, by_b: Floats) -> Floats:
-    """Return what numbers times ∂a²/∂x and ∂b²/∂x make, shape (…, hinge, 4, 3)."""
+    """Return the sum of the numbers times ∂a²/∂x and ∂b²/∂x, shape (…, hinge, 4, 3)."""
     upper, lower = by_a[..., None], by_b[..., None]
     by_k, by_l = upper * _of_square(q, e), lower * _of_square(r, e)
     by_j = upper * _of_square(e, q) + lower * _of_square(e, r)

@@ -519,8 +519,8 @@ class Contact(Field, frozen=True, dict=True):
         block *= pairs.weight[:, None, None]
         shares = np.concatenate([np.ones((len(block), 1)), -place.weights], axis=1)
         here = np.concatenate([self.nodes[pairs.node][:, None], self.points[pairs.shape]], 1)
-        if self.between is not None:
-            to = self.between.map(number, size)
+        to = None if self.between is None else self.between.map(number, size)
+        if to is not None:
             number, size = np.arange(to.shape[0] // 3), to.shape[0] // 3
         values = np.einsum("na,nb,nij->naibj", shares, shares, block)
         if exact:
@@ -532,7 +532,7 @@ class Contact(Field, frozen=True, dict=True):
         moves = (row >= 0) & (column >= 0)
         entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
         found = coo_matrix(entries, shape=(3 * size, 3 * size))
-        return found if self.between is None else coo_matrix(to.T @ found.tocsr() @ to)
+        return found if to is None else coo_matrix(to.T @ found.tocsr() @ to)
 
     def _turning(
         self, position: Floats, pairs: ContactPairs, place: NearestPlace, shares: Floats
@@ -588,7 +588,8 @@ class Contact(Field, frozen=True, dict=True):
         return float(total.max(initial=0.0))
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return what may be touched at all, lest every touch changes a bound [N/m]."""
+        """Return the stiffness of all that could touch, so that the bound does not change with
+        each touch [N/m]."""
 
         if self.between is None:
 

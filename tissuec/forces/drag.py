@@ -32,7 +32,7 @@ class Drag(Nodal, frozen=True):
         return np.stack([np.zeros_like(lost), lost], axis=-1)
 
     def braking(self, position: Floats) -> Resisting:
-        """Return what resists velocities [N s/m]."""
+        """Return the product of the damping matrix and velocities [N s/m]."""
 
         def resist(moved: Floats, to: Floats) -> None:
             to += self.damping[:, None] * moved

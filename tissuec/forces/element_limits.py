@@ -90,7 +90,7 @@ class ElementLimits(NamedTuple):
         stress: [Pa], shape (element,).
         toughness: Energy per area of a crack that they hold when they break [J/m²], shape
             (element,).
-        marks: The spring without force that stands for each element: it is there while the
+        marks: The spring without force that marks each element: it exists while the
             element is, shape (element,).
     """
 

@@ -614,7 +614,7 @@ class SolidElements(MaterialField, frozen=True):
         return strain if self.plastic is None else self.plastic.elastic(strain)
 
     def _besides(self) -> "Iterator[FibreFamily | RelaxingStress]":
-        """Yield what has an energy beside that of the law."""
+        """Yield the parts that have an energy in addition to that of the law."""
         yield from self.fibres.families()
         if self.remembered is not None:
             yield self.remembered

@@ -334,7 +334,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         return csc_matrix(grows + leans), csc_matrix(leans)
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
+        """Return the stiffness of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
         count = len(position)
         _, normal, _ = self._slopes(position)
         ways = self._ways(normal / 6.0, np.arange(count), count)

@@ -1,7 +1,7 @@
 """An elastic foundation: tissue around a body that keeps it in place.
 
 Each node is held to where it is drawn by a spring and a dashpot that have no direction of their
-own, by the area A of skin that it stands for:
+own, by the area A of skin that it represents:
 
     F = -A (c (x - x0) + d v),    E = A c |x - x0|²/2.
 

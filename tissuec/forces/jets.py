@@ -20,7 +20,7 @@ where φ is (u - w)², w being the speed at which the element itself goes along 
 the part of the jet that nothing takes away before. A plate that catches all of a jet is thus
 pressed with J cos θ along its normal.
 
-V follows from the triangles that stand before. In coordinates ξ = r/b, which go along with the
+V follows from the triangles in front. In coordinates ξ = r/b, which go along with the
 jet, each covers what lies within its edges, by a product of smooth steps over the distances
 from them, so that neighbours cover together what is between them. It covers what is behind its
 plane and has no corner in common with it. V falls from 1 to 0 while the sum rises from ``LIT``

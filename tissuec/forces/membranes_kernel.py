@@ -164,7 +164,7 @@ def volume_root(e: int, wall: MembraneTable, remembers: bool) -> float:
 def plainly_across(
     root: float, shear: float, bulk: float, trace: float, q: float
 ) -> tuple[float, float]:
-    """Return what ``across`` does, of neo-Hookean triangles; without their record, for speed.
+    """Return the derivatives of ``across`` for neo-Hookean triangles, without record for speed.
 
     Args:
         root: The cube root of J.

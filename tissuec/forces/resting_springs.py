@@ -75,7 +75,7 @@ class RestingSprings(Struct, frozen=True, eq=False, dict=True):
             np.add.at(to, self.ends[moves, end], sign * pull[moves])
 
     def energy(self, bars: Bars) -> Floats:
-        """Return what each spring stores [J], shape (spring,)."""
+        """Return the energy of each spring [J], shape (spring,)."""
         return self.behaviour.energy(bars.length - self.rest)
 
     def noise(self, bars: Bars, size: float) -> float:

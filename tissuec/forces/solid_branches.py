@@ -36,7 +36,7 @@ class SolidBranches(Branches, frozen=True):
     """Branches of solid elements, each of which keeps Ci at each point."""
 
     def remembered(self, velocity: Floats, points: int) -> "RelaxingStress":
-        """Return what branches do while nothing gives way.
+        """Return the stress of the branches for frozen internal variables.
 
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).

@@ -76,7 +76,7 @@ class SpringForce(Struct, frozen=True, eq=False):
         return along[..., None] * reach(self.springs.ends, position)
 
     def energy(self, position: Floats, velocity: Floats) -> Floats:
-        """Return what each stores with its branches, dead or not [J], shape (…, spring)."""
+        """Return the energy of springs with branches [J], dead or not, shape (…, spring)."""
         springs = self.springs
         length, _ = measured(springs.ends, position)
         stretch = length - springs.rest

@@ -35,7 +35,7 @@ class SymmetryPlanes(Field, frozen=True):
 
     @property
     def share(self) -> Floats:
-        """Return what part of each node belongs to what is drawn, dimensionless, shape (n,)."""
+        """The part of each node within the drawn half, dimensionless, shape (node,)."""
         return 0.5 ** np.rint(3.0 - np.trace(self.projections, axis1=1, axis2=2))
 
     @property

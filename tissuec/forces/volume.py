@@ -143,7 +143,7 @@ class Enclosure(KeptVolumes, frozen=True):
     def bending(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> "csr_matrix":
-        """Return what pressure adds where surfaces turn, -Σ p ∂²V/∂x∂x [N/m].
+        """Return the stiffness of pressure on surfaces that turn, -Σ p ∂²V/∂x∂x [N/m].
 
         With [c] d = c × d, the second derivatives of 24 V are [q] by p and s, [p] by s and q,
         and [s] by q and p, of opposite sign the other way round. Arguments and shape are those
@@ -195,7 +195,7 @@ class Enclosure(KeptVolumes, frozen=True):
         return self.modulus * float(np.abs(self.gradient(position)).max())
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
+        """Return the stiffness of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
         sides, owner = self.gradient(position), self.owner
         modulus = self.modulus / self.drawn
 

@@ -62,7 +62,7 @@ def atoms(condition: Condition) -> Iterator[Is]:
 
 
 def negations(condition: Condition, *, negated: bool = False) -> Iterator[bool]:
-    """Yield for each of the :func:`atoms` whether an odd number of ``not`` stands before it."""
+    """Yield for each of the :func:`atoms` whether an odd number of ``not`` precedes it."""
     match condition:
         case Is():
             yield negated

@@ -2,7 +2,7 @@
 
 This is the forward mode of automatic differentiation (R. E. Wengert, Comm. ACM 7:463, 1964).
 
-A :class:`Dual` is a float, so that inference runs on it as it stands: comparisons choose a
+A :class:`Dual` is a float, so that inference runs on it unchanged: comparisons choose a
 branch by the value, and arithmetic carries the slopes along. Functions of :mod:`math` return
 bare numbers and lose them; those of this module keep them, and cost bare numbers next to
 nothing.

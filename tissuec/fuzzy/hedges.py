@@ -3,7 +3,7 @@
 A :class:`Shift` moves a word along its scale, so that it works in conditions, conclusions and
 facts alike. Let p be the middle of the word's core and f the fraction. The target t is the
 nearer end of the range ("outward") or its middle ("inward"), and the middle of the core always
-becomes exactly p + f (t - p). A word that stands in the middle of the range has no nearer end
+becomes exactly p + f (t - p). A word in the middle of the range has no nearer end
 and stays. In full, with "inner" for the side that faces the middle of the range:
 
 - the core: every point x moves to x + f (t - x); a core that touches an end keeps touching it
@@ -64,7 +64,7 @@ def hedged(hedges: Sequence[Hedge], shape: AnyShape, axis: Axis) -> AnyShape:
     """Return a word's set under hedges in written order: the last one acts first.
 
     Args:
-        hedges: The hedges as they stand before the word.
+        hedges: The hedges in their order before the word.
         shape: The set of the word, in the coordinate of ``axis``.
         axis: The range on which the word lives.
     """

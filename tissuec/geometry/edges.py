@@ -74,7 +74,7 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
     def facing_alike(self) -> tuple[NDArray[np.bool_], Indices, int]:
         """Return how to make the triangles agree with their neighbours.
 
-        Each triangle stands twice in a graph, as it is and turned, and is joined to those
+        Each triangle is twice in a graph, as it is and turned, and is joined to those
         states of its neighbours that agree. Then the states that go together are one piece.
 
         Returns:

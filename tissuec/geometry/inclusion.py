@@ -73,7 +73,7 @@ def shared_elements(points: Indices, sides: Indices, surface: Indices) -> Shared
 
 
 class _Distinct(NamedTuple):
-    """Where each distinct row stands first, and which of them each row is."""
+    """The first place of each distinct row, and the number of the distinct row of each row."""
 
     first: Indices
     of: Indices

@@ -24,7 +24,7 @@ class Team(NamedTuple):
     """Threads that share loops, and room for what each finds; see ``engine.threads``."""
 
     threads: int  # the one of the loop over steps included
-    words: Integers  # by which they tell each other what to do, shape (32 + 8 part,)
+    words: Integers  # by which they give each other orders, shape (32 + 8 part,)
     found: Rows  # largest values in parts of a loop, two of each, shape (2, part)
     each: Rows  # scratch for springs, see ``forces.pairs_kernel``, shape (part, ROOM)
     work: Floats  # powers by pieces of nodes [W], shape (piece,)

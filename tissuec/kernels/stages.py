@@ -16,7 +16,7 @@ Shared arguments:
         are not read.
     base, base_x, base_v: Vectors that are added to, shape (3 node,).
     factor: Of all weights.
-    blend: Scratch, shape (node,); its size tells how many nodes count.
+    blend: Scratch, shape (node,); its size is the number of nodes that count.
     begin: The first of them.
     start, stop: Range of components, ``stop`` excluded.
     work: State and scratch of the run; its fields give the shapes and units.

@@ -178,7 +178,7 @@ def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
 
     Args:
         one, two: In any unit, shape (3 node,), or longer.
-        squares: Scratch, shape (node,); its size tells which nodes count.
+        squares: Scratch, shape (node,); its size limits which nodes count.
     """
     if not squares.size:
         return 0.0  # most nets have no hidden nodes

@@ -99,7 +99,7 @@ class Nesting:
         place = Insertion(at, " }" if same else f"{blank}}}", opening)
         added = _Line(owner.indent, at, at, at, (("}", at),))
         if same:
-            added = _Line(-1, at, at, at, (("}", at),))  # it stands on no line of its own
+            added = _Line(-1, at, at, at, (("}", at),))  # it has no line of its own
         return [*self.lines[: number + 1], added, *self.lines[number + 1 :]], place
 
     def _closing(self) -> list[int]:
@@ -172,7 +172,7 @@ def _unmatched(lines: Sequence[_Line]) -> int:
 
 
 def _misfits(lines: Sequence[_Line]) -> list[int]:
-    """Return which lines are indented otherwise than they are nested."""
+    """Return the lines whose indentation does not match their nesting."""
     found: list[int] = []
     stack: list[int] = []  # indents of the lines that open the blocks around
     for number, line in enumerate(lines):

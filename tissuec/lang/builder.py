@@ -330,7 +330,7 @@ class Builder:
         return s.Expect(condition, tuple(clauses), self._span(first, children[-1]))
 
 
-# --- what stands in a block -------------------------------------------------------------------
+# --- contents of a block ----------------------------------------------------------------------
 
 
 def with_items(head: Any, items: tuple[s.Item, ...], close: int) -> s.Item:

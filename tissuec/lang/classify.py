@@ -111,7 +111,7 @@ def _time_of_when(m: Mistake) -> Diagnostic:
 
 
 def _unit(m: Mistake) -> Diagnostic | None:
-    """Recognise a word behind a number that is no unit, or a unit where none can stand."""
+    """Recognise a word after a number that is no unit, or a unit where none is allowed."""
     if m.found.type == "RPAR_UNIT":
         message = f'the unit "{m.found.text[1:].strip()}" follows neither a number nor a vector'
         hint = Hint("write it after each number", *_inside_brackets(m))
@@ -240,7 +240,7 @@ def _undeclared(m: Mistake) -> Iterator[Note]:
 
 
 def _and_for_semicolon(m: Mistake) -> Diagnostic | None:
-    """Recognise ``hardness is soft and elasticity is big`` where no condition stands."""
+    """Recognise ``hardness is soft and elasticity is big`` where no condition is allowed."""
     if m.found.type != "AND" or not m.can_end or "IS" not in [t.type for t in m.after]:
         return None
     hint = Hint('write ";" instead', Edit(";", m.blank.to(m.span(m.found))))
@@ -309,7 +309,7 @@ def _quoted(m: Mistake, name: list[Token], begin: str = "write the name in quote
 
 
 def _in_name(m: Mistake) -> bool:
-    """Return whether only a name can stand, or go on, where a reserved word was found."""
+    """Return whether only a name can begin, or continue, where a reserved word was found."""
     if not m.before:
         return m.next == "EQUAL"
     if m.previous in BINDERS | {"TABLE", "IS"}:
@@ -318,7 +318,7 @@ def _in_name(m: Mistake) -> bool:
 
 
 def _whole_name(m: Mistake, wrong: Token) -> list[Token]:
-    """Return all words around one that cannot stand inside a name."""
+    """Return all words around one that is not allowed inside a name."""
     tokens = [*m.before, m.found, *m.after]
     place = next(i for i, token in enumerate(tokens) if token is wrong)
     start, end = place, place + 1
@@ -404,7 +404,7 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
 
 
 def _anything(m: Mistake) -> Diagnostic:
-    """Say what was found and what could stand there."""
+    """Say what was found and what is allowed there."""
     ends = m.found.type in ENDS
     if ends and m.before:
         message = "the statement ends too early"
@@ -481,7 +481,7 @@ def _between(m: Mistake) -> str:
 
 
 def _brace_moved(m: Mistake) -> list[Edit]:
-    """Return the edit that moves a brace up to the line of what stands before it."""
+    """Return the edit that moves a brace up to the line of the text before it."""
     place = m.found.start
     blank = re.search(r"[\s;]*\Z", m.source.text[:place])
     if blank is None or "#" in m.source.text[:place].rstrip().rpartition("\n")[2]:

@@ -34,7 +34,7 @@ def load_parser(builder: object) -> Lark:
 
 
 class Refused(Exception):
-    """A token cannot stand in its place.
+    """A token is not allowed in its place.
 
     Attributes:
         place: Its number in the statement.
@@ -47,7 +47,7 @@ class Refused(Exception):
 
     @property
     def accepted(self) -> frozenset[str]:
-        """Return the types of tokens that could have stood there."""
+        """Return the types of tokens that are allowed there."""
         return _accepted(self._state)
 
 
@@ -73,7 +73,7 @@ class StatementParser:
             rule: The rule of the grammar.
 
         Raises:
-            Refused: A token cannot stand in its place, or the end.
+            Refused: A token, or the end, is not allowed in its place.
         """
         state = _state(self._rules[rule])
         place = _feed(state, statement)
@@ -90,7 +90,7 @@ class StatementParser:
             rule: The rule of the grammar.
 
         Raises:
-            Refused: A token cannot stand in its place.
+            Refused: A token is not allowed in its place.
         """
         state = _state(_without_builder(self._rules[rule]))
         _feed(state, beginning)

@@ -395,6 +395,6 @@ def inches(m: Mistake) -> Diagnostic | None:
 
 _LONGEST = 2000
 
-#: What stands before a word that continues the line above.
+#: The space before a word that continues the line above.
 _CONTINUED = re.compile(rf"[ \t]*(?=(?:{'|'.join(CONTINUING)})\b)")
 _FORMS = tuple((one, re.compile(one.form)) for one in _HABITS)

@@ -35,7 +35,7 @@ class Mistake(NamedTuple):
         before: Its tokens up to the wrong one.
         found: The wrong token.
         after: The tokens of the statement behind the wrong one.
-        accepted: Types of tokens that could have stood in its place.
+        accepted: Types of tokens that are allowed in its place.
     """
 
     source: Source
@@ -54,8 +54,8 @@ class Mistake(NamedTuple):
         Args:
             statement: The statement.
             source: The text.
-            place: How many of its tokens stand before the wrong one.
-            accepted: Types of tokens that could have stood there.
+            place: How many of its tokens precede the wrong one.
+            accepted: Types of tokens that are allowed there.
         """
         parts = statement.readable
         found = parts[place] if place < len(parts) else end_of(statement, source)
@@ -130,7 +130,7 @@ class Mistake(NamedTuple):
         return Diagnostic(code, message, self.span(at or self.found), hint)
 
     def holds(self, kind: str) -> bool:
-        """Return whether a token of this type stands before the wrong one."""
+        """Return whether a token of this type precedes the wrong one."""
         return any(token.type == kind for token in self.before)
 
     def span(self, token: Token) -> Span:

@@ -187,7 +187,7 @@ class _TreeParser:
         Args:
             statement: The statement.
             rule: The rule of the grammar.
-            must_end: Whether nothing can stand there.
+            must_end: Whether nothing is allowed there.
         """
         _BUILDER.begin(self.tree.source)
         try:
@@ -228,8 +228,8 @@ class _TreeParser:
 
         Args:
             statement: The statement.
-            place: How many of its tokens stand before the wrong one.
-            accepted: Types of tokens that could have stood there.
+            place: How many of its tokens precede the wrong one.
+            accepted: Types of tokens that are allowed there.
         """
         mistake = Mistake.at(statement, self.tree.source, place, accepted)
         if self._is_known(statement):
@@ -275,7 +275,7 @@ def accepted_behind(
     """Return the types of tokens that can follow; None if the beginning itself is wrong.
 
     A type is that of the grammar, such as ``WORD`` or ``WITH``. All statements have one
-    grammar, whatever block they stand in, so that nothing before this one has to be parsed.
+    grammar, whatever block they are in, so that nothing before this one has to be parsed.
 
     Args:
         beginning: A statement up to some place.

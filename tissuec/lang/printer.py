@@ -125,7 +125,7 @@ def _comment_piece(comment: Token, *, begins: bool) -> PrintedPiece:
 
 
 def _printed(pieces: Iterator[PrintedPiece], text: str) -> Iterator[str]:
-    """Yield pieces with what stands before each."""
+    """Yield pieces with the space before each."""
     depth = 0
     before = previous = None
     for piece in pieces:

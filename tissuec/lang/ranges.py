@@ -12,7 +12,7 @@ MESSAGE = "one number is needed here, not a range"
 _BARE = re.compile(rf"-?{NUMBER_PATTERN}")
 _UNIT = re.compile(rf"-?{NUMBER_PATTERN}\s*(\D.*)")
 
-#: What begins a line on which a range can be tested, and what stands before its numbers there.
+#: What begins a line on which a range can be tested, and the text before its numbers there.
 _TESTED = re.compile(r"\s*(?:expect|when|set)\b|.*\bwhere\b")
 _SIGN = re.compile(r"(?:==?|\bis)[ \t]*\Z")
 

@@ -16,7 +16,7 @@ class Rows(NamedTuple):
 
     Attributes:
         start: Offset of the first character after the opening brace.
-        end: Offset of the closing brace, or of what stands where it is missing.
+        end: Offset of the closing brace, or of the place where it is missing.
         comments: The remarks among the rows.
         open_quote: Offset of a quote that its line does not close, or None.
     """

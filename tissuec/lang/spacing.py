@@ -14,7 +14,7 @@ def blank_between(before: str, previous: str, following: str) -> bool:
     """Return whether a blank separates two neighbours.
 
     Args:
-        before: Kind of what stands before ``previous``; empty at the beginning.
+        before: Kind of the token before ``previous``; empty at the beginning.
         previous: Kind of the left neighbour.
         following: Kind of the right neighbour.
     """

@@ -11,7 +11,7 @@ from msgspec import Struct
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 
-#: Fields that say where a node stands; equal nodes may differ in them.
+#: Fields for the place of a node; equal nodes may differ in them.
 PLACES = frozenset(("span", "head", "rows_span", "source"))
 
 

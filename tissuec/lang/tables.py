@@ -20,7 +20,7 @@ from tissuec.lang.syntax import Table
 from tissuec.lang.token_names import shown
 from tissuec.lang.tree_builder import MOST_PROBLEMS
 
-#: Stands for a whole number that is not given.
+#: Marks a whole number that is not given.
 NOT_GIVEN = np.iinfo(np.int64).min
 
 #: Up to here every whole number has a floating-point number of its own.

@@ -7,7 +7,7 @@ from tissuec.lang.words import JOINING_WORDS, RESERVED, TIME_WORDS
 
 _LONGEST = 72
 
-#: What a set of token types is called if at least one of them can stand somewhere.
+#: The name of a set of token types of which at least one is allowed somewhere.
 _GROUPS: tuple[tuple[frozenset[str], str], ...] = (
     (frozenset({"WORD", "STRING"}), "a name"),
     (frozenset({"NUMBER", "QUANTITY", "STEPS"}), "a number"),
@@ -38,7 +38,7 @@ def shown(text: str) -> str:
 
 
 def expected(accepted: Set[str]) -> str:
-    """Return a hint about what could stand somewhere: ``expected a name or "("``."""
+    """Return a hint about what is allowed somewhere: ``expected a name or "("``."""
     parts: list[str] = []
     # The word "table" before a file name is too rare to be offered beside every name.
     rest = set(accepted - {"TABLE"} if "WORD" in accepted else accepted)

@@ -34,7 +34,7 @@ _KINDS = dict.fromkeys(_RESERVED.values(), KEYWORD) | {
 _PIECES = {
     "QUANTITY": ("NUMBER", "UNIT"), "STEPS": ("NUMBER", "WORD"), "RPAR_UNIT": ("RPAR", "UNIT"),
 }  # fmt: skip
-#: Stands for a character that is allowed in quotes and comments only.
+#: A character that is allowed in quotes and comments only.
 _ODD = "\x1a"
 
 

@@ -21,10 +21,10 @@ _REPORTED = frozenset({"OPEN_QUOTE", "ODD", "STRAY"})
 
 
 class Statement(Struct, eq=False):
-    """What stands between two separators.
+    """The part between two separators.
 
     Attributes:
-        outer: The head of the block that it stands in; None at the top.
+        outer: The head of the block around it; None at the top.
         start: Offset behind the separator before it.
         parts: Its tokens, without comments and line ends.
         stop: Offset of the separator behind it.

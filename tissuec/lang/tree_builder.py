@@ -72,7 +72,7 @@ class _TreeBuilder:
         self.brackets: list[_Opening] = []
         #: The line end that ends the statement, unless a joining word follows.
         self.line: Token | None = None
-        #: Line ends inside round and square brackets, and how many parts stand before each.
+        #: Line ends inside round and square brackets, and how many parts precede each.
         self.bracketed: list[tuple[int, Token]] = []
         self.unopened: set[int] = set()  # starts of the heads of blocks without "{"
         self.strays: list[int] = []  # closing braces that close nothing

@@ -62,7 +62,7 @@ def _no_heading(source: Source, start: int) -> Diagnostic:
 
 
 def _late_heading(source: Source, start: int, later: Statement) -> Diagnostic:
-    """Return the error of a version that stands below other statements."""
+    """Return the error of a version below other statements."""
     text = source.text
     first = _FIRST.match(text, start)
     assert first is not None  # it matches nothing at the end

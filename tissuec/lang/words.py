@@ -17,7 +17,7 @@ TIME_WORDS = {
     "after": "A time relative to the start of the surrounding block.",
 }
 
-#: Join a clause to what stands before it: ``with forceps A``.
+#: Join a clause to the text before it: ``with forceps A``.
 JOINING_WORDS = {
     "by": "A distance, a factor, an expected deviation, or a source.",
     "with": "A tool, a force, a knot or columns.",
@@ -61,7 +61,7 @@ MEANINGS = {
     "language": "The version of the language, on the first line of every text.",
 }  # fmt: skip
 
-#: Stands behind a number like a unit: ``in 9 steps``.
+#: Follows a number like a unit: ``in 9 steps``.
 STEPS = "steps"
 
 #: A line that begins with one of these continues the line above. Time words are not among

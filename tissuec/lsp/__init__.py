@@ -2,7 +2,7 @@
 
     tokens      a text, correct or not, as words, numbers and signs
     structure   its statements, and the blocks around each
-    context     the role of each word of a statement, and what could stand in its place
+    context     the role of each word of a statement, and what is allowed in its place
     documents   open texts, and what is known of each
     views       what the names in a text refer to
 

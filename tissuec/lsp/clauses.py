@@ -1,4 +1,4 @@
-"""What stands behind the joining words of sentences: ``of``, ``with``, ``along``."""
+"""What may follow the joining words of sentences: ``of``, ``with``, ``along``."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -13,7 +13,7 @@ from tissuec.lsp.measured import kinds_measured, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, plain
 
-#: What the capital words of forms stand for outside of orders.
+#: Meanings of the capital words of forms outside of orders.
 _STANDS_FOR = {
     "TISSUE": Expected(names=("tissue",)),
     "FORCE": Expected(names=("force",)),
@@ -39,7 +39,7 @@ _DESCRIBED = {
 
 
 def in_clause(prefix: Prefix) -> Expected:
-    """Return what stands behind a joining word, or further on in what it joins."""
+    """Return what may follow a joining word, directly or later in its clause."""
     if prefix.block.kind == "script" and not prefix.has_verb:
         return measured() if prefix.head == "when" else _STANDS_FOR["TIME"]
     if prefix.clause == "in" and prefix.block.kind in ("learn", "mesh", "script"):
@@ -61,7 +61,7 @@ def in_clause(prefix: Prefix) -> Expected:
 
 
 def _contents(prefix: Prefix) -> Iterator[tuple[str, ...] | Expected]:
-    """Yield what can stand in a clause, from the forms of its sentence."""
+    """Yield the contents that the forms of a sentence allow in a clause."""
     kind = prefix.block.kind
     for form in forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject):
         if form.fits(prefix.object, of_order=prefix.has_verb):
@@ -69,7 +69,7 @@ def _contents(prefix: Prefix) -> Iterator[tuple[str, ...] | Expected]:
 
 
 def _meaning(prefix: Prefix, content: Sequence[str] | Expected) -> Expected:
-    """Return what a part of a form stands for in a sentence."""
+    """Return the expectation for a part of a form within its sentence."""
     if isinstance(content, Expected):
         return content
     first = content[0] if content else ""
@@ -86,7 +86,7 @@ def _meaning(prefix: Prefix, content: Sequence[str] | Expected) -> Expected:
 
 
 def stands_for(content: Sequence[str]) -> Expected:
-    """Return what a part of a form stands for in any sentence."""
+    """Return the expectation for a part of a form, the same in every sentence."""
     first, *more = (*content, "")
     if first.isupper():
         return _STANDS_FOR.get(first, Expected())
@@ -97,7 +97,7 @@ def stands_for(content: Sequence[str]) -> Expected:
 
 
 def _time_of(more: Sequence[str]) -> Dimension | None:
-    """Return that a number is a time, if that in the form is one; None for any other."""
+    """Return the dimension of time if the number in the form is a time, else None."""
     with suppress(ValueError, ArithmeticError):
         return units.TIME if parse_unit(more[0]).dimension == units.TIME else None
     return None

@@ -52,7 +52,7 @@ def complete(view: View, offset: int) -> list[Proposal]:
 def _readable(
     view: View, found: Iterable[Proposal], statement: Statement
 ) -> Iterator[Proposal]:
-    """Yield what the grammar lets stand in its place; all if the statement is wrong before."""
+    """Yield the proposals that the grammar accepts; all if the statement is wrong before."""
     text, known = view.source.text, dict[int, frozenset[str] | None]()
     first = next((one for one in view.structure.statements if one.parts), statement)
     for one in found:
@@ -82,7 +82,7 @@ def _kind(text: str) -> str:
 
 
 def _measured(statement: Statement, place: int) -> Token | None:
-    """Return the number or bracket whose unit stands, or would stand, at a place."""
+    """Return the number or bracket whose unit is, or would be, at a place."""
     before = [part for part in statement.parts if part.start < place]
     return before[-1] if before and before[-1].pieces[0].type in ("NUMBER", "RPAR") else None
 
@@ -96,7 +96,7 @@ def _ends_before(before: list[Token], gap: str, one: Proposal) -> bool:
 
 
 def _narrowed(found: Iterable[Proposal], text: str, offset: int) -> list[Proposal]:
-    """Return what goes on as the text does, each label once."""
+    """Return the proposals that match the text typed so far, each label once."""
     fitting: dict[str, Proposal] = {}
     for one in found:
         typed = s.key_of(text[one.start : offset])
@@ -130,7 +130,7 @@ def _term(term: Term, phrase: Phrase) -> Proposal:
 
 
 def _symbols(view: View, phrase: Phrase) -> list[Symbol]:
-    """Return the names that can stand in the place of a phrase."""
+    """Return the names that are allowed in the place of a phrase."""
     kinds = phrase.expected.names
     symbols = list(view.seen_from(phrase.block, *kinds))
     if phrase.block.kind == "tissue":

@@ -1,4 +1,4 @@
-"""What can stand at a place of a statement, by its block, its first words and what is open."""
+"""What is allowed at a place in a statement: by its block, first words and open brackets."""
 
 from tissuec.core import units
 from tissuec.core.units import Dimension
@@ -16,7 +16,7 @@ from tissuec.scene.graded import GRADABLE
 
 
 def named_with(prefix: Prefix) -> Expected:
-    """Return what stands directly behind the first words of a part or entry."""
+    """Return what may directly follow the first words of a part or entry."""
     match prefix.block.kind, prefix.subject:
         case "", "use":
             return Expected(files="use")
@@ -42,7 +42,7 @@ def named_with(prefix: Prefix) -> Expected:
 
 
 def objects(prefix: Prefix) -> tuple[str, ...]:
-    """Return what kinds of names a verb takes behind its words."""
+    """Return the kinds of names that a verb takes after its words."""
     kinds = (
         kind
         for form in forms_of("script", prefix.head)
@@ -53,7 +53,7 @@ def objects(prefix: Prefix) -> tuple[str, ...]:
 
 
 def choices(prefix: Prefix) -> Expected:
-    """Return what stands behind "is"."""
+    """Return what may follow "is"."""
     kind, subject = prefix.block.kind, prefix.subject
     if prefix.has("where"):
         return Expected(names=("region",)) if subject == "region" else Expected()
@@ -74,7 +74,7 @@ def choices(prefix: Prefix) -> Expected:
 
 
 def expected_in(prefix: Prefix) -> Expected:
-    """Return what stands further on in a statement."""
+    """Return what may follow later in a statement."""
     last = prefix.last
     assert last is not None
     kind, head, call = prefix.block.kind, prefix.head, prefix.call
@@ -102,7 +102,7 @@ def expected_in(prefix: Prefix) -> Expected:
 
 
 def _plain(prefix: Prefix) -> Expected:
-    """Return what stands behind ``=`` and the like."""
+    """Return what may follow ``=`` and similar signs."""
     behind_equal = prefix.has("=")
     match prefix.block.kind, prefix.head or prefix.subject:
         case "", ("param" | "let" | "set" as head) if not behind_equal:
@@ -135,7 +135,7 @@ def _plain(prefix: Prefix) -> Expected:
 
 
 def _formula(prefix: Prefix) -> Expected:
-    """Return what a formula of a law is of, or is made of."""
+    """Return the variables of a formula of a law, or the terms that it may contain."""
     called, texts = prefix.subject, prefix.texts
     if "=" not in texts:
         return Expected((v.FORMULAS[called],), declares="variable")
@@ -147,7 +147,7 @@ def _formula(prefix: Prefix) -> Expected:
 
 
 def _conditions(prefix: Prefix) -> Terms:
-    """Return what nodes or springs are chosen by, and can stand behind a part."""
+    """Return the criteria of nodes or springs that may follow at this place."""
     texts = prefix.texts
     while len(texts) > 1 and texts[-1] == "(":
         texts.pop()
@@ -164,7 +164,7 @@ def _conditions(prefix: Prefix) -> Terms:
 
 
 def behind_number(prefix: Prefix) -> Expected:
-    """Return what stands directly behind a number."""
+    """Return what may directly follow a number."""
     if prefix.block.kind == "study" and prefix.clause == "in":
         return Expected((study.STEPS_TERMS,))
     varied = prefix.object if prefix.subject == "vary" else ""

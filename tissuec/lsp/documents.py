@@ -129,7 +129,7 @@ class Lenient(Files):
 
 
 def _state(path: Path) -> Hashable:
-    """Return what changes when a file on disk does."""
+    """Return a value that changes whenever the file on disk changes."""
     try:
         status = path.stat()
     except OSError:

@@ -7,7 +7,7 @@ from tissuec.lsp.positions import LINE_END, UNITS, ProtocolPosition
 
 
 class Replacement(NamedTuple):
-    """A stretch of a text, from its beginning up to its end, and what stands there then."""
+    """A stretch of a text, from its beginning up to its end, and its replacement."""
 
     start: ProtocolPosition
     end: ProtocolPosition

@@ -1,4 +1,4 @@
-"""What can stand at a place: words of the language, kinds of names, numbers, units, files."""
+"""What is allowed at a place: words of the language, kinds of names, numbers, units, files."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ SUBJECTS = ("set", "body", "joint", "tool")
 NODES = ("nodes", "body")
 #: And what has springs.
 SPRINGS = ("set", "body", "joint")
-#: All of these differ from one another, so that a name tells which of them it is.
+#: All of these names differ from one another, so that a name identifies its kind.
 ONE_NAMESPACE = (*NUMBERS, *SUBJECTS, "force")
 
 
@@ -23,10 +23,10 @@ class Expected(NamedTuple):
     Attributes:
         terms: Words of the language.
         names: Kinds of names that are declared.
-        scale: The property or quantity whose words can stand here.
+        scale: The property or quantity whose words are allowed here.
         declares: Kind of the name that is new here.
         files: What kind of file is named here: "use", or the entry that names it.
-        unit: Whether a unit can stand here.
+        unit: Whether a unit is allowed here.
         dimension: Of the unit, where that is known.
         like: The param that has the same dimension, if there is one of this name.
     """
@@ -42,5 +42,5 @@ class Expected(NamedTuple):
 
 
 def number(*known: Terms) -> Expected:
-    """Return what a number can be: a param, a function, or one of some terms."""
+    """Return the expectation of a number: a param, a function, or one of some terms."""
     return Expected((*known, v.functions()), NUMBERS)

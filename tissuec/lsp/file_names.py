@@ -49,7 +49,7 @@ def in_quotes(view: View, phrase: Phrase, offset: int) -> list[Proposal]:
 
 
 def _used(view: View) -> Iterator[tuple[str, str]]:
-    """Yield what ``use`` could name, and where it lies."""
+    """Yield the names that ``use`` accepts, each with its place."""
     library = Library.of(view.source, view.documents.libraries)
     for name, path in files_of(library.folders):
         if not name.startswith("scenes/"):

@@ -14,7 +14,7 @@ from tissuec.script.measures import MEASURES
 
 _LOGIC = ("and", "or", "not", "is", "between", "within", "of")
 _OF_TRIGGERS = ("to", "every", "and", "or", "not", "between", "along")
-#: Words that stand behind one of some others, where their form has those before them.
+#: Words that follow one of some others, in the forms that have those before them.
 _SECOND = {"to": ("from",), "and": ("between",), "in": ("using", "along")}
 #: Words that a sentence can have several times, by its block: ``of scar of vessel``.
 _REPEATED = (("learn", "of"), ("study", "of"))

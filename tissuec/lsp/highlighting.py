@@ -75,7 +75,7 @@ def _repository() -> dict[str, list[Rule]]:
 
 
 def _expression() -> list[Rule]:
-    """Return what holds wherever nothing else does."""
+    """Return the rules that apply where no other rule does."""
     return [
         *called(v.functions()),
         {"match": rf"\b(?:{RESERVED_WORD})\b", "name": SCOPES["keyword"]},
@@ -85,7 +85,7 @@ def _expression() -> list[Rule]:
 
 
 def _choices() -> list[Rule]:
-    """Return what stands behind "is"."""
+    """Return the rules of words after "is"."""
     holding = [
         choice
         for kind in ("rules", "study")
@@ -152,7 +152,7 @@ def _part(kind: str) -> Rule:
 
 
 def _inside(kind: str) -> list[Rule]:
-    """Return the rules of what stands in a block."""
+    """Return the rules for the contents of a block."""
     if kind == "script":
         return include("orders")
     known = entries(BlockKind(kind))
@@ -229,13 +229,13 @@ def _scale(known: Mapping[str, Term]) -> list[Rule]:
 
 
 def _rules(known: Mapping[str, Term]) -> list[Rule]:
-    """Return the names of properties and quantities, which stand before "is"."""
+    """Return the names of properties and quantities, which precede "is"."""
     chosen = _entries(name for name in known if name not in RESERVED)
     return [chosen, rule(rf"\b({RUN})(?=\s+is\b)", {1: "entry"})]
 
 
 def _learning(known: Mapping[str, Term]) -> list[Rule]:
-    """Return what stands in a learn block."""
+    """Return the rules of a learn block."""
     adjusted = rule(rf"\b({any_of(v.adjusted())})", {1: "entry"})
     return [
         _named("adjust", v.adjusted()),
@@ -247,7 +247,7 @@ def _learning(known: Mapping[str, Term]) -> list[Rule]:
 
 
 def _studying(known: Mapping[str, Term]) -> list[Rule]:
-    """Return what stands in a study block."""
+    """Return the rules of a study block."""
     varied = study.varied()
     choices = {name for term in varied.values() for name in term.choices or ()}
     words = {"match": RUN, "name": SCOPES["word"]}
@@ -317,7 +317,7 @@ def _measured() -> list[Rule]:
 
 
 def _orders() -> list[Rule]:
-    """Return what stands in a script."""
+    """Return the rules of a script."""
     before = r"(?:^|(?<=[;{}:]))\s*"
     return [
         *include("basics"),

@@ -79,7 +79,7 @@ def _meaning(view: View, offset: int, compiled: "Compiled | None") -> Hover | No
 def _explained_codes(
     view: View, offset: int, diagnostics: tuple[Diagnostic, ...]
 ) -> Iterator[str]:
-    """Yield what the codes of findings at an offset mean."""
+    """Yield the explanations of the codes of findings at an offset."""
     for finding in diagnostics:
         span = finding.span
         if span is None or span.source is not view.source or finding.code not in CODES:
@@ -147,7 +147,7 @@ def _given(view: View, tissue: Tissue, quantity: str) -> str:
 
 
 def _of_symbol(view: View, symbol: Symbol, phrase: Phrase, compiled: "Compiled | None") -> str:
-    """Return what a name stands for, and where that is said."""
+    """Return the meaning of a name and where it is declared."""
     parts = [f"**{symbol.name}**, {_kind(symbol)}, {_place(view, symbol.span)}"]
     parts += _facts(view, symbol, phrase, compiled)
     remark = _remark(symbol)
@@ -155,7 +155,7 @@ def _of_symbol(view: View, symbol: Symbol, phrase: Phrase, compiled: "Compiled |
 
 
 def _place(view: View, span: Span) -> str:
-    """Return where something stands, in short."""
+    """Return the place of something, in short."""
     return f"line {span.line}" if span.source is view.source else span.place
 
 

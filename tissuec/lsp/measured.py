@@ -1,4 +1,4 @@
-"""What measures are taken of, and what stands in their brackets."""
+"""The subjects of measures, and the contents of their brackets."""
 
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.expected import NODES, SPRINGS, Expected, number
@@ -19,7 +19,7 @@ _TAKEN_OF = {
 
 
 def measured(*known: Terms) -> Expected:
-    """Return what a condition on the motion is about: a measure, a number, or other terms."""
+    """Return the subject of a condition on the motion: a measure, a number, or other terms."""
     return number(v.measures(), *known)
 
 
@@ -29,7 +29,7 @@ def kinds_measured(measure: str) -> tuple[str, ...]:
 
 
 def argument(prefix: Prefix) -> Expected:
-    """Return what a measure is taken of, or where and when."""
+    """Return the expectation of an argument of a measure: its subject, place or time."""
     call, last = prefix.call, prefix.last
     assert last is not None
     if call == "error":

@@ -1,6 +1,6 @@
 """The phrases of a statement: runs of words with one meaning each.
 
-Of a statement that is half typed, the last phrase says what could stand at its end.
+Of a statement that is half typed, the last phrase says what is allowed at its end.
 """
 
 from collections.abc import Iterator
@@ -162,13 +162,13 @@ class _PhraseReader:
         return self.is_cut and stop == len(self.parts)
 
     def _is_open(self, start: int, stop: int) -> bool:
-        """Return whether words stand there, or can be typed there now."""
+        """Return whether words are there, or can be typed there now."""
         if not self.is_cut or start < stop:
             return start < stop
         return stop == len(self.parts) and self.parts[-1].stop < self.statement.stop
 
     def _choice(self, start: int, stop: int) -> Iterator[Phrase]:
-        """Yield what stands behind ``is``, as long a word of the language as there is."""
+        """Yield the phrase after ``is``: the longest word of the language that fits."""
         expected = context.choices(self.prefix)
         longest = stop
         while longest < len(self.parts) and self.parts[longest].kind in (WORD, KEYWORD):

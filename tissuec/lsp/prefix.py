@@ -1,4 +1,4 @@
-"""What stands before a place in a statement: joining words, and brackets that are open."""
+"""What precedes a place in a statement: joining words, and brackets that are open."""
 
 import re
 from contextlib import suppress
@@ -24,12 +24,12 @@ class Prefix:
     Attributes:
         block: The block of the statement.
         head: The first word of the statement, of an order: the verb.
-        subject: What stands before "is", or "=".
+        subject: The phrase before "is", or "=".
         object: Literal words behind a verb or entry, such as "spring constant".
         openers: Reserved words and "=" so far, without those of measures.
         calls: What each open bracket belongs to.
         commas: How many there are in each of them.
-        is_order: Whether an order stands here.
+        is_order: Whether the statement is an order.
         dimension: Of the first unit or measure.
     """
 
@@ -102,7 +102,8 @@ class Prefix:
 
     @property
     def call(self) -> str:
-        """Return what the innermost open bracket belongs to; "(" or "[" alone, "" without."""
+        """Return the name before the innermost open bracket; the bracket itself without a name,
+        "" outside of brackets."""
         return self.calls[-1] if self.calls else ""
 
     @property
@@ -133,5 +134,5 @@ class Prefix:
         return self.is_order and self.head in VERBS
 
     def has(self, opener: str) -> bool:
-        """Return whether a reserved word, or "=", stands before."""
+        """Return whether a reserved word, or "=", precedes."""
         return opener in self.openers

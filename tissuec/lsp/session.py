@@ -199,7 +199,7 @@ class Session(LanguageServer):
     def _by_file(
         self, path: Path, diagnostics: Iterable[Diagnostic]
     ) -> dict[str, list[lsp.Diagnostic]]:
-        """Return what was found in a text, by the file that it stands in."""
+        """Return the diagnostics of a text, grouped by the file they are in."""
         found: dict[str, list[lsp.Diagnostic]] = {self.uri(path): []}
         for one in diagnostics:
             where = (one.span.source.path if one.span else path) or path

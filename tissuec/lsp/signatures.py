@@ -12,7 +12,7 @@ from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.views import View
 from tissuec.scene.parts import PARTS
 
-#: What stands for something else in a form: "SET", "…", "(x, y, z)", a file in quotes.
+#: Placeholders in a form: "SET", "…", "(x, y, z)", a file in quotes.
 _PLACEHOLDER = re.compile(r"\b[A-Z]+\b|…|\"[^\"]*\"|\(x, y, z\)")
 
 

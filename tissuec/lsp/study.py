@@ -1,4 +1,4 @@
-"""What can stand in the sentences of a study block."""
+"""What is allowed in the sentences of a study block."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -109,7 +109,7 @@ def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
 
 @cache
 def measures() -> Terms:
-    """Return what a study measures, as sentences begin."""
+    """Return the measures of a study, as its sentences begin."""
     said = {
         name: replace(term, behind=" of ") if MEASURES[name].subjects else term
         for name, term in logged().items()
@@ -118,7 +118,7 @@ def measures() -> Terms:
 
 
 def of_study(prefix: Prefix) -> Expected:
-    """Return what stands in a sentence of a study behind its first words."""
+    """Return what may follow the first words of a sentence of a study."""
     if prefix.head == "expect":
         return number(OVER_RUNS_TERMS)._replace(names=("column", *NUMBERS))
     if prefix.subject == "measure" and prefix.has("="):
@@ -157,7 +157,7 @@ def entry_of(name: str) -> Term | None:
 
 
 def _measured(prefix: Prefix) -> Expected:
-    """Return what is measured, of what, and when."""
+    """Return the expectation in a "measure" sentence: the measure, its subject, its time."""
     last = prefix.last
     assert last is not None
     if last.text in ("of", "to") and (measure := prefix.measure) and not prefix.has("from"):

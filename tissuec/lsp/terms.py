@@ -24,7 +24,7 @@ class Term(Struct, frozen=True):
         form: How it is written, with what comes behind it.
         behind: What completion writes behind it.
         dimension: Of the number that it takes or gives, if any.
-        choices: What can stand behind its ``is``.
+        choices: What is allowed after its ``is``.
     """
 
     label: str

@@ -36,7 +36,7 @@ RUN = rf"{_WORD}(?:\s+{_WORD})*"
 
 
 def include(*names: str) -> list[Rule]:
-    """Return the rules that stand under some names in the repository of the grammar."""
+    """Return the rules under some names in the repository of the grammar."""
     return [{"include": f"#{name}"} for name in names]
 
 
@@ -63,7 +63,7 @@ def between(
     *,
     closes: bool = False,
 ) -> Rule:
-    """Return the rule of what stands between two patterns.
+    """Return the rule of the text between two patterns.
 
     Args:
         begin: The first pattern.
@@ -84,7 +84,7 @@ def between(
 
 
 def braces(patterns: list[Rule]) -> Rule:
-    """Return the rule of a block with rules for what stands in it."""
+    """Return the rule of a block with rules for its contents."""
     return between(r"\{", {0: "sign"}, r"\}", patterns, closes=True)
 
 
@@ -96,12 +96,12 @@ def any_of(labels: Iterable[str]) -> str:
 
 
 def listed(found: Mapping[str, Term], before: str = r"\b") -> Rule:
-    """Return the rule of words that stand behind something."""
+    """Return the rule of words that follow something."""
     return rule(f"{before}({any_of(found)})", {1: "word"})
 
 
 def called(found: Mapping[str, Term]) -> list[Rule]:
-    """Return the rules of what stands before a bracket, and of what stands alone."""
+    """Return the rules of words before a bracket, and of words alone."""
     before = [term.label for term in found.values() if term.behind == "("]
     alone = [term.label for term in found.values() if term.behind != "("]
     rules = [rule(rf"\b({any_of(before)})(?=\s*\()", {1: "measure"})] if before else []

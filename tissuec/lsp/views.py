@@ -30,7 +30,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
 
     Attributes:
         source: The text.
-        program: None where not even that much can be told.
+        program: None where not even that much is known.
         words: Numbers, vocabulary and tissues, as far as they are right.
     """
 
@@ -141,7 +141,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
         return key == "pi" and bool({("param", "", key), ("let", "", key)} & set(self.symbols))
 
     def words_of(self, phrase: Phrase) -> Iterator[tuple[Symbol, int, int]]:
-        """Yield the hedges and the word of a phrase that describes, and where they stand."""
+        """Yield the hedges and the word of a phrase that describes, with their places."""
         scale = self.scale(phrase.expected.scale)
         if scale is None or not phrase.parts:
             return
@@ -160,7 +160,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
             return
 
     def occurrences(self) -> Iterator[tuple[Symbol, int, int]]:
-        """Yield every name of the text with where it stands."""
+        """Yield every name of the text with its place."""
         for phrase in self.all_phrases():
             if not phrase.parts:
                 continue
@@ -170,7 +170,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
                 yield symbol, phrase.start, phrase.stop
 
     def symbol_at(self, offset: int) -> tuple[Symbol, int, int] | None:
-        """Return the name at an offset and where it stands."""
+        """Return the name at an offset and its place."""
         phrase = self.phrase_at(offset)
         if phrase is None or not phrase.parts:
             return None

@@ -50,7 +50,7 @@ from tissuec.script.verbs import VERBS
 
 @cache
 def parts() -> Terms:
-    """Return what statements outside of all blocks begin with."""
+    """Return the first words of statements outside of all blocks."""
     begins = {"text": IN_QUOTES, "single": " { "}
     return by_label(
         Term(word, PART, part.about, part_forms(word)[0], begins.get(part.sort, " "))
@@ -73,7 +73,7 @@ def verbs() -> Terms:
 
 @cache
 def logged() -> Terms:
-    """Return what can be measured, as outputs name it."""
+    """Return the measures, as outputs name them."""
     return {
         name: Term(
             name, MEASURE, f"{described(measure)}\n\n{describe(measure.dimension)}",
@@ -85,7 +85,7 @@ def logged() -> Terms:
 
 @cache
 def measures() -> Terms:
-    """Return what can be measured, as it is written in conditions."""
+    """Return the measures, as conditions name them."""
     found = {name: term for name, term in logged().items() if name not in COUNTED}
     about = "Number of nodes, springs or pieces."
     counted = Term(
@@ -114,7 +114,7 @@ def errors() -> Terms:
 
 @cache
 def adjusted() -> Terms:
-    """Return what a learn block can adjust, also of laws and forces."""
+    """Return the quantities that a learn block can adjust, with those of laws and forces."""
     found = {
         name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learned", "", " of ")
         for name in ADJUSTED
@@ -141,17 +141,17 @@ def numbers_of_forces() -> tuple[str, ...]:
 
 @cache
 def adjusted_in_lists() -> Terms:
-    """Return what a list of what is to be adjusted holds, where nothing says of what."""
+    """Return the adjustable quantities as a list without "of" names them."""
     return {key: replace(term, behind="") for key, term in adjusted().items()}
 
 
 @cache
 def conditions(*, of_springs: bool | None = None, are_tests: bool = True) -> Terms:
-    """Return what nodes and springs are chosen by.
+    """Return the criteria by which nodes and springs are chosen.
 
     Args:
-        of_springs: Whether to return that of springs or that of nodes; None for both.
-        are_tests: Whether to return that which is a test, and no number, as well.
+        of_springs: Whether to return the criteria of springs or those of nodes; None for both.
+        are_tests: Whether to include the criteria that are tests rather than numbers.
     """
     other = {None: "none", False: "springs", True: "nodes"}[of_springs]
     return by_label(
@@ -167,7 +167,7 @@ def coordinates() -> Terms:
     return {name: term for name, term in conditions().items() if name in ("x", "y", "z")}
 
 
-#: What free formulas are of, and what else stands in them, by what they are called.
+#: Variables and other terms of free formulas, by the name of the formula.
 FORMULAS: dict[str, Terms] = {
     called: by_label(
         Term(name, VARIABLE, f"Here {describe(dimension)}.", dimension=dimension)

@@ -70,7 +70,7 @@ def _type_of(ending: str) -> str:
 
 
 def _manifest(package: Mapping[str, Any]) -> str:
-    """Return what an installer is told: name, version, engine, and where the rest stands."""
+    """Return the manifest for an installer: name, version, engine, paths of the contents."""
     schema = "http://schemas.microsoft.com/developer/vsx-schema/2011"
     code = "Microsoft.VisualStudio.Code"
     said = {"Id": "name", "Version": "version", "Publisher": "publisher"}

@@ -1,4 +1,4 @@
-"""Words that cannot stand at a place because of what is written elsewhere in the text."""
+"""Words that are not allowed at a place because of other parts of the text."""
 
 from collections.abc import Collection, Iterable
 
@@ -18,7 +18,7 @@ from tissuec.scene.parts import entries_in, parts
 
 
 def left_out_of(view: View, phrase: Phrase) -> Collection[str]:
-    """Return keys of words that cannot stand in the place of a phrase.
+    """Return keys of words that are not allowed in the place of a phrase.
 
     These are entries that the block has once and that another statement writes, properties of
     a tissue without a vocabulary, what to adjust of laws and forces that a text has not, and
@@ -60,7 +60,7 @@ def _beginning(text: str, known: Iterable[str]) -> Iterable[str]:
 
 
 def _once(block: BlockKind) -> Collection[str]:
-    """Return what a block, or a text outside of all blocks, holds once."""
+    """Return the entries that a block, or the text outside of blocks, may have only once."""
     if not block.kind:
         return parts("single")
     return [name for name, entry in entries_in(*block).items() if not entry.repeats]

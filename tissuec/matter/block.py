@@ -95,7 +95,7 @@ def _fitted(mesh: Mesh, fibres: Fibres | None) -> Floats:
 
 
 def _numbered(position: Floats, low: Floats, scale: float, shape: NDArray[np.int64]) -> Indices:
-    """Return which node stands at each place of the fine grid, -1 for none."""
+    """Return the node at each place of the fine grid, -1 for none."""
     number = np.full(tuple(shape.tolist()), -1, dtype=np.int64)
     number[tuple(np.rint((position - low) * scale).astype(np.int64).T)] = np.arange(
         len(position)

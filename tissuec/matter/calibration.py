@@ -50,7 +50,7 @@ MOST = 5.0  # times as stiff or soft as before: larger corrections are reported,
 #: such as one that is not symmetric in all four indices.
 _WEAK = 1e-3
 _ONE, _OTHER = np.triu_indices(6)
-_TIMES = np.where(_ONE == _OTHER, 1.0, np.sqrt(2.0))  # how often each stands in C, as a root
+_TIMES = np.where(_ONE == _OTHER, 1.0, np.sqrt(2.0))  # how often each occurs in C, as a root
 
 
 def calibrated(

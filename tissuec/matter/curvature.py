@@ -34,7 +34,7 @@ from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Floats, Indices
 
 #: Of the eigenvalues of Q C⁻¹ Qᵀ, below which they count as this part of the largest: points of
-#: patches that nearly lie on a conic do not tell curvatures.
+#: patches that nearly lie on a conic do not determine curvatures.
 _LEAST = 1e-2
 _FITTED = 0.7  # weight of the quadratic surface, found by tests of plates in irregular nets
 

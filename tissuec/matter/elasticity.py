@@ -156,7 +156,7 @@ def of_plane_stress(
         young: Young's modulus [Pa].
         poisson: Poisson's ratio.
         position: Of its nodes [m], shape (node, 3).
-        grid: How these stand in rows and columns, if they do.
+        grid: Arrangement of these in rows and columns, if any.
         more: Stiffness that fibres add, in Voigt's order [Pa], shape (3, 3) or ().
     """
     directions, _ = _first_direction(position, grid)

@@ -43,7 +43,7 @@ CRYSTAL, IRREGULAR = 1e-3, (0.03, 0.3, 1.0)
 ROUNDS = 20  # of choosing the springs that are left out
 ROUGH, FINE = 1e-4, 1e-9  # residuals of equations, first and at last
 MOST = 5000  # iterations of solving them
-#: The entries of a symmetric tensor of three indices, and how often each stands in it.
+#: The entries of a symmetric tensor of three indices, and how often each occurs in it.
 TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
 TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
 

@@ -20,7 +20,7 @@ over the node, with w = 1, and nodes near it. In crystals of several sites, spri
 of site can be stiffer than those of another, although the whole is even. As a hat function of
 the width of a cell, w counts each kind alike (R. J. Hardy, J. Chem. Phys. 76:622, 1982).
 
-Six components of a symmetric tensor stand in the order of VTK: xx, yy, zz, xy, yz, xz.
+Six components of a symmetric tensor are in the order of VTK: xx, yy, zz, xy, yz, xz.
 """
 
 from typing import TYPE_CHECKING, Self

@@ -96,7 +96,7 @@ def _with_middles(
 ) -> tuple[Floats, Indices, Mapping[str, Indices]]:
     """Return positions, tetrahedra with ten nodes, and groups with nodes in middles of edges.
 
-    These nodes stand behind all others, in the order of the ends of their edges.
+    These nodes follow all others, in the order of the ends of their edges.
     """
     count = len(position)
     low, high = lower_and_upper(corners[:, MIDDLES].reshape(-1, 2))

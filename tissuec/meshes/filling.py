@@ -31,7 +31,7 @@ _FARTHEST = 2.0  # cells: no spring joins nodes that are further apart
 #: Places along a spring that must lie inside: of one from the surface to an inner node, of a
 #: bond between inner nodes, and of an edge between nodes of the surface.
 _JOINT, _BOND, _CHORD = (0.05, 0.3, 0.6), (0.5,), (0.05, 0.5, 0.95)
-_TOO_EMPTY = 0.05  # part of the volume that tetrahedra may miss before it is told
+_TOO_EMPTY = 0.05  # part of the volume that tetrahedra may miss before it is reported
 _FLAT = 1e-9  # of the cube of its longest edge: a tetrahedron of less volume is left out
 _TIE = 1e-5  # of a length: a smaller difference may be rounding, of single precision in files
 

@@ -61,7 +61,7 @@ class GroupedSurface(NamedTuple):
 
 
 def divided(surface: GroupedSurface, part: FinePart) -> GroupedSurface:
-    """Return a surface with shorter edges where cells are smaller; new nodes stand last.
+    """Return a surface with shorter edges where cells are smaller; new nodes come last.
 
     A node in the middle of an edge joins the groups that have both of its ends.
     """

@@ -6,7 +6,7 @@ A few bad ones make explicit steps short, as the lowest height of all sets the s
 poor.
 
 - Two triangles of a convex surface may have a flat tetrahedron behind them, whose other two
-  faces stand on the other diagonal. It is left out, and the surface follows that diagonal.
+  faces are on the other diagonal. It is left out, and the surface follows that diagonal.
 - An inner node moves towards the mean of its neighbours if the worst tetrahedron around it
   becomes better, one after the other among neighbours. (L. A. Freitag, C. Ollivier-Gooch, Int.
   J. Numer. Meth. Eng. 40:3979, 1997.)

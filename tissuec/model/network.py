@@ -95,7 +95,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     """Ranges of the nodes and springs of one body in the arrays.
 
     Attributes:
-        grid: How its nodes stand in rows and columns, if they do.
+        grid: Arrangement of its nodes in rows and columns, if there is one.
         bending: How many of its springs, the last ones, resist bending only.
         cells: Of a solid body, gives the cells that it is divided into, all of them alike:
             nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),

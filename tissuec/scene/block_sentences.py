@@ -13,7 +13,7 @@ class Sentences(Struct, frozen=True):
     """One kind of sentence of a block.
 
     Attributes:
-        forms: How it is written; capital words stand for names.
+        forms: How it is written; capital words are placeholders for names.
         about: What it says.
         is_needed: Whether there must be one.
         is_single: Whether there can only be one.

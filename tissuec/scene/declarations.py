@@ -41,7 +41,7 @@ class Declarations(Struct):
     """Everything that a program declares, by lower-case name.
 
     ``named`` holds, for each kind ("param", "let", "set", "property", …, "hedge"), its names;
-    ``single`` the blocks that stand once.
+    ``single`` the blocks that occur once.
     """
 
     library: Library
@@ -429,7 +429,7 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
 
 
 def _quoted(word: str, item: s.Sentence | s.Block) -> str:
-    """Return a sentence with all that stands behind its first word in quotes."""
+    """Return a sentence with all that follows its first word in quotes."""
     rest = item.span.text.removeprefix(word).replace('"', "").split()
     if word in TEXTS and rest[:1] == ["is"]:
         del rest[0]
@@ -437,7 +437,7 @@ def _quoted(word: str, item: s.Sentence | s.Block) -> str:
 
 
 def reject_function(item: s.Function, findings: Findings) -> NoReturn:
-    """Reject a formula where none can stand; what was meant may be a name of several words."""
+    """Reject a formula where none is allowed; a name of several words may have been meant."""
     argument = item.arguments[0].span.to(item.arguments[-1].span)
     whole = item.name.span.to(argument)
     findings.reject(

@@ -22,7 +22,7 @@ class Circle(Exception):
 
 
 def needed_first(start: str, needs: Callable[[str], Iterable[s.Name]]) -> list[str]:
-    """Return what a definition needs, each before what needs it, and itself last.
+    """Return the definitions that one needs, in the order of their needs, itself last.
 
     Args:
         start: Key of the definition.
@@ -53,7 +53,7 @@ class Definitions(Generic[T]):
     Args:
         what: What they are called in messages, such as "numbers".
         needs: Gives the names in a definition that are definitions too.
-        work_out: Returns what a definition stands for, or rejects it.
+        work_out: Returns the value of a definition, or rejects it.
     """
 
     def __init__(
@@ -67,10 +67,10 @@ class Definitions(Generic[T]):
         self.needs = needs
         self.work_out = work_out
         self.findings = findings
-        self.values: dict[str, T | None] = {}  # None stands for what was rejected
+        self.values: dict[str, T | None] = {}  # None if it was rejected
 
     def find(self, key: str) -> T:
-        """Return what a definition stands for; rejects the item that asks for a wrong one."""
+        """Return the value of a definition; rejects the item that uses a wrong one."""
         if key not in self.values:
             self._work_out_with_needs(key)
         value = self.values[key]

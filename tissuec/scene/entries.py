@@ -340,7 +340,7 @@ def default_in_words(entry: Entry) -> str:
 
 
 def _writable(value: float, dimension: Dimension) -> str:
-    """A value as it can stand in a scene, where no number stands before ``1/s``."""
+    """A value as a scene writes it, where no number precedes ``1/s``."""
     if dimension == FREQUENCY:
         return f"{value:g} {written_unit(dimension)}"
     return show(value, dimension)

@@ -96,7 +96,7 @@ def _sized(item: s.Assign, entry: str, change: str) -> Hint:
 
 
 def missing(example: str, where: Span) -> Hint:
-    """Return a hint with what can stand in a block, whose head is ``where``."""
+    """Return a hint with the entries of a block, whose head is ``where``."""
     opened = _BRACE.match(where.source.text, where.end)
     text = f" {example};" if opened else f" {{ {example} }}"
     place = Span(where.source, where.start, opened.end() if opened else where.end)

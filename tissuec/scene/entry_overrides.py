@@ -37,7 +37,7 @@ _OWNED = re.compile(
 _RIVALS = {"step": "tolerance", "tolerance": "step"}
 
 Entry: TypeAlias = s.Assign | s.Sentence | s.Block
-#: Where an item stands: its place among the items of a block, and so on inside that.
+#: The path to an item: its place among the items of a block, and so on inside that.
 _Path: TypeAlias = tuple[int, ...]
 
 
@@ -195,7 +195,7 @@ def written_place(override: Override, declarations: Declarations, findings: Find
 
 
 def _read(source: Source) -> tuple[s.Item | None, tuple[s.Name, ...]]:
-    """Return what a text writes and the names behind ``of``.
+    """Return the item that a text contains and the names after ``of``.
 
     Raises:
         CompileError: It cannot be parsed.

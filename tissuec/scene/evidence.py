@@ -100,7 +100,7 @@ def _quantity(name: s.Name, scope: Scope) -> TissueQuantity:
 
 
 def _limits(quantity: TissueQuantity) -> Real:
-    """Return what can be known: also of what no mesh has, such as a Poisson's ratio of 1/2."""
+    """Return the limits of known values; unlike in meshes, Poisson's ratio may be 1/2."""
     if key_of(quantity.name) == POISSONS_RATIO:
         return Real(quantity.dimension, above=-1.0, at_most=0.5)
     return quantity.limits

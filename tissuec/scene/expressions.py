@@ -96,19 +96,19 @@ class Scope:
         return () if self.constants is None else self.constants.functions
 
     def name(self, name: s.Name) -> Value:
-        """Return what a name stands for, or reject it."""
+        """Return the value of a name, or reject it."""
         raise NotImplementedError
 
     def has(self, name: s.Name) -> bool:
-        """Return whether a name stands for a value here."""
+        """Return whether a name has a value here."""
         raise NotImplementedError
 
     def names(self) -> Sequence[str]:
-        """Return the names that stand for values here, as they were declared."""
+        """Return the names that have values here, as they were declared."""
         raise NotImplementedError
 
     def unknown(self, name: s.Name) -> NoReturn:
-        """Reject a name that stands for no value here."""
+        """Reject a name that has no value here."""
         self.findings.pass_over_doubtful(name.key)
         _refuse_unit(name, self.findings)
         self.findings.reject(
@@ -123,7 +123,7 @@ class Scope:
         )
 
     def _otherwise(self, name: s.Name) -> Hint:
-        """Return which number is meant by a name that stands for none, or how to declare it."""
+        """Return the number meant by a name that has no value, or how to declare it."""
         if name.key in _ENDS:
             return Hint(
                 "a time is a number, such as 0.5 s, or one with a name: "
@@ -347,7 +347,7 @@ class Scope:
             return inside.evaluate(node.value)
 
     def _value_of(self, function: str, values: Sequence[Value], spans: Sequence[Span]) -> Value:
-        """Return a mathematical function of its arguments, which stand at ``spans``."""
+        """Return a mathematical function of its arguments, whose places are ``spans``."""
         first = values[0]
         if function in _EXTREMES:
             for value, span in zip(values[1:], spans[1:], strict=True):

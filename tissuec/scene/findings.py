@@ -1,6 +1,6 @@
 """Collects diagnostics, so that one run reports many mistakes instead of the first.
 
-What only follows from a mistake is not told: a name whose declaration is wrong is doubtful, and
+Consequences of a mistake are not reported: a name whose declaration is wrong is doubtful, and
 what asks for it is left aside in silence.
 """
 
@@ -152,7 +152,7 @@ class Findings:
     def doubt(self, name: s.Name) -> None:
         """Make a name doubtful, because what declares it was found wrong.
 
-        The mistake may stand in front of it: of ``bdy vessel { … }`` both "vessel" and the part
+        The mistake may be in front of it: of ``bdy vessel { … }`` both "vessel" and the part
         that "bdy" was meant to be are doubtful.
         """
         words = name.key.split(" ")
@@ -165,7 +165,7 @@ class Findings:
         self._all_are_doubtful = True
 
     def is_doubtful(self, key: str) -> bool:
-        """Return whether a name may stand for something that was found wrong."""
+        """Return whether a name may refer to something that was found wrong."""
         return self._all_are_doubtful or key in self._doubtful
 
     def pass_over_doubtful(self, key: str) -> None:

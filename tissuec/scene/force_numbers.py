@@ -55,7 +55,7 @@ class ForceNumbers(Struct, frozen=True):
 
 
 def numbers_of(forces: Mapping[str, WrittenForce]) -> dict[str, ForceNumbers]:
-    """Return what ``force`` blocks say, by their names."""
+    """Return the numbers of ``force`` blocks by name."""
     return {force.name: _numbers(force) for force in forces.values()}
 
 
@@ -73,6 +73,6 @@ def _numbers(force: WrittenForce) -> ForceNumbers:
 
 
 def numbers_in(manifest: Mapping[str, Any]) -> dict[str, ForceNumbers] | None:
-    """Return what the ``force`` blocks of a result say; None if it does not contain them."""
+    """Return the numbers of the ``force`` blocks of a result; None if it lacks them."""
     written = manifest.get("forces")
     return None if written is None else convert(written, dict[str, ForceNumbers])

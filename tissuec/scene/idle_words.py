@@ -1,4 +1,4 @@
-"""Words of a tissue that have no effect: hedges that rules do not tell apart, and numbers that
+"""Words of a tissue that have no effect: hedges that rules do not distinguish, and numbers that
 take precedence over what rules conclude."""
 
 from collections.abc import Collection, Iterable, Mapping

@@ -85,7 +85,7 @@ def read_source(path: Path, name: str | None = None) -> Source:
 
 
 def _of_another_kind(data: bytes, name: str) -> str:
-    """Return what to do with a result or a mesh that is given as a scene; empty for others."""
+    """Return a remedy if a result or a mesh is given as a scene; empty for other files."""
     if data.startswith(HDF5):
         return f"it is a result file; to view it: tissuec view {name}"
     if name.lower().endswith(MESHES):
@@ -183,7 +183,7 @@ class _Loader:
         self.files = files
         self.modules: list[s.Module] = []
         self.seen: set[Path] = set()
-        #: Names and texts: a library may stand in two folders, and each finds its own copy.
+        #: Names and texts: a library may be in two folders, and each finds its own copy.
         self.texts: set[tuple[str, str]] = set()
 
     def visit(self, source: Source, chain: tuple[Path, ...]) -> None:
@@ -249,7 +249,7 @@ class _Loader:
             self.visit(self._read(path, name), chain)
 
     def _used_beside(self, item: s.Sentence) -> list[str]:
-        """Return what other sentences of the same text use."""
+        """Return the files that other sentences of the same text use."""
         text = item.span.source.text
         return [
             found[1]

@@ -61,7 +61,7 @@ class Form(Struct, frozen=True):
         name: "spring force", before the arguments.
         about: What it is, in one sentence.
         dimension: Of what the formula gives.
-        arguments: Variable of formulas and dimension of what each argument stands for; a
+        arguments: Variable of formulas and dimension of each argument; a
             formula may leave out all but the last.
         names: What else it can use: variable and dimension.
         as_force: Returns what a spring does, from the formula.
@@ -76,7 +76,7 @@ class Form(Struct, frozen=True):
 
     @property
     def heads(self) -> tuple[str, ...]:
-        """Return what stands before the sign =: that of fewest arguments first."""
+        """The left-hand sides of the law, the one with fewest arguments first."""
         names = [name for name, _ in self.arguments]
         return tuple(
             f"{self.name} of {' and '.join(names[-count:])}"
@@ -283,7 +283,7 @@ def _free(form: Form, item: s.Function, scope: Scope) -> WrittenLaw:
 
 
 def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
-    """Reject arguments that are none, or that stand for something else."""
+    """Reject arguments that are none, or that mean something else."""
     hint = Hint(f"write {' or '.join(f'{head} = …' for head in form.heads)}")
     first, last = item.arguments[0], item.arguments[-1]
     if first.word != "of":
@@ -393,7 +393,7 @@ class FormulaScope(Scope):
     Args:
         outer: Of everything that is not a variable.
         variables: Variable of formulas and dimension, by name in the language.
-        exponents: Variables of formulas that may stand in exponents.
+        exponents: Variables of formulas that are allowed in exponents.
     """
 
     is_known = False
@@ -417,7 +417,7 @@ class FormulaScope(Scope):
         return self.outer.name(name)
 
     def has(self, name: s.Name) -> bool:
-        """Return whether a name stands for a variable or a constant."""
+        """Return whether a name denotes a variable or a constant."""
         return name.key in self.variables or self.outer.has(name)
 
     def names(self) -> Sequence[str]:

@@ -87,7 +87,7 @@ class Library(Struct, frozen=True):
         """Return a hint with the file that was meant by one that is not there, or with all.
 
         Args:
-            wanted: What stands behind ``use``.
+            wanted: The name after ``use``.
             used: What else the scene uses: tissues of one scene come from one folder.
         """
         bare = wanted.removesuffix(SUFFIX)

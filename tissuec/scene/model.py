@@ -278,7 +278,7 @@ class Body(Struct, frozen=True, eq=False):
     """A mesh made of tissue.
 
     Attributes:
-        mesh: The generator; None for an explicit mesh, which stands in ``tables``.
+        mesh: The generator; None for an explicit mesh, which is in ``tables``.
         mesh_placement: What its mesh block does with the mesh; None if it stays where it is.
         placement: What is then done with the body as it is described: its mesh, regions and
             directions; None if it stays where it is.
@@ -350,7 +350,7 @@ class Body(Struct, frozen=True, eq=False):
 
     @property
     def tissues(self) -> tuple[Tissue, ...]:
-        """Return what the body and its parts are made of."""
+        """The tissues of the body and its parts."""
         parts = (self, *self.regions, *self.spring_parts)
         return tuple(part.tissue for part in parts if part.tissue is not None)
 
@@ -466,7 +466,7 @@ class Environment(Struct, frozen=True, eq=False):
 class Scene(Struct, frozen=True, eq=False):
     """A whole text, resolved; ``declarations`` still holds what needs meshes, such as sets.
 
-    What was found wrong is left out or, in environment and simulation, stood in for.
+    Wrong parts are left out or, in environment and simulation, replaced.
     """
 
     source: Source

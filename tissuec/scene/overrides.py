@@ -24,7 +24,7 @@ def overrides(given: Mapping[str, Given], known: Sequence[Parameter]) -> tuple[s
     """Return texts such as "cut time = 0.9 s", or "hardness of fallopian tube is soft".
 
     Args:
-        given: Values by name; an underscore may stand for a blank.
+        given: Values by name; an underscore may replace a blank.
         known: The params of the scene. A name that is none of them is that of an entry.
 
     Raises:

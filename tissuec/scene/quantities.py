@@ -264,7 +264,7 @@ KNOWABLE: dict[str, TissueQuantity] = {
     TIMES[0]: QUANTITIES[TIMES[0]],  # the same on every mesh
     SHEAR_MODULUS: TissueQuantity("shear modulus", "Shear stress per shear.", units.PRESSURE),
 }
-#: Those that messages list: of the branches of a spring, the first one stands for all.
+#: Those that messages list: of the branches of a spring, the first one represents all.
 LISTED = tuple(
     one.name
     for key, one in QUANTITIES.items()

@@ -124,7 +124,7 @@ def _read_blocks(words: ResolvedProgram) -> dict[str, dict[str, Any]]:
 def _settings(
     program: Program, declarations: Declarations, scope: Constants, findings: Findings
 ) -> tuple[Environment, Simulation]:
-    """Return the environment and how it is simulated, or what stands in for wrong ones.
+    """Return the environment and how it is simulated, or replacements for wrong ones.
 
     In a run without end, nothing of the script comes too late.
     """

@@ -118,7 +118,7 @@ class ScaleReader:
         return QuantityScale(named, spread, length, otherwise)
 
     def _parts(self) -> tuple[s.Sentence | None, s.Sentence | None, list[s.Item]]:
-        """Return what is written of "applies" and "otherwise", and the words."""
+        """Return the sentences with "applies" and "otherwise", if any, and the words."""
         applies: s.Sentence | None = None
         otherwise: s.Sentence | None = None
         words: list[s.Item] = []
@@ -144,7 +144,7 @@ class ScaleReader:
         return applies, otherwise, words
 
     def _of_matter(self, applies: s.Sentence | None) -> tuple[Spread, None]:
-        """Return what a quantity of matter belongs to; nothing is to be written of it."""
+        """Return the spread of a quantity of matter, which must not write "applies to"."""
         if applies is not None:
             self.findings.reject(
                 "TIS305",
@@ -235,7 +235,7 @@ class ScaleReader:
             self.findings.reject("TIS308", str(error), self._range())
 
     def _range(self) -> Span:
-        """Return what is written behind the name: from … to …"""
+        """Return the span of the range after the name: from … to …"""
         clauses = self.block.clauses
         return clauses[0].span.to(clauses[-1].span) if clauses else self.block.head
 

@@ -55,7 +55,7 @@ def build(
 
     Args:
         cls: Class whose fields are the entries.
-        items: What stands between the braces.
+        items: The items between the braces.
         scope: Where names in expressions are looked up.
         what: The block in messages, such as "mesh tube".
         where: The head of the block, to point at when an entry is missing.

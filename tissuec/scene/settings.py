@@ -1,4 +1,4 @@
-"""The blocks that stand once: environment and simulate."""
+"""The blocks that occur once: environment and simulate."""
 
 import math
 from collections.abc import Mapping
@@ -215,7 +215,7 @@ def _refuse_contact_twice(
 def _contact_law(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
 ) -> ContactLaw | None:
-    """Return what is written of contact, None if it is off; then nothing may be written."""
+    """Return the law of contact; None if contact is off, which rejects entries of contact."""
     if entries.contact != "off":
         _refuse_contact_twice(entries, places, scope)
         if entries.contact == "tools only" and "contact thickness" in places:
@@ -291,7 +291,7 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
 
 
 def _choices(name: str, block: s.Block, scope: Scope) -> Choices | None:
-    """Return what is chosen of a published procedure; None of other methods."""
+    """Return the entries chosen for a published procedure; None for other methods."""
     written = [i for i in block.items if isinstance(i, s.Block) and i.name.key == "integrator"]
     if name in PROCEDURES:
         items = written[0].items if written else ()

@@ -1,6 +1,6 @@
 """Old spellings of measures, and the edits that make them those of conditions.
 
-A measure is written ``force(A along (1, 0, 0))`` wherever it stands. Outputs and studies also
+A measure is written ``force(A along (1, 0, 0))`` everywhere. Outputs and studies also
 read ``force of A``, and learning a direction behind the parentheses; ``tissuec fmt`` writes
 these as in conditions.
 """

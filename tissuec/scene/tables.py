@@ -56,7 +56,7 @@ def tables_of(
         if owner is None or owner.key != body.key:
             continue
         if table.name.key not in TABLES:
-            findings.stop()  # which check_table tells
+            findings.stop()  # check_table reports this
         if table.name.key in tables:
             findings.reject(
                 "TIS503",

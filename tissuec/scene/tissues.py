@@ -118,7 +118,7 @@ class _Written(Struct):
     left: set[str] = field(default_factory=set[str])
 
     def heir(self) -> "_Written":
-        """Return what a child has before it writes anything."""
+        """Return the quantities that a child inherits."""
         return replace(
             self,
             facts=dict(self.facts),

@@ -55,7 +55,7 @@ class RulesBlock(Struct, frozen=True):
 
     Attributes:
         base: The rules; properties and quantities go by their lower-case names.
-        spans: Where each rule stands.
+        spans: The place of each rule.
     """
 
     name: str

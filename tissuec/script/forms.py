@@ -74,7 +74,7 @@ class VerbForm(Struct, frozen=True, eq=False):
 
     @property
     def subjects(self) -> list[SubjectPart | ToolClause]:
-        """The parts that can stand directly behind the verb or the words of the form."""
+        """The parts that may directly follow the verb or the words of the form."""
         parts = self.parts.values()
         return [p for p in parts if isinstance(p, SubjectPart | ToolClause) and not p.word]
 
@@ -240,7 +240,7 @@ def _usual(form: VerbForm) -> dict[str, str]:
 
 
 def _excludes(form: VerbForm, name: str, other: str, text: str) -> bool:
-    """Return whether one part with some text stands in place of another part."""
+    """Return whether one part with some text is in place of another part."""
     path = getattr(form.parts[name], "path", "")
     return text.endswith(PATH) and _word(form.parts[other]) == path
 

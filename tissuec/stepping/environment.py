@@ -17,7 +17,7 @@ from tissuec.model.network import Floats
 from tissuec.stepping.stepped_run import SteppedRun
 
 Limits = tuple[float, float]
-PLACE = "{}"  # in a sentence: where the number of the action stands
+PLACE = "{}"  # in a sentence: the place of the number of the action
 
 
 class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
@@ -31,7 +31,7 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
         run: The run, at 0 s.
         observations: Measures, such as "force of forceps A", with their limits in SI units;
             without limits, they are unbounded.
-        actions: Sentences with ``{}`` where the number stands, such as "move forceps A by
+        actions: Sentences with ``{}`` in place of the number, such as "move forceps A by
             (0, 0, {} mm) using constant speed", with the limits of the number.
         reward: A measure or expression of measures.
         step: Time between two actions; each sentence takes that long.

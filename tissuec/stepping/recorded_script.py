@@ -26,7 +26,7 @@ def recorded(request: Request, sentences: Sequence[str]) -> str:
         sentences: With their times.
 
     Raises:
-        TissueError: The script stands in another file.
+        TissueError: The script is in another file.
     """
     left: list[str] = []
     for given in request.overrides:

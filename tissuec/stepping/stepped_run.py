@@ -387,7 +387,7 @@ class SteppedRun:
         """Return the scene with everything that was ordered and given, which runs the same.
 
         Raises:
-            TissueError: The script of the scene stands in a file that the scene uses.
+            TissueError: The script of the scene is in a file that the scene uses.
         """
         return recorded(self._request, self._sentences)
 

@@ -1,4 +1,4 @@
-"""One run of a study as a row of its table, and what stands above the rows."""
+"""One run of a study as a row of its table, and the heads above the rows."""
 
 from msgspec import Struct
 
@@ -13,7 +13,7 @@ OUTCOMES = (DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED)
 
 
 class FactorHead(Struct, frozen=True):
-    """What stands above the values of a factor.
+    """The head above the values of a factor.
 
     Attributes:
         name: Such as "lift" or "hardness of fallopian tube".
@@ -29,7 +29,7 @@ class FactorHead(Struct, frozen=True):
 
 
 class MeasureHead(Struct, frozen=True):
-    """What stands above a measure.
+    """The head above a measure.
 
     Attributes:
         name: Such as "pull".

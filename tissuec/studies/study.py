@@ -45,7 +45,7 @@ from tissuec.workers.workers import Lost, Workers
 KILLED = "its worker process died"
 RUNS = ".runs"  # behind the name of a table: the folder of results
 
-#: Told how many runs there are rows of, how many of them failed, and of how many.
+#: Progress callback: numbers of finished runs, of failed ones among them, and of all runs.
 Progress = Callable[[int, int, int], None]
 
 
@@ -159,7 +159,7 @@ def run_study(
         out: The table, which is there at any moment, and results beside it if they are kept; in
             HDF5 there is one in CSV beside it. None writes nothing.
         fresh: Whether to discard rows that are there.
-        progress: Told how far it is after each run.
+        progress: Called after each run.
 
     Raises:
         PlaceError: The table cannot be written there.
@@ -234,7 +234,7 @@ def _rows(workers: Workers, job: Job, planned: Sequence[PlannedRun]) -> Iterator
 
 
 class _Teller:
-    """Counts rows, and tells how far a study is."""
+    """Counts rows, and reports the progress of a study."""
 
     def __init__(self, progress: Progress | None, planned: int, rows: Iterable[Row]):
         self.progress, self.planned = progress, planned

@@ -26,7 +26,7 @@ from tissuec.validate.engine_run import Observed
 from tissuec.validate.solution import Reference
 from tissuec.validate.uncertainty import floor_of, relative, relative_positions
 
-FLOOR = 1e-6  # of the largest energy of the run: below, rounding is not told from errors
+FLOOR = 1e-6  # of the largest energy of the run: below, rounding and errors look alike
 
 
 class QuantityError(Struct, frozen=True):
@@ -36,7 +36,7 @@ class QuantityError(Struct, frozen=True):
         name: Such as "position" or "force of forceps A".
         error: Relative to ``scale``.
         bound: What was promised; None where nothing was.
-        expected: Error that positions just within the promise can cause; None if not told.
+        expected: Error that positions just within the promise can cause; None if unknown.
         scale: What the error is relative to, where it is largest; see ``dimension_of``.
         time: When the error is largest [s].
         node: Where; None where it is not of one node.

@@ -65,7 +65,7 @@ class NearbyContact:
         return near.matrix(time, position, number, size)
 
     def _look(self, position: Floats, velocity: Floats) -> Touching:
-        """Return what touches in a state."""
+        """Return the touching pairs of a state."""
         before = zip(self._seen, (position, velocity), strict=True)
         if self._touching is None or not all(np.array_equal(*pair) for pair in before):
             self._touching = self._force.at(position, velocity, self._near(position))

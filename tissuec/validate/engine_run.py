@@ -135,7 +135,7 @@ class _SampleRecorder(Recorder):
         )
 
     def observed(self, outcome: Outcome) -> Observed:
-        """Return what was seen."""
+        """Return the observations of a run."""
         size = self.network.node_count
         empty = (np.zeros(0), *(np.zeros((0, size, 3)) for _ in range(3)), *[np.zeros(0)] * 2)
         columns = (np.concatenate(column) for column in zip(empty, *self._rows, strict=True))
@@ -160,7 +160,7 @@ class _SampleRecorder(Recorder):
 
 
 def _breaks(outcome: Outcome, network: Network) -> tuple[Break, ...]:
-    """Return what broke, joined by time: a run reports it by tissues.
+    """Return the breaks, joined by time: a run reports them by tissues.
 
     Edges that are lost with elements are left out.
     """

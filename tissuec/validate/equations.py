@@ -497,7 +497,7 @@ class Equations:
         )
 
     def noise(self) -> ErrorScales:
-        """Return what rounding alone makes of a state.
+        """Return the errors of a state that rounding alone causes.
 
         Lengths are known to ``ROUNDING`` of themselves; times the fastest frequency of a node,
         at most √(2 Σ c / m) over its springs (Gershgorin), that is a noise of velocities.

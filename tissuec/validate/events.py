@@ -88,7 +88,7 @@ def match(run: Times, reference: Times, misses: Sequence[Miss], duration: float)
 
 
 def missed(run: Times, reference: Times) -> list[Miss]:
-    """Return what happened in one solution only."""
+    """Return the events of one solution that are missing in the other."""
     only_run = [Miss(key, run[key], True) for key in run.keys() - reference.keys()]
     only_reference = [Miss(key, reference[key], False) for key in reference.keys() - run.keys()]
     return only_run + only_reference

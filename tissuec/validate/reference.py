@@ -12,7 +12,7 @@ from tissuec.validate.solution import Reference, Track
 from tissuec.validate.static_run import PhasedRun, StaticRun
 
 FINEST = 1e-13  # the smallest error per step that rounding leaves room for
-WITHOUT_PROMISE = 1e-4  # stands in for the tolerance where a scene has a fixed step
+WITHOUT_PROMISE = 1e-4  # replaces the tolerance where a scene has a fixed step
 
 
 def default_rtol(plan: Plan) -> float:

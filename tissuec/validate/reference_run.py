@@ -25,7 +25,7 @@ from tissuec.validate.stepping import ONE_STEP, Effort, ReferenceStepper, Step
 
 SAME = 1e-12  # of the duration: times closer than this are one time
 SHARP = 1e-14  # of the duration: to this, times of triggers are found
-FLOOR = 1e-6  # of the drawing: displacements below are not told apart
+FLOOR = 1e-6  # of the drawing: displacements below are not distinguished
 
 
 class Ending(NamedTuple):
@@ -63,7 +63,7 @@ class ReferenceRun:
         self.effort = Effort()
 
     def go(self, stop: float, progress: Callable[[float], None] | None = None) -> None:
-        """Run from 0 s to an end [s], and tell the simulated time [s] after each step."""
+        """Run from 0 s to an end [s], and report the simulated time [s] after each step."""
         state = self.state
         tell: Callable[[float], None] = progress or (lambda time: None)
         self._happen(_NOTHING, [])
@@ -82,7 +82,7 @@ class ReferenceRun:
     # --- stretches between events -------------------------------------------------------------
 
     def _at_once(self, equations: Equations) -> Ending | None:
-        """Return what breaks before any time passes."""
+        """Return the ending of a run in which something breaks at the start, else None."""
         time = self.state.time
         moved, velocity = equations.spread(time, self._y(equations))
         broken = overloaded(equations, moved, equations.pull(time, moved, velocity))

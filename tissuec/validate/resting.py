@@ -26,7 +26,7 @@ from tissuec.validate.forces.pressure import PressedSkin
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.stepping import ReferenceFailure
 
-COARSE = 1e-5  # of the largest force: up to here the energy tells the way
+COARSE = 1e-5  # of the largest force: up to here the energy decides the direction
 BALANCED = 1e-9  # of the largest force: what may be left of it in the end
 POLISHING = 100  # more than Newton's method ever needs where all forces have an energy
 DIRECT = 20  # Newton's steps before a minimiser is used
@@ -34,7 +34,7 @@ SMALLEST = 1e-3  # smallest share of such a step that is tried; the energy must 
 BLOWS = 50  # of jets, whose forces follow the net without an energy
 STEADY = 1e-4  # of the largest force: change of theirs from which on Newton's steps go on
 TURNS = 4  # of minimising and buckling
-LOOSE = 1e-10  # of the stiffest: what resists less is not told from what resists nothing
+LOOSE = 1e-10  # of the stiffest: what resists less counts as without resistance
 SMALL = 1500  # unknowns up to which a full matrix is no slower than a sparse one
 
 

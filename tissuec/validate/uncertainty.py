@@ -33,7 +33,7 @@ class EstimatedReference(Struct, frozen=True, eq=False):
         reference: The reference.
         second: One of a net that differs by rounding, with a larger error per step, and steps
             that land on every other time only: where output times are close, they and not the
-            errors rule the steps of both, and two equal solutions would tell nothing.
+            errors rule the steps of both, and two equal solutions would show nothing.
         uncertainty: Largest difference of a position between the two up to each row, relative
             to the largest displacement so far, shape (row,).
         is_sensitive: Whether finer steps did not bring references together: the motion itself

@@ -1,6 +1,6 @@
 """Springs that relax and flow, for the reference: its own unknowns and formulas.
 
-The unknowns s of the living springs stand one after the other: first how far each branch has
+The unknowns s of the living springs follow one another: first how far each branch has
 given way, branch by branch, then by how much each rest length has flowed.
 """
 
@@ -103,7 +103,7 @@ class Yielding:
         return stretch[self.branch] - given[: len(self.branch)]
 
     def pull(self, stretch: Floats, given: Floats) -> Floats:
-        """Return what branches pull with [N], shape (spring,)."""
+        """Return the tension of the branches [N], shape (spring,)."""
         return self._each(self.branch, self.constant * self._own(stretch, given))
 
     def energy(self, stretch: Floats, given: Floats) -> float:

@@ -43,7 +43,7 @@ class Trajectory(results.Trajectory):
                 NaN where one has no row at a time. None: all logs.
 
         Returns:
-            A row per moment; the index is the time [s], the units stand in ``attrs["units"]``.
+            A row per moment; the index is the time [s], the units are in ``attrs["units"]``.
 
         Raises:
             ImportError: pandas is not installed; says what to install.

@@ -27,7 +27,7 @@ class Cluster:
 
     Args:
         address: Of the scheduler, such as "tcp://127.0.0.1:8786".
-        tell: Called with a sentence again and again while all workers are gone.
+        tell: Called repeatedly with a sentence while all workers are gone.
 
     Raises:
         TissueError: It does not answer, has no workers, or these have another version.

@@ -98,7 +98,7 @@ def _alone(crew: Crew, packed: bytes, item: Any) -> Any:
         try:
             future = crew.submit(packed, [item])
             while not future.done():
-                crew.capacity()  # which tells if there are no workers at all
+                crew.capacity()  # which reports if there are no workers at all
                 wait([future], timeout=ROUND)
             return future.result()[1][0]
         except WorkerDied:

@@ -32,7 +32,7 @@ from tissuec.scene.quantities import (
 from tissuec.scene.request import Request
 
 TISSUE, TABS = "lab tissue", "lab tab tissue"
-#: What a body needs beside springs, and what stands in where the tissue does not say it.
+#: What a body needs besides springs, and defaults where the tissue does not give it.
 _NEEDED = {
     "mass": ("density = 1000 kg/m^3", "mass = 1 mg"),
     "viscosity": ("retardation time = 0 s", "viscosity = 0 N*s/m"),

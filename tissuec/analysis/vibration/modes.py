@@ -181,7 +181,7 @@ def _scaled(freedoms: tuple[Freedom, ...], mass: Floats) -> csc_matrix:
 def _pulls(operator: Operator, motions: csc_matrix) -> Floats:
     """Return the rows of A y that are not zero for some motions, and more, shape (row, motion).
 
-    What volumes add stands by itself: no rigid motion changes a volume that is closed.
+    The part of volumes is complete by itself: no rigid motion changes a closed volume.
     """
     pulled = coo_matrix(operator.sparse @ motions)
     rows, place = np.unique(pulled.row, return_inverse=True)

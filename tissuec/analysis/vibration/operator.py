@@ -80,7 +80,7 @@ class Shifted:
     By Sylvester's law of inertia the pivots of S - σ have the signs of its eigenvalues, and
     those of A follow from the Schur complement I + Wᵀ (S - σ)⁻¹ W. The factors are those of a
     matrix nearby, S - σ + E. Solutions that leave less than a hundredth of the right-hand side
-    tell that E (A - σ)⁻¹ is small: no eigenvalue of A - σ + t E passes 0 for t in [0, 1].
+    show that E (A - σ)⁻¹ is small: no eigenvalue of A - σ + t E passes 0 for t in [0, 1].
 
     Args:
         shift: σ [1/s²].

@@ -27,7 +27,7 @@ def unit_of(name: str) -> Unit | None:
     """Return the unit that the name of a column ends with; None if it ends with none.
 
     Raises:
-        UnitError: What stands in brackets is none.
+        UnitError: The text in brackets is none.
     """
     name = name.strip()[-_LONGEST:]
     if name in ("[]", "[-]"):

@@ -155,7 +155,7 @@ def _converted(rows: str, count: int) -> Floats | None:
         for _ in range(2):  # the second time for every other gap of several side by side
             cells = cells.replace(f",{gap},", ",nan,")
     try:
-        # NumPy stops at what is no number; a last one tells whether it came so far.
+        # NumPy stops at what is no number; a last one shows whether it came so far.
         numbers = np.fromstring(cells[1:-1] + ",0", sep=",")
     except (ValueError, DeprecationWarning):
         return None

@@ -17,7 +17,7 @@ from tissuec.core.units import Unit
 
 BLANK = " "
 DELIMITERS = ("\t", ";", ",", BLANK)
-#: What stands where nothing was measured, as instruments, spreadsheets and programs write it.
+#: Marks of missing values, as instruments, spreadsheets and programs write them.
 GAPS = frozenset((
     "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "n.a.", "-", "--", "null", "none",
     "1.#qnan", "-1.#ind",
@@ -34,9 +34,9 @@ class Dialect(NamedTuple):
         names: Of the columns; their numbers from 1 if there is no header.
         named: Whether there is a header.
         start: Offset in the text behind the header.
-        units: Of the columns, where a row of them stands below the names; "" for none.
+        units: Of the columns, where a row of them is below the names; "" for none.
         clock: Number of the column of times, unless another is named.
-        above: How many lines of text stand above the names of the columns.
+        above: How many lines of text are above the names of the columns.
     """
 
     delimiter: str

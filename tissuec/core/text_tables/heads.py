@@ -1,4 +1,4 @@
-"""Heads of tables: how a table is written, and what stands above its rows.
+"""Heads of tables: how a table is written, and what is above its rows.
 
 The names of the columns are in the first line, unless that is a row of numbers. If the first
 two lines do not fit together, the table begins further down, at the first two rows of equally
@@ -27,7 +27,7 @@ _TRC, _DEEPLABCUT = "PathFileType", "scorer"
 
 
 def find_dialect(text: str, delimiters: Sequence[str] = DELIMITERS) -> Dialect | None:
-    """Return how a table is written; None if there is no line in it.
+    """Return the dialect of a table; None if there is no line in it.
 
     Args:
         text: The text of the table.

@@ -93,7 +93,7 @@ def solve_stage(
         accumulate(q * q, change, x)
         accumulate(q, change, v)
         size = length(change, work.each, work.team)
-        # The first change of a step tells nothing yet about what is left.
+        # The first change of a step does not yet indicate what is left.
         rate = made[1]
         if before > 0.0:
             rate = max(rate, size / before)

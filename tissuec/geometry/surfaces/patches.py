@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 #: The corners of a cell are (0, 0), (0, 1), (1, 0) and (1, 1), as (row, column). For the one
-#: that a half lacks stands the sum of the two beside it less the one opposite.
+#: that a half lacks is the sum of the two beside it less the one opposite.
 _FOURTH = ((2, (0, 3), 1), (1, (0, 3), 2))  # (missing, added, taken away)
 
 

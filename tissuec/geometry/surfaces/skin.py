@@ -15,7 +15,7 @@ class Skin(Struct, frozen=True, eq=False):
         nodes: How many nodes the body has.
         triangles: The whole skin, nodes counted from 0 within the body, shape (triangle, 3).
         is_whole: Which triangles are left, shape (triangle,).
-        grid: How the nodes stand in rows and columns, if they do.
+        grid: Arrangement of the nodes in rows and columns, if any.
         along: Of a grid, whether each node is joined to the next one of its row, shape
             (row, column); false behind the last one of a row that is not closed.
         down: Whether it is joined to the one below; false in the last row.
@@ -42,7 +42,7 @@ class BodySkin(Struct, frozen=True, eq=False):
     A triangle goes with the first of its edges that tears, as in the frames of a result.
 
     Attributes:
-        nodes: Where the body stands among the nodes of the network.
+        nodes: Place of the body among the nodes of the network.
         triangles: Nodes counted from 0 within the body, shape (triangle, 3).
         edges: What holds the edges of each triangle, shape (triangle, 3).
         along, down: What holds each node of a grid to its neighbours, shape (row, column).

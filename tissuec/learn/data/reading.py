@@ -19,7 +19,7 @@ from tissuec.model.network import Network
 from tissuec.script.fit_problem import Data, DataAxis, Fit, FitProblem
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-#: Where its mark may stand: at the start, or behind a block of the user.
+#: Places of its mark: at the start, or after a block of the user.
 _PLACES = (0, 512, 1024, 2048)
 #: By which part of a run a time may be outside of it: by rounding only.
 _ROUNDING = 1e-9
@@ -36,7 +36,7 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
 
     Raises:
         CompileError: The file cannot be read, or does not hold what is fitted; every finding
-            stands at the name of the file or at the column.
+            is at the name of the file or at the column.
     """
     complaints = Complaints(data, len(fit_problem.data) < 2)
     try:
@@ -112,7 +112,7 @@ def _started(one: Series, start: float) -> Series:
 
 
 def _is_hdf5(path: Path) -> bool:
-    """Return whether a file is HDF5, by what stands in it."""
+    """Return whether a file is HDF5, by its contents."""
     with open_regular(path) as file:
         head = file.read(_PLACES[-1] + len(_HDF5))
     return any(head.startswith(_HDF5, place) for place in _PLACES)

@@ -89,7 +89,7 @@ class _Header:
 
     @property
     def begin(self) -> str:
-        """Return the end of a hint that says where the table begins, if text stands above."""
+        """Return the end of a hint that says where the table begins, if there is text above."""
         if not self.dialect.above:
             return ""
         return (

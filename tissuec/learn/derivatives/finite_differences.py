@@ -227,7 +227,7 @@ class ObservingRecorder(Recorder):
 
     Args:
         plan: One without outputs.
-        slots: Where each series stands among the predictions.
+        slots: The place of each series among the predictions.
         stop: Rows that are later are not looked at [s].
 
     Attributes:

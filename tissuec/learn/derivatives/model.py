@@ -11,7 +11,7 @@ from tissuec.model.network import Floats
 class Model(Protocol):
     """Predictions of one experiment as a function of the parameters.
 
-    Everything that was measured stands in one vector, one series behind the other and in each
+    All measurements are in one vector, one series after the other and in each
     row by row; gaps have predictions, too.
     """
 
@@ -62,7 +62,7 @@ class Slots(NamedTuple):
 
 
 def slots_of(series: tuple[Series, ...]) -> tuple[Slots, ...]:
-    """Return where each series stands."""
+    """Return the place of each series."""
     found: list[Slots] = []
     start = 0
     for one in series:

@@ -279,7 +279,7 @@ class Motion:
         between: Interpolation,
         visit: Visit,
     ) -> None:
-        """Carry changes to the end of a stretch; tell those of the samples on it."""
+        """Carry changes to the end of a stretch; yield those of the samples on it."""
         rows = np.unique([*between.rows, *(between.rows + 1), len(trail.times) - 1])
         rows = rows[rows > 0]
         tx, tv = (part.reshape(-1, seeds.total.size) for part in (moved.x, moved.v))

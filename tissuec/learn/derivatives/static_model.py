@@ -1,7 +1,7 @@
 """An experiment without time: equilibria, one per row, with exact derivatives.
 
 With A(x, θ) = 0 the accelerations of free nodes in equilibrium, ∂A/∂x δx + ∂A/∂x_held δx_held +
-∂A/∂θ δθ = 0 tells how the equilibrium changes. What holds nodes carries along how these were
+∂A/∂θ δθ = 0 gives the change of the equilibrium. What holds nodes carries along how these were
 changed when they were taken hold of.
 """
 

@@ -130,11 +130,11 @@ def estimates(
     Args:
         session: The learning.
         theta: The parameters, shape (parameter,).
-        sureness: How far the data tells them.
+        sureness: How well the data determines them.
         resampled: Intervals by bootstrap.
     """
     lows, highs = theta - sureness.away, theta + sureness.away
-    if resampled is not None:  # of what no derivative tells, no resample does
+    if resampled is not None:  # what no derivative determines, no resample does
         lows, highs = np.where(sureness.identified, resampled[:2], (lows, highs))
     for number, block in enumerate(session.shaping.blocks):
         part = session.shaping.place(number)

@@ -95,7 +95,7 @@ def intervals(
         end: Where the search ended.
         draws: The noise of each fit.
         fits: How many there are.
-        done: Told how many are over.
+        done: Progress callback: the number of finished ones.
     """
     results = evaluator.all([Refit(k, _noise(draws, k), end) for k in range(fits)], done)
     found = [theta for theta in results if theta is not None and len(theta)]

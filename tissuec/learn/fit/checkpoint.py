@@ -48,7 +48,7 @@ class KeptSearch:
         key: Digest of ``key_of``.
 
     Attributes:
-        before: Where a search of the same learning stood; None without one.
+        before: The stored state of a search of the same learning; None without one.
         note: Why it is None although there is a state, as a sentence; else empty.
 
     Raises:

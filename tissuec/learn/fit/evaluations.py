@@ -61,7 +61,7 @@ class Evaluator:
 
         Args:
             items: What is evaluated.
-            done: Told how many are over.
+            done: Progress callback: the number of finished ones.
 
         Raises:
             LostWorkersError: No worker can be reached.

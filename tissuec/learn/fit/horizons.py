@@ -51,7 +51,7 @@ class Horizons:
         return self.growing(theta)
 
     def growing(self, theta: Floats) -> tuple[int, Floats]:
-        """Return the least horizon that tells all parameters, and zeros that suit it."""
+        """Return the least horizon that determines all parameters, and zeros that suit it."""
         problem = self.problem
         enough = [
             k

@@ -25,7 +25,7 @@ SHARE = 1e-3  # of a parameter's square in blind combinations: less says it is k
 SURE = 0.95
 REMAINING = 4.0 / 3.0  # error of order 2 by what half the steps take away of it; less of others
 SHOWN = 6  # names or factors in a sentence
-#: What no position tells but by its ratios, and how several of a kind are called.
+#: What positions determine only up to ratios, and the plural of its name.
 SCALED = {
     "mass": "masses",
     "density": "densities",
@@ -42,8 +42,8 @@ class Identifiability(NamedTuple):
     Attributes:
         singular: Singular values of J, descending, shape (parameter,).
         away: How far the interval reaches to either side, shape (parameter,).
-        identified: Whether the data tells a parameter, shape (parameter,).
-        blind: Combinations that it does not tell.
+        identified: Whether the data determines a parameter, shape (parameter,).
+        blind: Combinations that it does not determine.
         noise: Standard deviation of each fit in SI units, shape (fit,).
     """
 

@@ -86,7 +86,7 @@ def learn(
         session: Prepared from these, so that data is not read again.
         state: Where each pass is kept; an interrupted learning continues from there.
         fresh: Whether it begins anew all the same.
-        progress: Told after each pass, and after each fit to resampled residuals.
+        progress: Called after each pass, and after each fit to resampled residuals.
         workers: Who compares starts, runs the scene for differences, and fits resampled
             residuals, where that takes long; entered already. By default it is done here.
 

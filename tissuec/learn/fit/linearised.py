@@ -6,8 +6,8 @@ expected values, a change e of the measurements changes the parameters by
 Huber, Proc. 5th Berkeley Symp. 1:221, 1967; H. White, Econometrica 48:817, 1980.)
 
 Singular vectors of J in units of the noise whose singular values are as good as none are
-combinations that the data does not tell; those with small ones are hidden by its noise. (A.
-Raue et al., Bioinformatics 25:1923, 2009, on identifiability.)
+combinations that the data does not determine; those with small ones are hidden by its noise.
+(A. Raue et al., Bioinformatics 25:1923, 2009, on identifiability.)
 """
 
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ VAGUE = 1.0  # standard deviation of a logarithm from which nothing is known: a 
 
 
 class LinearisedFit(NamedTuple):
-    """Derivatives at the result of a fit, and what they tell.
+    """Derivatives at the result of a fit, and their analysis.
 
     Attributes:
         left: Predictions less measurements in SI units, shape (counted,).

@@ -8,7 +8,7 @@ and experiments have errors of their own with the same σ, ρ and ν.
 What the residuals say of (σ, ρ, ν) is their restricted likelihood (H. D. Patterson, R.
 Thompson, Biometrika 58:545, 1971): that of those combinations of measurements which the
 parameters do not change. It is not biased by the parameters that were fitted, as the
-correlation of residuals is. 17 rows cannot tell ρ well; so no single noise is used, but a
+correlation of residuals is. 17 rows cannot determine ρ well; so no single noise is used, but a
 sample of all that the residuals allow, from a prior that is uniform in arcsin ρ and in log σ
 (H. Jeffreys, Theory of Probability, 1961, for ρ of a stationary process), with a quarter for
 white noise, which is common. Of several fits, each is judged with what the others tell the
@@ -35,7 +35,7 @@ ENOUGH = 5.0  # cells that share what is likely: more are no better
 UNLIKELY = 14.0  # below the most likely logarithm: less than a millionth
 DRAWS = 2000  # of the noise
 ITERATIONS = 6  # of a standard deviation, with what it changes of the parameters
-MOST_CLAIMED = 1e5  # times its noise: a fit with next to no weight still tells a bit
+MOST_CLAIMED = 1e5  # times its noise: a fit with next to no weight still contributes a bit
 DEAREST = 1e8  # products for one noise; beyond, parameters take what they do of white noise
 ROUNDING = 1e-13  # of data: errors are no smaller
 
@@ -182,7 +182,7 @@ class _Fit(NamedTuple):
 
 
 class _Others(NamedTuple):
-    """What other fits, and expected values, tell of the parameters.
+    """Information from other fits and expected values about the parameters.
 
     Attributes:
         matrix: JᵀJ in units of standard deviations, shape (direction, direction).

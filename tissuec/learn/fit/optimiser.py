@@ -106,7 +106,7 @@ class Optimiser:
     ) -> tuple[Floats, Floats | None]:
         """Return where the optimiser comes to, at most so far away in any parameter.
 
-        Data that is noisy or short may tell next to nothing of some parameters, which then
+        Data that is noisy or short may hardly constrain some parameters, which then
         would go anywhere in one step. If there is the minimum, its residuals are returned, too.
         """
         low, high = self.bounds

@@ -19,7 +19,7 @@ class Estimates(Struct, frozen=True, eq=False):
         value: After it.
         low, high: Ends of the interval that contains the true value with 95 % probability, if
             the model is right and the noise is as estimated; infinite where nothing is known.
-        identified: Whether the data tells the number at all.
+        identified: Whether the data determines the number at all.
         parts: Of each ``per region`` or ``per tissue``: whose it is; else spring or node.
     """
 
@@ -39,7 +39,7 @@ class UnidentifiableCombination(Struct, frozen=True):
     Attributes:
         sentence: What it is: "multiplying all masses, spring constants and viscosities by one
             number changes nothing that was measured: only their ratios are known".
-        advice: What would tell it: "give one mass or force".
+        advice: What would determine it: "give one mass or force".
         spread: By which factor it may be off (one standard deviation of its logarithm);
             infinite if nothing is known.
     """

@@ -35,7 +35,7 @@ class FittedExperiment(Struct, frozen=True, eq=False):
 class Problem:
     """Residuals of all experiments as a function of parameters and zeros.
 
-    Parameters of the net stand first, then one zero for each fit that has one, in units of
+    Parameters of the net come first, then one zero for each fit that has one, in units of
     ``zeros`` (of how far the data deviates from its mean, where not given).
 
     Attributes:

@@ -2,7 +2,7 @@
 
 The ratio of two quadratic forms of residuals ``rᵀAr / rᵀr``, here the correlation of
 neighbours, has a mean and a variance under white noise that follow exactly from the parameters
-which were fitted; a beta distribution with the same ones tells how often chance alone gives as
+which were fitted; a beta distribution with the same ones gives how often chance alone gives as
 much (J. Durbin, G. S. Watson, Biometrika 37:409, 1950, and 38:159, 1951). That holds for eight
 rows, and for any number.
 """

@@ -89,7 +89,7 @@ class Search:
 
     Args:
         bounds: Least and greatest parameters, shape (parameter,).
-        keep: Told where the search stands after each pass.
+        keep: Called after each pass with the state of the search.
         sample: Returns further starts, shape (start, parameter), the best first; None: there
             are none.
     """

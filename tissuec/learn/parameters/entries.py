@@ -17,7 +17,7 @@ class Entries:
 
     Args:
         blocks: All blocks of a fit_problem.
-        parts: Where the parameters of each stand.
+        parts: Places of the parameters of each.
     """
 
     def __init__(self, blocks: Sequence[ParameterBlock], parts: Sequence[slice]):

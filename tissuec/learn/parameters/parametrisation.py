@@ -60,7 +60,7 @@ class Parametrisation:
     """Parameters of a fit problem, for a scene as one experiment has it.
 
     Args:
-        scales: Of blocks of differences, by their places, where the data tells better ones.
+        scales: Of blocks of differences, by their places, where the data gives better ones.
 
     Attributes:
         compiled: The scene, its net with ``laws`` that have numbers.
@@ -119,7 +119,7 @@ class Parametrisation:
         return (*own, *(() if self.words is None else self.words.names))
 
     def place(self, number: int) -> slice:
-        """Return where the parameters of a block stand."""
+        """Return the places of the parameters of a block."""
         return self._parts[number]
 
     @property

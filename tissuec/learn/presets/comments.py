@@ -10,7 +10,7 @@ from tissuec.scene.request import Request
 
 WIDTH = 96
 _LABEL = 13
-#: Of these, each number stands in a table beside the preset.
+#: Of these, each number is in a table beside the preset.
 ONE_BY_ONE = ("spring", "node")
 
 

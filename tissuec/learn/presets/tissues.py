@@ -1,6 +1,6 @@
 """A learnt tissue as text, in three forms: like its original, in its words, or in numbers.
 
-The first is the shortest and needs a file that can be used; the last stands by itself.
+The first is the shortest and needs a file that can be used; the last needs no other file.
 """
 
 from collections.abc import Iterator, Sequence

@@ -139,7 +139,7 @@ def as_dict(learnt: Learnt, moved: Sequence[Drift] = ()) -> dict[str, Any]:
 
 
 def is_identified(learnt: Learnt) -> bool:
-    """Return whether the data tells every number, and every combination of numbers.
+    """Return whether the data determines every number, and every combination of numbers.
 
     Words are held by where the expert has them, so that one that no tissue uses does no harm.
     """

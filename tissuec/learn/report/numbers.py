@@ -40,7 +40,7 @@ def _shown(estimates: Estimates, value: float) -> str:
 
 
 def _interval(estimates: Estimates, number: int) -> str:
-    """Return the interval of a number, or that the data does not tell it."""
+    """Return the interval of a number, or the remark that the data does not determine it."""
     if not estimates.identified[number]:
         return "not identified"
     adjust = estimates.adjust

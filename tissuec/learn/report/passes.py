@@ -15,7 +15,7 @@ class Passes(ProgressLine):
         super().__init__(name, shown=shown, logged=True)
 
     def at(self, progress: LearnProgress) -> None:
-        """Show where a learning stands, if it is time to."""
+        """Show the state of a learning, if it is time to."""
         self.show(lambda _: f"{self.name}: {self._text(progress)}")
 
     def _text(self, at: LearnProgress) -> str:

@@ -108,7 +108,7 @@ def dropped(texts: RuleTexts) -> Iterator[Candidate]:
 def _without(span: Span) -> TextEdit | None:
     """Return an edit that takes a rule out and leaves its remarks; None if they are in the way.
 
-    Lines on which nothing else stands go with it.
+    Lines that contain nothing else are removed with it.
     """
     text = span.source.text
     start, end = line_of(span)
@@ -129,7 +129,7 @@ def _without(span: Span) -> TextEdit | None:
 
 
 def appended(texts: RuleTexts, rule: str) -> TextEdit:
-    """Return an edit that writes a rule behind the last one, in the way that it stands."""
+    """Return an edit that writes a rule after the last one, in the same layout."""
     span = texts.nodes[-1].span
     end = line_of(span)[1]
     after = span.source.text[span.end : end].strip()

@@ -9,7 +9,7 @@ from tissuec.fuzzy.axis import Axis
 from tissuec.lang import syntax as s
 
 _NUMERAL = re.compile(r"[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?")
-_MOST_DIGITS = 17  # that a float can tell apart
+_MOST_DIGITS = 17  # that a float can represent
 _SAME = 15  # digits that survive a change of units
 
 #: As a part of the smallest gap: what a rounded place may differ by.

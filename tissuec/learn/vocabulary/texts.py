@@ -90,7 +90,7 @@ class _ScaleEdits:
         blanks = indentation(entry.span)
         if not text[line_of(entry.span)[0] : start].strip():
             return TextEdit(entry.span, f"\n{blanks}".join(shapes))
-        # The block stands on one line, which has no room for them.
+        # The block is on one line, which has no room for them.
         start -= len(text[:start]) - len(text[:start].rstrip(" \t"))
         rest = text[end:].lstrip(" \t")
         after = f"\n{blanks}" if rest.startswith("}") else ""

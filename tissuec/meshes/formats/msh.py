@@ -1,6 +1,6 @@
 """MSH, the format of Gmsh: versions 1, 2, 4.0 and 4.1, as text or binary.
 
-Sections stand between ``$Name`` and ``$EndName``. Physical groups number the elements in
+Sections are between ``$Name`` and ``$EndName``. Physical groups number the elements in
 versions 1 and 2; from version 4 on they belong to the entities of the geometry, and each block
 of elements names its entity. An entity may have no group, or several.
 """

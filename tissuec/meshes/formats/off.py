@@ -1,7 +1,7 @@
 """OFF, the format of Geomview: a line for each vertex, and for each face.
 
 The first word may name colours, normals or texture coordinates of the vertices (``COFF``),
-which stand behind the three coordinates and are left out.
+which follow the three coordinates and are left out.
 """
 
 import re

@@ -67,7 +67,7 @@ def _read_text(data: bytes) -> RawMesh:
     if not _END.search(text[-1024:]):
         remarks = ('the file does not end with "endsolid"; part of it may be missing',)
     corners = as_floats([word for corner in found for word in corner]).reshape(-1, 3)
-    # Each solid reaches to the next; the corners before its end tell which are its own.
+    # Each solid reaches to the next; its own are those of the corners before its end.
     starts = [(place.start(), place[1]) for place in _SOLID.finditer(data)]
     places = [place.start() for place in _VERTEX.finditer(text)] if starts[1:] else []
     bounds = np.searchsorted(places, [start for start, _ in starts]).tolist()

@@ -42,8 +42,8 @@ class Mesh(Struct, frozen=True, eq=False):
         ends: Node pair of each spring, shape (spring, 2), lower index first.
         skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
             empty.
-        grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
-        volume: Of a solid, what each node stands for [m³], shape (node,); None of surfaces.
+        grid: Arrangement of the nodes in rows and columns, if any; smooth surfaces follow it.
+        volume: Of a solid, the share of each node [m³], shape (node,); None for surfaces.
         tetrahedra: That divide a solid, shape (tetrahedron, 4); None where there are none.
         elements: Of a body made of finite elements, shape by shape; its springs are their
             edges.

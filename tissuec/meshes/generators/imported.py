@@ -411,7 +411,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         return cells if len(cells) else None
 
     def _volume(self, position: Floats, filling: "Filling") -> Floats | None:
-        """Return what nodes of a solid stand for [m³]; NaN where that is not known."""
+        """Return the volumes of the nodes of a solid [m³]; NaN where unknown."""
         shape = self.shape
         if not (shape.is_volume or len(filling.pairs)):
             return None

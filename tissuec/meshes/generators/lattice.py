@@ -401,10 +401,10 @@ def _skin(crystal: Crystal, number: NDArray[np.int32]) -> NDArray[np.int32]:
 def _volume(
     position: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what each site of a block of cells stands for [m³], shape (node,).
+    """Return the share of each site in the volume of a block of cells [m³], shape (node,).
 
-    Sites in a face stand for half as much as those inside, in an edge for a quarter, in a
-    corner for an eighth.
+    Sites in a face have half the share of those inside, in an edge a quarter, in a
+    corner an eighth.
     """
     share = np.prod(np.where((position == low) | (position == high), 0.5, 1.0), axis=1)
     return np.asarray(share * (np.prod(high - low) / share.sum()))

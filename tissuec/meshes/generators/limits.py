@@ -23,7 +23,7 @@ def require_limits(generator: object) -> None:
 
 
 def _problem(value: Any, declared: object) -> str:
-    """Return what is wrong with ``value``, or an empty string."""
+    """Return a description of the error of ``value``, or an empty string."""
     match declared:
         case OneOf(words):
             return "" if value in words else f'must be one of {", ".join(words)}, not "{value}"'

@@ -57,7 +57,7 @@ class Measure(Protocol):
 
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
-        """Return what the components of ``sample`` are called in a log."""
+        """Return the column names of the components of ``sample`` in a log."""
         ...
 
     @staticmethod

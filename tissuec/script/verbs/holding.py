@@ -73,7 +73,7 @@ class Holding(Protocol):
     """An action that changes which nodes are held or driven."""
 
     def holding(self) -> HoldChange | None:
-        """Return what it changes; None if nothing."""
+        """Return the change that it makes; None if nothing."""
         ...
 
 

@@ -47,7 +47,7 @@ class EndJet(Struct, frozen=True):
     """The end of a jet, unless another one took its place before."""
 
     nozzle: str
-    stop: float  # [s], by which it is told from others
+    stop: float  # [s], which distinguishes it from others
     span: Span
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:

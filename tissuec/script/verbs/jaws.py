@@ -72,7 +72,7 @@ class JawMotion(VerbSentence, frozen=True):
                 f"{self.tool} cannot open or close while it is moved", node, self.span
             )
         part = _forceps(state.network, self.tool)
-        assert part is not None and part.jaws is not None, "told before the run"
+        assert part is not None and part.jaws is not None, "reported before the run"
         jaws = part.jaws
         upper, lower = (state.position[jaw].mean(axis=0) for jaw in jaws)
         across = (upper - lower) / np.linalg.norm(upper - lower)

@@ -34,7 +34,7 @@ class EndMotion(Struct, frozen=True):
 
 
 def driven_by(state: State, mover: Mover) -> Indices:
-    """Return what a mover moves now: its nodes, or what the tool holds, shape (n,)."""
+    """Return the nodes that a mover moves now: its own, or those the tool holds, shape (n,)."""
     return held_by(state, mover.name) if mover.nodes is None else mover.nodes
 
 

@@ -74,7 +74,7 @@ class ContactForce:
         return float(touched.weight @ (k[touched.node] * deep))
 
     def at(self, position: Floats, velocity: Floats, pairs: "ContactPairs") -> Touching:
-        """Return what contact does.
+        """Return the touching points and their forces.
 
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).

@@ -224,7 +224,7 @@ DASHPOTS: dict[str, Callable[[Any], Dashpot]] = {
 
 
 def _free_spring(tree: Any) -> ForceRule:
-    """Return what a free formula of e, c and rest says."""
+    """Return the force of a free formula of e, c and rest."""
 
     def both(e: Floats, c: Floats, rest: Floats) -> tuple[Floats, Floats]:
         return _like(e, *derived(tree, {"e": e, "c": c, "rest": rest}, "e"))
@@ -251,7 +251,7 @@ def _free_spring(tree: Any) -> ForceRule:
 
 
 def _free_dashpot(tree: Any) -> Dashpot:
-    """Return what a free formula of e, w, d and rest says."""
+    """Return the dashpot of a free formula of e, w, d and rest."""
 
     def by(name: str, e: Floats, w: Floats, d: Floats, rest: Floats) -> tuple[Floats, Floats]:
         return _like(w, *derived(tree, {"e": e, "w": w, "d": d, "rest": rest}, name))

@@ -1,7 +1,7 @@
 """The pressure of enclosed volumes.
 
 A face of four corners is bounded by a ruled surface, whose volume from a point is the mean of
-both ways to split it into triangles; a triangle stands for a sixth of the triple product of its
+both ways to split it into triangles; a triangle adds a sixth of the triple product of its
 corners. The derivatives are those of the triangles.
 """
 

@@ -198,7 +198,7 @@ def _fact(fact: PropertyFact, unit: str) -> dict[str, Any]:
 
 
 def _number(given: AssignedQuantity) -> dict[str, Any]:
-    """Return a number that replaces what rules say, in a form that stands by itself."""
+    """Return a number that replaces what rules say, as a complete form."""
     quantity = given.quantity
     if given.value == quantity.none:
         text = "is none"

@@ -1,6 +1,6 @@
 """A vocabulary as plain data: the tables from which ``inference.js`` infers as Python does.
 
-Sets are numbered, equal ones once, so that the page tells words apart as a rule base does. All
+Sets are numbered, equal ones once: the page distinguishes words as a rule base does. All
 coordinates are those of the scale (see :mod:`tissuec.fuzzy.axis`), all values are in SI units.
 """
 
@@ -64,7 +64,7 @@ class Shapes:
     def number(self, shape: AnyShape) -> int:
         """Return the number of a set."""
         if shape not in self._known:
-            row = self._row(shape)  # first, because a base stands before what is made of it
+            row = self._row(shape)  # first, because a base precedes what is made of it
             self._known[shape] = len(self.rows)
             self.rows.append(row)
         return self._known[shape]
@@ -253,5 +253,5 @@ def _line(span: Span) -> str:
 
 
 def short_place(span: Span) -> str:
-    """Return file and line without folders, which tell nothing to whom a page is sent."""
+    """Return file and line without folders, which mean nothing to the receiver of a page."""
     return f"{Path(span.source.name).name}:{span.line}"

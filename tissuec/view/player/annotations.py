@@ -259,7 +259,7 @@ def draw_field_legend(
 
 
 def _beyond(values: FieldValues, scale: AxisUnit) -> list[str]:
-    """Return which numbers the colours do not tell apart, in lines."""
+    """Return lines that name the numbers that colours do not distinguish."""
     lines: list[str] = []
     if values.is_usual and any(values.beyond):
         lines.append("covers 98 % of the values")

@@ -62,7 +62,7 @@ class SolidCells(Struct, frozen=True, eq=False):
         """Return those that have four corners left after nodes were brought together.
 
         Args:
-            place: For which node each node stands, shape (node,).
+            place: The node that each node represents, shape (node,).
         """
         corners = np.sort(place[self.tetrahedra], axis=1)
         apart = (np.diff(corners, axis=1) > 0).all(axis=1)

@@ -12,7 +12,7 @@ from tissuec.results.wording import concerned
 if TYPE_CHECKING:
     from tissuec.model.network import Network
 
-#: Shape of the mark -> kinds of events; what stands nowhere here is a ring.
+#: Shape of the mark -> kinds of events; kinds that are not listed get a ring.
 SIGNS = {
     "cross": ("cut",),
     "bolt": ("rupture", "crush"),

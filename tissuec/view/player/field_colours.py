@@ -47,5 +47,5 @@ def readable(colour: Floats, normal: Floats, to_eye: Floats) -> Floats:
 
 
 def shades_of(values: FieldValues) -> tuple[str, ...]:
-    """Return the colours between which the numbers of a field stand, the lowest first."""
+    """Return the colours between which the numbers of a field lie, the lowest first."""
     return palette.TENSION if values.is_signed else palette.AMOUNT

@@ -167,7 +167,7 @@ class PlayerData(Struct, frozen=True, eq=False):
             tools.
         velocity: Of all points [m/s], shape (frame, point, 3).
         curved: Between which frames a cubic describes the motion, shape (frame - 1,).
-        is_side: Which frames stand beside an event, shape (frame,).
+        is_side: Which frames are beside an event, shape (frame,).
         force: Sum of the spring forces on each node [N], shape (frame, node, 3).
         fields: One number at each node by further fields of frames, in their units, NaN where
             they are unknown, shape (frame, node).

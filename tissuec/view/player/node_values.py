@@ -68,7 +68,7 @@ class FieldValues(Struct, frozen=True, eq=False):
 
     @property
     def is_signed(self) -> bool:
-        """Return whether colours tell numbers below 0 from those above it."""
+        """Return whether colours distinguish numbers below 0 from those above it."""
         return self.low < 0.0
 
     @property

@@ -21,7 +21,7 @@ class Options(Struct, frozen=True):
         field: Name of what colours the skin, one of ``fields.fields_of``; its tissues if None.
         range: From which to which number the colours of the field lead, in its SI unit; within
             which 98 % of the nodes are if None.
-        time: Where it stands at first [s]; the start if None.
+        time: Its first time [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         speed: Playback speed, 1 is real time; chosen automatically if None.
         section: The plane by which everything is cut open at first; None for none.

@@ -24,7 +24,7 @@ class Thinning(Struct, frozen=True, eq=False):
 
     Attributes:
         kept: Rows of the nodes that are drawn, among those of the frames, shape (drawn,).
-        place: For which of these each node of the frames stands, shape (node,).
+        place: The one of these that represents each node of the frames, shape (node,).
     """
 
     kept: Indices

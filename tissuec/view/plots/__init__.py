@@ -101,7 +101,7 @@ def draw(
         kind: A member of ``PLOTS``, such as "logs"; None: what suits the first of ``given``.
         given: Names of files, vocabularies, open results, or what a bench found.
         size: Width and height [mm]; chosen by the kind if not given.
-        title: Stands above all.
+        title: Text above all panels.
         style: "screen", or for journals "paper" (85 mm wide) and "paper-wide" (180 mm).
         overrides: Texts of ``--set``, for what is given as a text.
         libraries: Folders in which a text finds what it uses.

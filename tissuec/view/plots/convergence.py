@@ -41,7 +41,7 @@ class Convergence(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         try:
             refined = refined_factor(table)
         except ValueError:

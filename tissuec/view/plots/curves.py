@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from tissuec.view.plots.drawing import Axes
 
-#: Of curves, one after the other: what tells them apart without colours.
+#: Styles of successive curves, which distinguish them without colours.
 DASHES: tuple[Any, ...] = (
     "-", (0, (5, 1.6)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.3, 1.3)), (0, (8, 1.5, 1, 1.5, 1, 1.5)),
     (0, (2.5, 1.2)), (0, (9, 3)),

@@ -30,7 +30,7 @@ class DistributionPlot(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         is_random = table.head.design not in (GRID, LIST, ONE_AT_A_TIME)
         return is_random and len(table.factors) > 4 and bool(table.measures)
 

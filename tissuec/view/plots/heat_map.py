@@ -47,7 +47,7 @@ class HeatMap(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         is_grid = table.head.design == study_entries.GRID and len(table.factors) == 2
         return is_grid and bool(table.measures) and all(map(_is_fine, table.factors))
 

@@ -98,7 +98,7 @@ def stagger(texts: Sequence[Any], axes: "Axes") -> None:
             left = box.x0 - box.width
         level = next((n for n, end in enumerate(ends) if left > end), None)
         if level is None:
-            text.remove()  # the line stands; what it was, the event table says
+            text.remove()  # the line remains; the table of events explains it
             continue
         text.xyann = (0, 2 + level * 1.2 * _SMALL)
         ends[level] = left + box.width + 4 * dots

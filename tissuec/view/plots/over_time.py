@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 WIDTH = 180.0  # of a page [mm]
 PANEL = 42.0  # height of a panel [mm]
-AROUND = 16.0  # height of what stands around the panels [mm]
+AROUND = 16.0  # height of everything around the panels [mm]
 _LINE = 24  # letters in a line of what is written at a panel, at most
 _LETTER = 1.45  # [mm]: of the height of a panel that a letter takes
 _LEAST_LINE = 8  # letters
@@ -37,7 +37,7 @@ class TimeCurve(Struct, frozen=True, eq=False):
     """A number over time.
 
     Attributes:
-        name: Stands beside it; none of curves whose colour is explained elsewhere.
+        name: Text beside it; none for curves whose colour is explained elsewhere.
         time: [s], ascending, shape (moment,).
         value: In the unit of its panel, shape (moment,).
         looks: Colour, dashes and width, as matplotlib has them.
@@ -137,7 +137,7 @@ def draw_panels(
     shown = (min(float(t[0]) for t in times), max(float(t[-1]) for t in times))
     # As wide as the runs, whatever part of them is shown.
     scale = scale_of("s", [shown, *(run.content.last_time for run in runs)])
-    # Where all panels have the same curves, their names stand once, above all.
+    # Where all panels have the same curves, their names appear once, above all.
     sets = {tuple(curve.name for curve in panel.curves if curve.name) for panel in panels}
     are_alike = len(panels) > 1 and len(sets) == 1 and len(next(iter(sets))) > 1
     drawn = [

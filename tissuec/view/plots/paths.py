@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 MOST_SETS = 4  # where none is named
-STILL = 1e-6  # of the largest displacement: what moves less stands still
+STILL = 1e-6  # of the largest displacement: what moves less is at rest
 
 
 class Path(NamedTuple):

@@ -22,7 +22,7 @@ class Projection(Struct, frozen=True):
     """A direction of looking.
 
     Attributes:
-        azimuth: Where who looks stands, around z: 0 at +x, 90 at +y [deg].
+        azimuth: Direction of the viewer around z: 0 at +x, 90 at +y [deg].
         elevation: How far above the horizon [deg].
     """
 

@@ -33,7 +33,7 @@ class LoggedQuantity(Struct, frozen=True, eq=False):
     """A number over time.
 
     Attributes:
-        name: Stands at its axis.
+        name: Text at its axis.
         unit: Of its values, as files spell it.
         largest: Magnitude of the whole quantity, of which this may be a component or a part.
         time: [s], ascending, shape (moment,); two equal ones are both sides of an event.

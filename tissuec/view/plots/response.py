@@ -41,7 +41,7 @@ class ResponsePlot(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         if table.head.design not in (GRID, LIST) or not table.measures or not table.factors:
             return False
         along = factor_of(table, None)

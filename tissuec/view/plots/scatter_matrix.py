@@ -52,7 +52,7 @@ class ScatterMatrix(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         return bool(table.measures)
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:

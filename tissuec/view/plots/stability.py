@@ -87,7 +87,7 @@ def _draw(
 def _explain(
     sheet: Canvas, verdicts: Sequence[Mapping[str, Any]], signs: Mapping[str, Sequence[str]]
 ) -> None:
-    """Say what the signs mean, and how often each stands there."""
+    """Say what the signs mean, and how often each occurs."""
     from matplotlib.patches import Patch
 
     counts = Counter(verdict["kind"] for verdict in verdicts)

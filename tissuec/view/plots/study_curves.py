@@ -43,7 +43,7 @@ class StudyCurves(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         return bool(table.curves) and not table.measures
 
     def panels(self, table: StudyTable) -> Panels:

@@ -33,7 +33,7 @@ class Tornado(StudyPlot, frozen=True):
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
-        """Return whether this kind tells most about a table."""
+        """Return whether this kind of plot suits a table best."""
         return table.head.design in (INDICES, ONE_AT_A_TIME) and bool(table.measures)
 
     def height(self, table: StudyTable) -> float:
@@ -44,7 +44,7 @@ class Tornado(StudyPlot, frozen=True):
         """Return a panel for each measure.
 
         Raises:
-            ValueError: The design of the study tells nothing of single factors.
+            ValueError: The design of the study does not isolate single factors.
         """
         if not Tornado.suits(table):
             raise ValueError(

@@ -75,7 +75,7 @@ class Headline(Struct, frozen=True):
     Attributes:
         tone: Also shown by a colour.
         word: A few words.
-        reasons: Why, each with the section of the page that tells more.
+        reasons: Why, each with the section of the page that explains it.
     """
 
     tone: Tone
@@ -214,7 +214,7 @@ class ReportContent:
 
     @cached_property
     def _reasons(self) -> tuple[tuple[str, str], ...]:
-        """What speaks against a run, each with the section that tells more."""
+        """The objections to a run, each with the section that explains it."""
         found: list[tuple[str, str]] = []
         if self.kind != "done":
             found.append((str(self.manifest["outcome"]), "run"))

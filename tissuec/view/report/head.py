@@ -13,7 +13,7 @@ from tissuec.view.report.markup import Content, Html, element, html, link
 
 
 def head(content: ReportContent) -> Html:
-    """Return what stands above all sections."""
+    """Return the part above all sections."""
     about, credits = content.manifest.get("about"), wording.credits(content.manifest)
     return element(
         "header",

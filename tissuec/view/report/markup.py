@@ -20,7 +20,7 @@ class Html(str):
     __slots__ = ()
 
 
-#: What can stand inside an element; None stands for nothing.
+#: What an element may contain; None is nothing.
 Content: TypeAlias = "Html | str | int | Iterable[Content] | None"
 
 
@@ -45,7 +45,7 @@ def element(tag: str, /, *content: Content, **attributes: str | int | bool | Non
     Args:
         tag: Its tag.
         content: What is in it.
-        attributes: ``class_`` stands for ``class``, ``aria_label`` for ``aria-label``; those
+        attributes: ``class_`` becomes ``class``, ``aria_label`` becomes ``aria-label``; those
             that are None or False are left out.
     """
     written = "".join(_attribute(key, value) for key, value in attributes.items())

@@ -81,7 +81,7 @@ def _how(entry: ProvenanceRow) -> str:
 def _reason(content: ReportContent, reason: Reason) -> Html:
     bar: Content = None
     if reason.degree is not None:
-        # The number stands beside it; the bar is for the eye.
+        # The number is beside it; the bar is for the eye.
         width = f"width:{100.0 * min(max(reason.degree, 0.0), 1.0):.0f}%"
         bar = element("span", element("i", style=width), class_="bar", aria_hidden="true")
     facts = element("small", reason.facts) if reason.facts else None

@@ -40,7 +40,7 @@ def document(title: str, header: Html, parts: Sequence[Section]) -> str:
 
     Args:
         title: Of the window.
-        header: What stands above all sections.
+        header: The part above all sections.
         parts: The sections.
     """
     main = element("main", header, [part.write() for part in parts])

@@ -88,7 +88,7 @@ def _sources(content: ReportContent) -> Iterator[tuple[Content, Content]]:
 
 
 def manifest(content: ReportContent) -> Section:
-    """Return the whole manifest, folded; texts as links to where they stand."""
+    """Return the whole manifest, folded; texts as links to their places."""
     entries = [(name, _shown(content, name, value)) for name, value in content.manifest.items()]
     count = f"{len(entries)} entries"
     return Section("manifest", "Manifest", folded(count, pairs(entries, "manifest")))

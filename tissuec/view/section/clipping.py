@@ -1,4 +1,4 @@
-"""Triangles without what stands in front of a plane, and where it meets them."""
+"""Triangles without the parts in front of a plane, and their sections with it."""
 
 import numpy as np
 
