@@ -250,7 +250,6 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         [part.springs.behind(first) for part, first in zip(parts, firsts, strict=True)]
     )
     inelastic = inelastic_of([part.memory for part in parts], np.diff(springs).tolist())
-
     hinges = Hinges.joined(
         [
             body.hinges.behind(n, p)

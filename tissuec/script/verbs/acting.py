@@ -33,7 +33,13 @@ class EndActing(Struct, frozen=True):
 
 
 def stop_acting(state: State, name: str, *, kind: str) -> bool:
-    """End all blocks of a kind on a set or body; return whether there was one."""
+    """End all blocks of a kind on a set or body; return whether there was one.
+
+    Args:
+        state: Whose blocks end.
+        name: Name of the set or body.
+        kind: Kind of the blocks, such as "pressure".
+    """
     ended = [
         block
         for block in state.blocks.values()
