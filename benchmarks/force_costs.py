@@ -17,7 +17,7 @@ from msgspec import Struct
 from benchmarks.publishing import publish, tell, write_option
 from benchmarks.stepping import build, nets
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.markdown import table
 from tissuec.core.source import Source
 from tissuec.engine.engine import Engine

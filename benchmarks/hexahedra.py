@@ -18,7 +18,7 @@ from benchmarks.force_costs import SOLID, STEP, compiled_scene
 from benchmarks.kernels import compile_loops
 from benchmarks.publishing import publish, write_option
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.markdown import table
 from tissuec.engine.engine import Engine
 from tissuec.engine.method import Method

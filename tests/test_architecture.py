@@ -45,8 +45,8 @@ def test_light_commands_import_no_heavy_library(name, repository):
 #: What a run imports only if its scene needs it.
 RARE = (
     "tissuec.forces.contact", "tissuec.forces.jets", "tissuec.forces.foundation",
-    "tissuec.lang.classify", "tissuec.compiler.forces", "tissuec.compiler.fit_problems",
-    "tissuec.compiler.matter",
+    "tissuec.lang.classify", "tissuec.compiler.forces", "tissuec.compiler.learning.problems",
+    "tissuec.compiler.materials.matter",
     "tissuec.matter", "tissuec.meshes.repair", "tissuec.meshes.filling",
     "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.view.plots",
     "tissuec.engine.integrators.derivatives_kernel",

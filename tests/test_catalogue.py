@@ -17,7 +17,7 @@ from tests.modules import nodes, trees
 from tissuec.core.catalogue import CODES, HERE_IN_PAGE, CodeEntry, example_files, reference
 from tissuec.core.errors import CompileError, Diagnostic, render
 from tissuec.pipeline import check_request
-from tissuec.scene.imports import read_source
+from tissuec.scene.program.imports import read_source
 from tissuec.scene.request import Request
 
 ROOT = Path(__file__).parent.parent

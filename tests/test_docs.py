@@ -44,7 +44,7 @@ from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
 from tissuec.pipeline import check_request, compile_request
 from tissuec.results.fields import FIELDS
-from tissuec.scene.parts import PARTS, forget
+from tissuec.scene.reading.parts import PARTS, forget
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS

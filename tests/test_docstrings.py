@@ -99,8 +99,9 @@ def _section(doc: str, title: str) -> str:
 @cache
 def modules() -> list[Module]:
     def shared(path: str) -> str:
-        tree = trees().get((Path(path).parent / "__init__.py").as_posix())
-        return _section(ast.get_docstring(tree) or "", "Shared arguments") if tree else ""
+        folders = [(folder / "__init__.py").as_posix() for folder in Path(path).parents]
+        docs = [ast.get_docstring(trees()[each]) or "" for each in folders if each in trees()]
+        return "\n".join(_section(doc, "Shared arguments") for doc in docs)
 
     ours = (path for path in trees() if path not in OF_OTHERS)
     return [Module(path, shared(path), trees()[path], nodes(path)) for path in ours]

@@ -5,7 +5,7 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request, read_words
-from tissuec.scene.imports import StoredTexts
+from tissuec.scene.program.imports import StoredTexts
 from tissuec.scene.request import Request
 
 TISSUE = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import CompileError, render
 from tissuec.core.resources import library
 from tissuec.core.source import Source
@@ -19,9 +19,9 @@ from tissuec.fuzzy.rulebase import RuleBase
 from tissuec.lang.printer import format_source
 from tissuec.pipeline import Result, check_request, compile_request, read_words, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.scene.imports import read_source
+from tissuec.scene.program.imports import read_source
 from tissuec.scene.request import Request
-from tissuec.scene.vocabulary import RulesBlock, Vocabulary
+from tissuec.scene.words.vocabulary import RulesBlock, Vocabulary
 
 FILES = sorted(library().rglob("*.tis"))
 TISSUES = sorted((library() / "tissues").glob("*.tis"))

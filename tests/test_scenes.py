@@ -24,7 +24,7 @@ from tissuec.core.source import Source
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
 from tissuec.pipeline import check_request
-from tissuec.scene.imports import read_source
+from tissuec.scene.program.imports import read_source
 from tissuec.scene.request import Request
 
 SCENES = Path(__file__).parent / "scenes"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import tissuec
-from tissuec.compiler import start_checks
+from tissuec.compiler.checks.every import starts as start_checks
 
 STRIP = """language 1
 tissue cord {{ spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg; prestress = {p} }}
@@ -266,7 +266,7 @@ def test_steps_of_a_thin_contact_thickness_are_as_many_as_announced(monkeypatch)
     scene = Path(__file__).parent / "scenes" / "bad" / "contact_thickness_tiny.tis"
     text = scene.read_text(encoding="utf-8").replace("0.1 um", "20 um")
     assert "W414" not in codes(text)
-    monkeypatch.setattr("tissuec.compiler.thickness_checks.MANY", 50)
+    monkeypatch.setattr("tissuec.compiler.checks.contact_thickness.MANY", 50)
     (found,) = (one for one in tissuec.check(text) if one.code == "W414")
     assert found.message.startswith("the run takes at least 100 steps: something moves by 1 mm")
     assert found.hint.endswith("by default it would be 1 mm")

@@ -7,7 +7,7 @@ from tissuec.cli import group
 from tissuec.core.errors import CompileError
 from tissuec.results.errors import ResultError
 from tissuec.results.trajectory import Trajectory
-from tissuec.scene.imports import read_source
+from tissuec.scene.program.imports import read_source
 
 
 @pytest.mark.parametrize(

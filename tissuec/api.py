@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.engine.execution.companion import Mode
     from tissuec.engine.execution.run import Outcome
-    from tissuec.scene.overrides import Given
+    from tissuec.scene.overrides.texts import Given
     from tissuec.scene.request import Request
     from tissuec.stepping.environment import TissueEnv
     from tissuec.stepping.stepped_run import SteppedRun
@@ -424,7 +424,7 @@ def _texts_of(
 ) -> dict[str, str]:
     """Return factors that are given by name as texts."""
     from tissuec.pipeline import read_words
-    from tissuec.scene.overrides import listed
+    from tissuec.scene.overrides.texts import listed
 
     return listed(vary, read_words(request)[0].constants.parameters())
 
@@ -455,7 +455,7 @@ def _request(
     """Return the request to compile; CompileError if the scene cannot be read."""
     from tissuec.lang.characters import normalise
     from tissuec.pipeline import compile_request, read_words
-    from tissuec.scene.imports import ParsedOnce, read_source
+    from tissuec.scene.program.imports import ParsedOnce, read_source
     from tissuec.scene.request import Request
 
     source = normalise(scene, TEXT) if _is_text(scene) else read_source(Path(scene))
@@ -463,7 +463,7 @@ def _request(
     request = Request(source, (), folders, strict, ParsedOnce())
     if not given:
         return request
-    from tissuec.scene.overrides import overrides
+    from tissuec.scene.overrides.texts import overrides
 
     try:
         known = read_words(request)[0].constants.parameters()

@@ -19,20 +19,20 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from tissuec.compiler.checks import check_all
+from tissuec.compiler.checks.every import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.expectations import split_expectations
-from tissuec.compiler.learn_expectations import demands_of
+from tissuec.compiler.learning.expectations import demands_of
 from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.names import key_of
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program, load
-from tissuec.scene.learn_model import VocabularyFit
-from tissuec.scene.learning import read_learn_blocks, refuse_without_scene
+from tissuec.scene.learning.block import read_learn_blocks, refuse_without_scene
+from tissuec.scene.learning.model import VocabularyFit
+from tissuec.scene.program.imports import Program, load
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve, resolve_words
-from tissuec.scene.resolved import ResolvedProgram
 from tissuec.script.fit_problem import FitProblem
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def compile_program(
     resolved(findings)
     compiled = compile_scene(scene, findings)
     if compiled.scene.studies:
-        from tissuec.compiler.studies import check_studies  # where there are any
+        from tissuec.compiler.study.block import check_studies  # where there are any
 
         check_studies(compiled, program, request.overrides, levels=levels)
     warnings = (*findings.warnings, *check_all(compiled, thorough=thorough))

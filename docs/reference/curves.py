@@ -13,8 +13,8 @@ from tissuec.core.markdown import table
 from tissuec.core.resources import library
 from tissuec.core.units import NUMBER
 from tissuec.pipeline import read_words
-from tissuec.scene.known_curves import COMPRESSION
 from tissuec.scene.request import Request
+from tissuec.scene.tissues.known_curves import COMPRESSION
 
 _STEP = 1e-9  # [s] of a ramp, which is sudden
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 from math import isfinite
 
-from tissuec.compiler.profiles import PROFILES
-from tissuec.compiler.study_expectations import OVER_RUNS
-from tissuec.compiler.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
+from tissuec.compiler.bodies.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
+from tissuec.compiler.script.profiles import PROFILES
+from tissuec.compiler.study.expectations import OVER_RUNS
 from tissuec.core import units
 from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
 from tissuec.core.units import Dimension, describe, si_unit
@@ -17,24 +17,28 @@ from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
-from tissuec.scene import bodies, joints, learn_entries, settings, study_entries
-from tissuec.scene.block_sentences import Sentences
-from tissuec.scene.bodies import EXPLICIT
-from tissuec.scene.entries import entries_of, entry_table
-from tissuec.scene.expressions import FUNCTIONS
-from tissuec.scene.learn_entries import (
+from tissuec.scene import settings
+from tissuec.scene.bodies import block as bodies
+from tissuec.scene.bodies import joints
+from tissuec.scene.bodies.block import EXPLICIT
+from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES
+from tissuec.scene.learning import entries as learn_entries
+from tissuec.scene.learning.entries import (
     ADJUSTED,
     DIMENSIONS,
     PARTED,
     PLACED,
     learn_schema,
 )
-from tissuec.scene.parameters import CONSTANTS
-from tissuec.scene.parts import parts as text_parts
-from tissuec.scene.placement import PLACEMENT_ENTRIES
-from tissuec.scene.quantities import QUANTITIES, TissueQuantity
-from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
-from tissuec.scene.vocabulary import OPERATOR_ENTRIES
+from tissuec.scene.program.parameters import CONSTANTS
+from tissuec.scene.reading.block_sentences import Sentences
+from tissuec.scene.reading.entries import entries_of, entry_table
+from tissuec.scene.reading.expressions import FUNCTIONS
+from tissuec.scene.reading.parts import parts as text_parts
+from tissuec.scene.study import entries as study_entries
+from tissuec.scene.study.entries import AGGREGATES, DISTRIBUTIONS
+from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
+from tissuec.scene.words.vocabulary import OPERATOR_ENTRIES
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS

@@ -11,7 +11,8 @@ from tissuec.fuzzy.inference_results import Inference
 from tissuec.model.inelastic import TIMES
 from tissuec.pipeline import read_words
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import (
+from tissuec.scene.request import Request
+from tissuec.scene.tissues.quantities import (
     BREAKING_STRAIN,
     CUTTING_RESISTANCE,
     FRICTION,
@@ -22,9 +23,8 @@ from tissuec.scene.quantities import (
     TOUGHNESS,
     YOUNGS_MODULUS,
 )
-from tissuec.scene.request import Request
 from tissuec.scene.usual_ranges import USUAL
-from tissuec.scene.vocabulary import Vocabulary
+from tissuec.scene.words.vocabulary import Vocabulary
 
 RULES = "soft matter"
 #: What the other properties are for the ladder.

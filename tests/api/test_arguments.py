@@ -9,7 +9,7 @@ import pytest
 import tissuec
 from tests.api.scenes import FLYING, PULL
 from tissuec.pipeline import compile_request
-from tissuec.scene import imports
+from tissuec.scene.program import imports
 
 HUGE = 10**5000  # of more digits than Python prints
 STUDY = (

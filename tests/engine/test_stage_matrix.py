@@ -6,7 +6,7 @@ import pytest
 from tests.engine.running import accelerated
 from tests.every import every
 from tests.validate.scenes import compiled_scene
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.engine import fill
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.stage_matrix import StageMatrix

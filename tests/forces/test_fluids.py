@@ -8,7 +8,7 @@ from tests.derivatives import agree, follow_from_the_energy, forces
 from tests.forces.test_pressure import network_of, shaken
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out, same_on_threads, same_when_resumed
-from tissuec.compiler.coarse_bodies import coarse
+from tissuec.compiler.checks.coarse_bodies import coarse
 from tissuec.forces.fluids import FluidCavities
 from tissuec.forces.pressed_sides import NoSide, Pressed, pressed_faces
 from tissuec.forces.volume import Enclosure

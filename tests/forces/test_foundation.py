@@ -7,7 +7,7 @@ import tissuec
 from tests.hand_plan import carry_out
 from tests.validate.scenes import compiled_scene, silent
 from tests.whole_runs import AfterAsking
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.learn.derivatives.refusals import refusal_of_script
 from tissuec.mechanics.settling import settle
 from tissuec.validate.validation import validate

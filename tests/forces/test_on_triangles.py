@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import tissuec
 from tests.test_docs import DOCS, blocks
 from tests.validate.scenes import compiled_scene, silent
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import TissueError
 from tissuec.forces import FORCES
 from tissuec.learn.fit.learning import learn

@@ -8,7 +8,7 @@ from scipy import sparse
 from tests.learn.test_motion import motion_of
 from tests.learn.trials import difference
 from tests.validate.scenes import compiled_scene
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.forces import acts_of
 from tissuec.forces.derivatives import ForceDerivatives, numbers_of
 from tissuec.forces.foundation import Bed

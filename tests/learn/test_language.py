@@ -12,8 +12,8 @@ from tissuec.core.units import FORCE, LENGTH, NUMBER, STIFFNESS, VELOCITY
 from tissuec.lang.printer import format_source
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.pipeline import compile_request
-from tissuec.scene.imports import StoredTexts, read_source
-from tissuec.scene.learn_entries import SENTENCES
+from tissuec.scene.learning.entries import SENTENCES
+from tissuec.scene.program.imports import StoredTexts, read_source
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 

@@ -16,7 +16,7 @@ from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.pipeline import compile_request
-from tissuec.scene.imports import read_source
+from tissuec.scene.program.imports import read_source
 from tissuec.scene.request import Request
 
 C, SPRINGS, LENGTH, MASS, G = 40.0, 4, 0.01, 1e-5, 9.81

@@ -10,9 +10,9 @@ from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER, show
 from tissuec.lang.words import RESERVED
 from tissuec.learn.vocabulary.model import WordsModel
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import load
 from tissuec.scene.model import Scene
+from tissuec.scene.program.imports import load
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.resolve import resolve
 from tissuec.script.fit_problem import WORDS, Adjust
 

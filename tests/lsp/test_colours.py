@@ -14,7 +14,7 @@ from tissuec.lsp.highlighting import grammar
 from tissuec.lsp.semantic_tokens import KINDS, tokens
 from tissuec.lsp.textmate import SCOPES
 from tissuec.lsp.vscode import contents
-from tissuec.scene.parts import parts
+from tissuec.scene.reading.parts import parts
 from tissuec.script.measures import MEASURES
 from tissuec.script.verbs import VERBS
 

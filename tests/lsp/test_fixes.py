@@ -11,7 +11,7 @@ from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
 from tissuec.lsp.fixes import fixes_at
 from tissuec.lsp.positions import Positions
-from tissuec.scene.imports import read_source
+from tissuec.scene.program.imports import read_source
 
 
 def is_plain(path):

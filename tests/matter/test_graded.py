@@ -8,7 +8,7 @@ from scipy.sparse.linalg import spsolve
 import tissuec
 from tests.matter.elastic import stiffness
 from tests.validate.scenes import validated
-from tissuec.compiler.graded_ranges import graded_ranges
+from tissuec.compiler.bodies.graded_ranges import graded_ranges
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import check_request, compile_request

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from tests.engine.running import EVERLASTING, Bench, block, tube
 from tests.hand_net import chain, make_net, span, start
 from tests.validate.scenes import compiled_scene
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics import newton
 from tissuec.mechanics.balance import Balance

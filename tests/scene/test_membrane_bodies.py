@@ -11,7 +11,7 @@ from tests.whole_runs import carried_out, same_on_threads
 from tissuec.analysis.bodies import properties_of
 from tissuec.cli import group
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.blocks import parts_of

@@ -8,7 +8,7 @@ import pytest
 from tests.every import every
 from tissuec.lang.unopened import begins_block
 from tissuec.lang.words import MEANINGS, RESERVED
-from tissuec.scene.parts import PARTS, blocks, forms_of, parts, sharing
+from tissuec.scene.reading.parts import PARTS, blocks, forms_of, parts, sharing
 
 ENTRIES = [
     (kind, name) for kind, block in sorted(blocks().items()) for name in block.entries("")
@@ -83,7 +83,7 @@ from tissuec.lsp.hover import hover
 from tissuec.lsp.semantic_tokens import tokens
 from tissuec.lsp.views import view_of
 from tissuec.pipeline import check_request
-from tissuec.scene.entries import entry_table
+from tissuec.scene.reading.entries import entry_table
 from tissuec.scene.request import Request
 
 def said(entry):

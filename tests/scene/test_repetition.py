@@ -9,8 +9,8 @@ from tissuec.core.errors import CompileError, as_dict
 from tissuec.core.source import Source
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
-from tissuec.scene.findings import Findings
-from tissuec.scene.repetition import repeated
+from tissuec.scene.program.repetition import repeated
+from tissuec.scene.reading.findings import Findings
 
 WOUND = """language 1
 tissue skin { spring constant = 40 N/m; viscosity = 0.02 N*s/m; mass = 10 mg }

@@ -7,7 +7,7 @@ import tissuec
 from tests.validate.scenes import compiled_scene
 from tissuec.core.source import Source
 from tissuec.lang.printer import format_source
-from tissuec.scene.spellings import respelled
+from tissuec.scene.reading.spellings import respelled
 
 SCENE = """language 1
 tissue gel {{ Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 2 ms }}

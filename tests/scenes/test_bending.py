@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from tests.engine.running import EVERLASTING
 from tests.hand_net import span
 from tests.validate.scenes import compiled_scene
-from tissuec.compiler.net_checks import floppy
+from tissuec.compiler.checks.nets import floppy
 from tissuec.engine.execution.recorder import wishes
 from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics import observables

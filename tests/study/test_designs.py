@@ -7,7 +7,7 @@ from scipy import stats
 from tests.study.scenes import SCENE, prepared
 from tissuec.cli.study import command
 from tissuec.core.errors import TissueError
-from tissuec.scene.study_entries import DESIGNS
+from tissuec.scene.study.entries import DESIGNS
 from tissuec.studies.designs import _DESIGNS, MOST_RUNS, points_of
 
 MEASURE = "measure pull = max(force of hand)"

@@ -9,8 +9,8 @@ from tests.study.scenes import WORDS
 from tissuec.compiler.recompiling import Recompiler
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import load
+from tissuec.scene.program.imports import load
+from tissuec.scene.reading.findings import Findings
 
 SCENE = """language 1
 use "fuzzy/soft_tissue"

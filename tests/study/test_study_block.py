@@ -5,7 +5,7 @@ import pytest
 from tests.study.scenes import SCENE, STUDY, prepared, request
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.pipeline import check_request
-from tissuec.scene.study_model import Distribution, Levels
+from tissuec.scene.study.model import Distribution, Levels
 from tissuec.studies.study import prepare
 
 MEASURE = "measure pull = max(force of hand)"

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from tissuec.analysis.element_constants import WallNodes, constants_of_elements
 from tissuec.analysis.vibration.modes import Modes, modes_of, out_of_balance
+from tissuec.compiler.bodies.drawn import Drawing
+from tissuec.compiler.bodies.solid_nets import SolidNet, acting_springs, steepness_as_drawn
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.drawn_bodies import Drawing
-from tissuec.compiler.initial_state import state_at_start
-from tissuec.compiler.solid_nets import SolidNet, acting_springs, steepness_as_drawn
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, TissueError, counted
 from tissuec.core.hints import alternatives

@@ -16,8 +16,8 @@ from tissuec.fuzzy.hedges import Shift, has_effect, hedged
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang.words import written_name
 from tissuec.scene.model import AssignedQuantity
-from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.vocabulary import RulesBlock, Vocabulary
+from tissuec.scene.tissues.quantities import QUANTITIES
+from tissuec.scene.words.vocabulary import RulesBlock, Vocabulary
 
 #: Weight of deviations on a linear scale, relative to its range.
 _LINEAR = 3.0

@@ -15,9 +15,9 @@ from tissuec.core.version import __version__
 from tissuec.model.network import Network
 from tissuec.pipeline import compile_request, read_words
 from tissuec.results.trajectory import Trajectory
-from tissuec.scene.imports import StoredTexts
+from tissuec.scene.program.imports import StoredTexts
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.request import Request
-from tissuec.scene.resolved import ResolvedProgram
 
 #: What makes a net the same one, but for its ``ends``.
 _ARRAYS = ("position", "mass", "stiffness", "damping", "rest", "strength", "crush")

@@ -48,7 +48,7 @@ def _counted(diagnostics: list[Diagnostic]) -> str:
 
 def _check(path: Path, given: SceneOptions) -> tuple[list[Diagnostic], str]:
     """Return the diagnostics of a file, and the size of its scene."""
-    from tissuec.compiler.net_checks import uncounted
+    from tissuec.compiler.checks.nets import uncounted
     from tissuec.pipeline import check_request
 
     try:

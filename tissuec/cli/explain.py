@@ -15,7 +15,7 @@ from tissuec.core.report import Part, Report
 
 if TYPE_CHECKING:
     from tissuec.scene.model import Tissue
-    from tissuec.scene.resolved import ResolvedProgram
+    from tissuec.scene.program.resolved import ResolvedProgram
 
 CODE = re.compile(r"(TIS|W)\d+", re.IGNORECASE)
 
@@ -57,10 +57,10 @@ def command(
     """
     if CODE.fullmatch(subject):
         return _code_report(subject.upper())
-    from tissuec.compiler.graded_ranges import graded_ranges
+    from tissuec.compiler.bodies.graded_ranges import graded_ranges
     from tissuec.compiler.provenance import as_dict
     from tissuec.pipeline import compile_request, read_words
-    from tissuec.scene.graded import mentions_graded
+    from tissuec.scene.reading.graded import mentions_graded
     from tissuec.view.summaries.origins import graded_sections, origins_of
 
     request = given.request(Path(subject))

@@ -73,8 +73,8 @@ def _difference(path: Path, old: str, new: str) -> str:
 def _formatted(path: Path) -> tuple[str, str]:
     from tissuec.lang.characters import normalise
     from tissuec.lang.printer import format_source
-    from tissuec.scene.imports import read_source
-    from tissuec.scene.spellings import respelled
+    from tissuec.scene.program.imports import read_source
+    from tissuec.scene.reading.spellings import respelled
 
     source = (
         normalise(sys.stdin.buffer.read(), "stdin") if str(path) == STDIN else read_source(path)

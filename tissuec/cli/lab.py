@@ -141,7 +141,7 @@ def _write_page(found: "list[Examination]", page: Path, title: str) -> Path:
 def _files(file: str, libraries: tuple[Path, ...]) -> list[Path]:
     """Return the selected files: one, or all in a folder, which can be in a library."""
     from tissuec.core.resources import library
-    from tissuec.scene.library import find_tissues
+    from tissuec.scene.program.library import find_tissues
 
     folders = (Path(file), *(folder / file for folder in (*libraries, library())))
     folder = next((one for one in folders if one.is_dir()), None)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from tissuec.core.source import Source
     from tissuec.learn.fit.expectations import DemandVerdict
     from tissuec.learn.fit.outcome import Learnt
-    from tissuec.scene.learn_model import VocabularyFit
+    from tissuec.scene.learning.model import VocabularyFit
     from tissuec.scene.request import Request
     from tissuec.script.fit_problem import FitProblem
     from tissuec.workers.workers import Workers
@@ -184,7 +184,7 @@ class _Task(Struct, frozen=True):
     def report(self) -> Report:
         """Fit the block, or check its derivatives."""
         from tissuec.learn.fit.learning import Unlearnable
-        from tissuec.scene.learn_model import VocabularyFit
+        from tissuec.scene.learning.model import VocabularyFit
 
         try:
             if isinstance(self.block, VocabularyFit):

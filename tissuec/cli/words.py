@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from tissuec.scene.model import AssignedQuantity, Tissue
     from tissuec.scene.request import Request
     from tissuec.scene.resolve import ResolvedProgram
-    from tissuec.scene.vocabulary import Vocabulary
-    from tissuec.scene.words import NamedScale
+    from tissuec.scene.words.phrases import NamedScale
+    from tissuec.scene.words.vocabulary import Vocabulary
 
 NAME = "proposed tissue"  # of a tissue that is made of numbers
 DEFAULT, OF_MATTER = "fuzzy/soft_tissue", "fuzzy/soft_matter"
@@ -74,7 +74,7 @@ def command(
     tissuec words my_words.tis --explore --open
     """
     from tissuec.pipeline import read_words
-    from tissuec.scene.library import find_words
+    from tissuec.scene.program.library import find_words
     from tissuec.scene.request import Request
 
     if not explore and (output is not None or opens):

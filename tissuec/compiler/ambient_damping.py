@@ -7,8 +7,8 @@ from msgspec.structs import replace
 
 from tissuec.meshes.stiffness_sharing import grid_areas, node_areas
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.findings import Findings
 from tissuec.scene.model import Environment
+from tissuec.scene.reading.findings import Findings
 
 
 def with_drag(network: Network, environment: Environment, findings: Findings) -> Network:

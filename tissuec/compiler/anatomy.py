@@ -4,8 +4,8 @@ from math import pi
 
 import numpy as np
 
+from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.core.names import key_of
 from tissuec.forces.volume import Enclosure
 from tissuec.geometry.tetrahedra import filling_tetrahedra

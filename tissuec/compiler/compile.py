@@ -15,27 +15,27 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.ambient_damping import with_drag
-from tissuec.compiler.bodies import BodyArrays, build_body
-from tissuec.compiler.conditions import Conditions
-from tissuec.compiler.contact import contact_of, with_tools
-from tissuec.compiler.cutting_resistance import joined_resistance
-from tissuec.compiler.drawn_bodies import Drawing, draw
-from tissuec.compiler.element_bodies import element_blocks, marks_of
-from tissuec.compiler.element_limits import ElementMarks, skin_marks
+from tissuec.compiler.bodies.arrays import BodyArrays, build_body
+from tissuec.compiler.bodies.drawn import Drawing, draw
+from tissuec.compiler.bodies.joints import JointArrays, build_joints
+from tissuec.compiler.bodies.threads import idle_knots, renumbered
+from tissuec.compiler.contact.build import contact_of, with_tools
+from tissuec.compiler.elements.bodies import element_blocks, marks_of
+from tissuec.compiler.elements.limits import ElementMarks, skin_marks
 from tissuec.compiler.expectations import split_expectations
-from tissuec.compiler.holds import check_holds
-from tissuec.compiler.inflations import check_inflations
-from tissuec.compiler.internal_variables import (
+from tissuec.compiler.materials.cutting_resistance import joined_resistance
+from tissuec.compiler.materials.internal_variables import (
     inelastic_of,
     with_element_memory,
     with_memory,
 )
-from tissuec.compiler.joints import JointArrays, build_joints
-from tissuec.compiler.outputs import OutputReader
-from tissuec.compiler.script import Script, ScriptReader
+from tissuec.compiler.measures.conditions import Conditions
+from tissuec.compiler.output.block import OutputReader
+from tissuec.compiler.script.holds import check_holds
+from tissuec.compiler.script.inflations import check_inflations
+from tissuec.compiler.script.plan import Script, ScriptReader
+from tissuec.compiler.script.statics import refuse_intervals, refuse_method
 from tissuec.compiler.sets import Groups, PlacedBody
-from tissuec.compiler.statics import refuse_intervals, refuse_method
-from tissuec.compiler.threads import idle_knots, renumbered
 from tissuec.core.arrays import behind_one_another, uniform
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
@@ -59,9 +59,9 @@ from tissuec.model.network import (
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
-from tissuec.scene.findings import Findings
-from tissuec.scene.learn_model import VocabularyFit
+from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.model import Scene
+from tissuec.scene.reading.findings import Findings
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import Expectation, Plan, ScheduledAction, Simulation
 from tissuec.script.verbs import Demanding, Group, may_break
@@ -186,7 +186,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     fit_problems: tuple[FitProblem, ...] = ()
     vocabulary_fits: tuple[VocabularyFit, ...] = ()
     if scene.fit_problems or scene.vocabulary_fits or of_learning:
-        from tissuec.compiler.fit_problems import (
+        from tissuec.compiler.learning.problems import (
             compile_learn_blocks,  # where something is learnt
         )
 
@@ -514,7 +514,7 @@ def _plan(
         breakable=_can_break(network, script),
     )
     if outputs.asked and is_whole and not findings.errors:
-        from tissuec.compiler.frame_fields import check_fields  # where any are asked for
+        from tissuec.compiler.output.frame_fields import check_fields  # where any are asked for
 
         kinds = {force.kind for force in scene.forces.values()}
         check_fields(outputs.asked, network, plan, kinds, findings)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tissuec.lang import syntax as s
-from tissuec.scene.learning_errors import errors_in
+from tissuec.scene.learning.errors import errors_in
 
 
 def split_expectations(

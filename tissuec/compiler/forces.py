@@ -7,9 +7,9 @@ from tissuec.compiler.sets import Groups
 from tissuec.forces import Acted
 from tissuec.model.blocks import FieldBlock, name_of_force
 from tissuec.model.network import Network
-from tissuec.scene import schema
-from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
+from tissuec.scene.reading import schema
+from tissuec.scene.reading.findings import Findings
 
 
 def force_blocks(

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.profile_tables import table_texts
+from tissuec.compiler.script.profile_tables import table_texts
 from tissuec.core.data import as_data
 from tissuec.engine.integrators.procedures import stated
 from tissuec.scene.force_numbers import numbers_of

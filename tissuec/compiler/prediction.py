@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import counted
 from tissuec.engine.execution.recorder import wishes
 from tissuec.engine.integrators import INTEGRATORS

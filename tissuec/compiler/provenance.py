@@ -10,12 +10,12 @@ from tissuec.core.data import as_data
 from tissuec.core.units import LENGTH, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
-from tissuec.scene.evidence import KNOWN, UNVERIFIED
 from tissuec.scene.force_numbers import ForceNumbers, numbers_of
-from tissuec.scene.known_curves import KnownCurve
 from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
-from tissuec.scene.quantities import QUANTITIES, STIFFENING, Spread, rivals
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.tissues.evidence import KNOWN, UNVERIFIED
+from tissuec.scene.tissues.known_curves import KnownCurve
+from tissuec.scene.tissues.quantities import QUANTITIES, STIFFENING, Spread, rivals
 
 SET = "set on the command line"
 

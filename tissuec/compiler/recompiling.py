@@ -8,10 +8,10 @@ from msgspec import Struct
 from tissuec.compiler.compile import Bodies, Compiled, build_bodies, compile_scene
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
-from tissuec.scene.declarations import Declarations, collect
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program
 from tissuec.scene.model import Scene
+from tissuec.scene.program.declarations import Declarations, collect
+from tissuec.scene.program.imports import Program
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.resolve import resolve
 
 #: Kinds of declarations that no body is made of; of numbers, the values count.

@@ -12,8 +12,8 @@ from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.expressions import Scope, Truth
-from tissuec.scene.values import Value
+from tissuec.scene.reading.expressions import Scope, Truth
+from tissuec.scene.reading.values import Value
 
 Mask: TypeAlias = NDArray[np.bool_]
 

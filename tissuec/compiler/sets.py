@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.compiler.drawn_bodies import Drawing, points_of
+from tissuec.compiler.bodies.drawn import Drawing, points_of
 from tissuec.compiler.selections import extents
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
@@ -17,10 +17,10 @@ from tissuec.lang.walk import names_in
 from tissuec.lang.words import written_name
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import NamedGroup
-from tissuec.scene.declarations import Declarations, Declared
-from tissuec.scene.dependency_order import Definitions
-from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Findings
+from tissuec.scene.program.declarations import Declarations, Declared
+from tissuec.scene.program.dependency_order import Definitions
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.findings import Findings
 from tissuec.script.verbs import VERBS, Group
 
 #: What a set can be chosen from.

@@ -13,9 +13,9 @@ from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
-from tissuec.scene.clauses import read_sentence
-from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Scene
+from tissuec.scene.reading.clauses import read_sentence
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.settings import PLANE_FORM, SYMMETRIC
 from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs.blade import Blade

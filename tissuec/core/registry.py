@@ -58,9 +58,10 @@ class Family(Mapping[str, T], Generic[T]):
     def _fill(self) -> None:
         self._begun = True
         try:
-            for module in pkgutil.iter_modules(import_module(self.package).__path__):
+            path, prefix = import_module(self.package).__path__, f"{self.package}."
+            for module in pkgutil.walk_packages(path, prefix):
                 if not module.name.endswith("_kernel"):
-                    import_module(f"{self.package}.{module.name}")
+                    import_module(module.name)
             plugins.load(self.kind)
             self._complete = True
         finally:

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.lsp.terms import BlockKind
-from tissuec.scene.parts import entries_in, parts
-from tissuec.scene.repetition import REPEAT
+from tissuec.scene.program.repetition import REPEAT
+from tissuec.scene.reading.parts import entries_in, parts
 
 
 def block_of(statement: Statement) -> BlockKind:

@@ -32,7 +32,7 @@ from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.terms import Term
 from tissuec.lsp.views import View
 from tissuec.lsp.written import left_out_of
-from tissuec.scene.parts import PARTS
+from tissuec.scene.reading.parts import PARTS
 
 
 def complete(view: View, offset: int) -> list[Proposal]:

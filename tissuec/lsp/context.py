@@ -11,8 +11,8 @@ from tissuec.lsp.forms import forms_of, texts_of
 from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
-from tissuec.scene.evidence import KNOWN
-from tissuec.scene.graded import GRADABLE
+from tissuec.scene.reading.graded import GRADABLE
+from tissuec.scene.tissues.evidence import KNOWN
 
 
 def named_with(prefix: Prefix) -> Expected:

@@ -15,7 +15,7 @@ from tissuec.lang.known_statements import KnownStatements
 from tissuec.lang.parser import WrongNumbers, parse_tree, readable_part
 from tissuec.lang.tree import Tree
 from tissuec.lang.tree_builder import tree_of
-from tissuec.scene.imports import Files, read_source
+from tissuec.scene.program.imports import Files, read_source
 
 MOST_KEPT, MOST_NETS = 128, 4096
 

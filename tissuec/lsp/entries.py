@@ -3,19 +3,19 @@
 from collections.abc import Iterable
 from functools import cache
 
-from tissuec.compiler.conditions import COUNT
+from tissuec.compiler.measures.conditions import COUNT
 from tissuec.core.markdown import described
 from tissuec.lang.words import RESERVED
 from tissuec.lsp.terms import CHOICE, ENTRY, IN_QUOTES, MEASURE, BlockKind, Term, Terms
 from tissuec.lsp.vocabulary import logged, measures, parts
-from tissuec.scene.entries import (
+from tissuec.scene.reading.entries import (
     Entry,
     default_in_words,
     entries_of_members,
     kind_in_words,
     sentence,
 )
-from tissuec.scene.parts import entries_in
+from tissuec.scene.reading.parts import entries_in
 from tissuec.script.measures import MEASURES
 
 

@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from tissuec.compiler.fit_targets import RESULTS
+from tissuec.compiler.learning.targets import RESULTS
 from tissuec.lang.tokens import STRING
 from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.proposal import Proposal
 from tissuec.lsp.views import View
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.formats.conversion import IMAGES
-from tissuec.scene.library import SUFFIX, Library, files_of
+from tissuec.scene.program.library import SUFFIX, Library, files_of
 
 #: As many files are looked at beside a scene.
 MOST_FILES = 1000

@@ -9,15 +9,15 @@ from typing import Any, NoReturn
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.coarse_bodies import coarse
+from tissuec.compiler.checks.coarse_bodies import coarse
+from tissuec.compiler.checks.nets import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.net_checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lsp.documents import Memory, OpenDocuments
 from tissuec.mechanics.state import State
 from tissuec.model.topology import FloppyModes, floppy_modes
 from tissuec.pipeline import check_request, ignored
-from tissuec.scene.findings import Findings
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 
 

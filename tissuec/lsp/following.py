@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
-from tissuec.scene.repetition import REPEAT
-from tissuec.scene.study_entries import AGGREGATES
+from tissuec.scene.program.repetition import REPEAT
+from tissuec.scene.study.entries import AGGREGATES
 from tissuec.script.measures import MEASURES
 
 _LOGIC = ("and", "or", "not", "is", "between", "within", "of")

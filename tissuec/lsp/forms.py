@@ -9,8 +9,8 @@ from tissuec.lang.words import RESERVED
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.expected import Expected, number
 from tissuec.lsp.terms import CHOICE, Term, Terms, by_label, plain
-from tissuec.scene.parts import PARTS, blocks, entries_in
-from tissuec.scene.parts import forms_of as part_forms
+from tissuec.scene.reading.parts import PARTS, blocks, entries_in
+from tissuec.scene.reading.parts import forms_of as part_forms
 from tissuec.script import forms as script_forms
 from tissuec.script.fit_problem import WEIGHTS, WORDS
 from tissuec.script.forms import VerbForm

@@ -33,8 +33,8 @@ from tissuec.lsp.textmate import (
     listed,
     rule,
 )  # fmt: skip
-from tissuec.scene.parts import parts
-from tissuec.scene.repetition import REPEAT
+from tissuec.scene.program.repetition import REPEAT
+from tissuec.scene.reading.parts import parts
 
 #: Where a line, or a statement, ends; and where one with a block does.
 _END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"

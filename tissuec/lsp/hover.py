@@ -18,7 +18,7 @@ from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.views import View
 from tissuec.scene.model import Tissue
-from tissuec.scene.parts import PARTS
+from tissuec.scene.reading.parts import PARTS
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled

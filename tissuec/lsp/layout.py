@@ -3,7 +3,7 @@
 from tissuec.core.errors import CompileError
 from tissuec.lang.characters import normalise
 from tissuec.lang.printer import format_source
-from tissuec.scene.spellings import respelled
+from tissuec.scene.reading.spellings import respelled
 
 
 def formatted(raw: str) -> str | None:

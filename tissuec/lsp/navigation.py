@@ -16,9 +16,9 @@ from tissuec.lang.words import written_name
 from tissuec.lsp.expected import NUMBERS, ONE_NAMESPACE, SUBJECTS
 from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.views import View, view_of
-from tissuec.scene.imports import Program
-from tissuec.scene.library import SUFFIX, Library
-from tissuec.scene.parts import parts as text_parts
+from tissuec.scene.program.imports import Program
+from tissuec.scene.program.library import SUFFIX, Library
+from tissuec.scene.reading.parts import parts as text_parts
 
 
 class Place(Struct, frozen=True):

@@ -20,7 +20,7 @@ from tissuec.lsp.following import following
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import ENTRY, BlockKind, Term, plain
-from tissuec.scene.repetition import REPEAT
+from tissuec.scene.program.repetition import REPEAT
 from tissuec.script.verbs import VERBS
 
 

@@ -23,7 +23,7 @@ from tissuec.lsp.findings import Checked, check
 from tissuec.lsp.fixes import QuickFix
 from tissuec.lsp.positions import Positions
 from tissuec.lsp.views import View, view_of
-from tissuec.scene.findings import Findings
+from tissuec.scene.reading.findings import Findings
 
 #: Seconds without a keystroke before a text is checked, and then looked at more closely.
 PAUSE, LONG_PAUSE = 0.05, 0.5

@@ -10,7 +10,7 @@ from tissuec.lsp.forms import texts_of
 from tissuec.lsp.phrases import prefix_at
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.views import View
-from tissuec.scene.parts import PARTS
+from tissuec.scene.reading.parts import PARTS
 
 #: Placeholders in a form: "SET", "…", "(x, y, z)", a file in quotes.
 _PLACEHOLDER = re.compile(r"\b[A-Z]+\b|…|\"[^\"]*\"|\(x, y, z\)")

@@ -5,8 +5,8 @@ from functools import cache
 
 from msgspec.structs import replace
 
-from tissuec.compiler.study_expectations import OVER_RUNS
-from tissuec.compiler.study_measures import EVENTS
+from tissuec.compiler.study.expectations import OVER_RUNS
+from tissuec.compiler.study.measures import EVENTS
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
 from tissuec.lsp.entries import entries
@@ -15,10 +15,10 @@ from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
-from tissuec.scene.graded import GRADED_ENTRIES
-from tissuec.scene.parts import blocks, entries_in, settable
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.graded import GRADED_ENTRIES
+from tissuec.scene.reading.parts import blocks, entries_in, settable
+from tissuec.scene.study.entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
 
 #: Blocks inside of others whose entries can vary as if they were of those.

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.scene.declarations import Declarations, Declared, without
+from tissuec.scene.program.declarations import Declarations, Declared, without
 from tissuec.script.tools import TOOLS, grasping
 
 

@@ -17,12 +17,12 @@ from tissuec.lsp.expected import ONE_NAMESPACE
 from tissuec.lsp.phrases import Phrase, phrases
 from tissuec.lsp.symbols import Symbol, symbols_of
 from tissuec.lsp.terms import BlockKind
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
+from tissuec.scene.program.imports import Program, load
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.resolve import resolve_words
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.words import NamedScale
+from tissuec.scene.words.phrases import NamedScale
 
 
 class View(Struct, frozen=True, eq=False, dict=True):

@@ -4,8 +4,8 @@ from functools import cache
 
 from msgspec.structs import replace
 
-from tissuec.compiler.learn_expectations import ALL, HELD_OUT
-from tissuec.compiler.profiles import PROFILES
+from tissuec.compiler.learning.expectations import ALL, HELD_OUT
+from tissuec.compiler.script.profiles import PROFILES
 from tissuec.compiler.selections import CRITERIA
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
@@ -26,22 +26,22 @@ from tissuec.lsp.terms import (
     by_label,
     plain,
 )
-from tissuec.scene.entries import entries_of
-from tissuec.scene.expressions import FUNCTIONS
-from tissuec.scene.known_curves import MODES, RELAXATION, STRESS
-from tissuec.scene.laws import FORMS
-from tissuec.scene.learn_entries import (
+from tissuec.scene.learning.entries import (
     ADJUSTED,
     DIMENSIONS,
     DIVIDED,
 )
-from tissuec.scene.learning_errors import ERROR
-from tissuec.scene.parameters import CONSTANTS
-from tissuec.scene.parts import forms_of as part_forms
-from tissuec.scene.parts import parts as text_parts
-from tissuec.scene.quantities import KNOWABLE, QUANTITIES
-from tissuec.scene.scales import SHAPES
-from tissuec.scene.words import DIRECTIONS
+from tissuec.scene.learning.errors import ERROR
+from tissuec.scene.program.parameters import CONSTANTS
+from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.expressions import FUNCTIONS
+from tissuec.scene.reading.parts import forms_of as part_forms
+from tissuec.scene.reading.parts import parts as text_parts
+from tissuec.scene.tissues.known_curves import MODES, RELAXATION, STRESS
+from tissuec.scene.tissues.laws import FORMS
+from tissuec.scene.tissues.quantities import KNOWABLE, QUANTITIES
+from tissuec.scene.words.phrases import DIRECTIONS
+from tissuec.scene.words.scales import SHAPES
 from tissuec.script.fit_problem import POSITIONS, WEIGHTS, WORDS
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES

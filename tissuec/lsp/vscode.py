@@ -6,7 +6,7 @@ from typing import Any
 from tissuec import __version__
 from tissuec.lsp.highlighting import grammar
 from tissuec.lsp.textmate import SCOPE, SCOPES
-from tissuec.scene.library import SUFFIX
+from tissuec.scene.program.library import SUFFIX
 
 _GRAMMAR = "syntaxes/tissuec.tmLanguage.json"
 _CONFIGURATION = "language-configuration.json"

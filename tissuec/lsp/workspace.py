@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.core.errors import CompileError
 from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.navigation import Outlined, outline
-from tissuec.scene.library import LARGEST_FILE, SUFFIX
+from tissuec.scene.program.library import LARGEST_FILE, SUFFIX
 
 #: As many files of a folder are looked at, and as many names are returned.
 MOST_FILES, MOST_NAMES = 2000, 1000

@@ -11,10 +11,10 @@ from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.terms import BlockKind
 from tissuec.lsp.views import View
 from tissuec.lsp.vocabulary import numbers_of_forces
-from tissuec.scene.entries import entries_of
-from tissuec.scene.laws import BY_ENTRY, LawKind
-from tissuec.scene.learn_entries import ADJUSTED
-from tissuec.scene.parts import entries_in, parts
+from tissuec.scene.learning.entries import ADJUSTED
+from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.parts import entries_in, parts
+from tissuec.scene.tissues.laws import BY_ENTRY, LawKind
 
 
 def left_out_of(view: View, phrase: Phrase) -> Collection[str]:

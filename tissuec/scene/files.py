@@ -10,8 +10,8 @@ from tissuec.core.source import Span
 from tissuec.core.units import UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.meshes.formats.conversion import way_of_folder
-from tissuec.scene.expressions import Scope
-from tissuec.scene.library import LINK, LINKED, Library
+from tissuec.scene.program.library import LINK, LINKED, Library
+from tissuec.scene.reading.expressions import Scope
 
 
 def read_file(kind: FileIn, item: s.Sentence, scope: Scope, *, example: str) -> LocatedFile:

@@ -7,8 +7,8 @@ from msgspec import Struct, convert
 
 from tissuec.core.data import as_data
 from tissuec.core.units import Dimension, show
-from tissuec.scene import schema
 from tissuec.scene.model import WrittenForce
+from tissuec.scene.reading import schema
 
 WRITTEN, DEFAULT = "written", "default"
 

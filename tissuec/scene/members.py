@@ -6,13 +6,13 @@ from types import MappingProxyType
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.forces import FORCES
 from tissuec.lang import syntax as s
-from tissuec.scene import schema
-from tissuec.scene.declarations import Declarations, Declared
-from tissuec.scene.entries import written
-from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool, WrittenForce
-from tissuec.scene.parts import SCENE, block_of, declare
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.program.declarations import Declarations, Declared
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading import schema
+from tissuec.scene.reading.entries import written
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.parts import SCENE, block_of, declare
 from tissuec.script.tools import TOOLS
 from tissuec.script.tools.usual_names import KINDS_OF
 

@@ -16,19 +16,19 @@ from tissuec.laws.stiffening import Stiffening
 from tissuec.meshes.generators import Generator
 from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
-from tissuec.scene.declarations import Declarations
-from tissuec.scene.known_curves import KnownCurve
-from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
-from tissuec.scene.metadata import Metadata
-from tissuec.scene.parameters import Constants
-from tissuec.scene.quantities import LEFT_OUT, STIFFENING, Spread, TissueQuantity
-from tissuec.scene.study_model import Study
-from tissuec.scene.vocabulary import Vocabulary
+from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
+from tissuec.scene.program.declarations import Declarations
+from tissuec.scene.program.metadata import Metadata
+from tissuec.scene.program.parameters import Constants
+from tissuec.scene.study.model import Study
+from tissuec.scene.tissues.known_curves import KnownCurve
+from tissuec.scene.tissues.quantities import LEFT_OUT, STIFFENING, Spread, TissueQuantity
+from tissuec.scene.words.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
 from tissuec.script.tools import Shape, ToolKind, grasping
 
 if TYPE_CHECKING:
-    from tissuec.scene.fibres import Direction
+    from tissuec.scene.bodies.fibres import Direction
 
 #: Limits by which springs and elements break; empty if they do not.
 Rupture = Literal["", "allowed", "by toughness"]

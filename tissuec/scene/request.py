@@ -6,7 +6,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from tissuec.core.source import Source
-from tissuec.scene.imports import DISK, Files, read_source
+from tissuec.scene.program.imports import DISK, Files, read_source
 
 
 class Request(Struct, frozen=True):

@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.scene.declarations import LIKE, Declarations, collect
-from tissuec.scene.entry_overrides import read_overrides
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program, whole
-from tissuec.scene.laws import read_laws
-from tissuec.scene.learn_model import VocabularyFit, WrittenFitProblem
-from tissuec.scene.learning import read_learn_blocks
-from tissuec.scene.likeness import read_each_like
+from tissuec.scene.bodies.likeness import read_each_like
+from tissuec.scene.bodies.tables import check_table
+from tissuec.scene.learning.block import read_learn_blocks
+from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.members import read_force
 from tissuec.scene.model import Environment, Scene
-from tissuec.scene.parameters import Constants
-from tissuec.scene.parts import parts
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.overrides.entries import read_overrides
+from tissuec.scene.program.declarations import LIKE, Declarations, collect
+from tissuec.scene.program.imports import Program, whole
+from tissuec.scene.program.parameters import Constants
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.parts import parts
 from tissuec.scene.settings import read_environment, read_simulation
-from tissuec.scene.study_block import read_studies
-from tissuec.scene.tables import check_table
-from tissuec.scene.tissues import read_tissues
-from tissuec.scene.vocabulary import read_vocabulary
+from tissuec.scene.study.block import read_studies
+from tissuec.scene.tissues.block import read_tissues
+from tissuec.scene.tissues.laws import read_laws
+from tissuec.scene.words.vocabulary import read_vocabulary
 from tissuec.script.plan import AUTOMATIC, Simulation
 
 

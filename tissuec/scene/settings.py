@@ -17,14 +17,14 @@ from tissuec.engine.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
 from tissuec.lang.version import last_line
 from tissuec.model.network import Floats
-from tissuec.scene import schema
-from tissuec.scene.declarations import Declarations
-from tissuec.scene.entries import Entry, entries_of, with_choices, written
-from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import whole
 from tissuec.scene.model import ContactLaw, Environment
-from tissuec.scene.parts import block, declare
+from tissuec.scene.program.declarations import Declarations
+from tissuec.scene.program.imports import whole
+from tissuec.scene.reading import schema
+from tissuec.scene.reading.entries import Entry, entries_of, with_choices, written
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.parts import block, declare
 from tissuec.script.plan import (
     AUTOMATIC,
     DEFAULT_TOLERANCE,

@@ -7,10 +7,10 @@ from msgspec.structs import replace
 from tissuec.core.errors import TissueError
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
-from tissuec.scene.declarations import Declarations, collect
-from tissuec.scene.entry_overrides import read_override, written_place
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import load
+from tissuec.scene.overrides.entries import read_override, written_place
+from tissuec.scene.program.declarations import Declarations, collect
+from tissuec.scene.program.imports import load
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.quantities import ObservedExpression
+from tissuec.compiler.measures.quantities import ObservedExpression
 from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.processors import permitted
@@ -20,7 +20,7 @@ from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.checkpoint import scene_digest
 from tissuec.results.layout import reserved
 from tissuec.results.recording import Event
-from tissuec.scene.overrides import Given
+from tissuec.scene.overrides.texts import Given
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs import VERBS

@@ -10,18 +10,18 @@ from contextlib import contextmanager
 from typing import cast
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.conditions import Condition, Conditions
-from tissuec.compiler.holds import check_holds
-from tissuec.compiler.quantities import ObservedExpression, QuantityReader
-from tissuec.compiler.script import ScriptReader
-from tissuec.compiler.sentences import SentenceOrder
+from tissuec.compiler.measures.conditions import Condition, Conditions
+from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
+from tissuec.compiler.script.holds import check_holds
+from tissuec.compiler.script.plan import ScriptReader
+from tissuec.compiler.script.sentences import SentenceOrder
 from tissuec.core import arguments
 from tissuec.core.errors import TissueWarning
 from tissuec.core.source import Source
 from tissuec.core.units import NUMBER, TIME, Dimension, written_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.scene.overrides import Given, without_unit
+from tissuec.scene.overrides.texts import Given, without_unit
 from tissuec.script.forms import forms_of
 from tissuec.script.parts import ProfileClause
 from tissuec.script.plan import ScheduledAction

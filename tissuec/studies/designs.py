@@ -12,9 +12,9 @@ import numpy as np
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.model.network import Floats
-from tissuec.scene.study_entries import GRID, INDICES, LATIN, LIST, ONE_AT_A_TIME, SOBOL
-from tissuec.scene.study_factors import rounded
-from tissuec.scene.study_model import Cell, Distribution, Factor, Levels, Study, called
+from tissuec.scene.study.entries import GRID, INDICES, LATIN, LIST, ONE_AT_A_TIME, SOBOL
+from tissuec.scene.study.factors import rounded
+from tissuec.scene.study.model import Cell, Distribution, Factor, Levels, Study, called
 
 MOST_RUNS = 10_000_000
 

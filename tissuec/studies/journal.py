@@ -14,7 +14,7 @@ from tissuec.core.errors import counted
 from tissuec.core.files import OutputFile, final_place
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
-from tissuec.scene.study_model import called
+from tissuec.scene.study.model import called
 from tissuec.studies.rows import DIED, Row, StudyHead
 from tissuec.studies.table import rows_of
 from tissuec.studies.table_files import is_table

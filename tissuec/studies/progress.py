@@ -3,7 +3,7 @@
 import time as clock
 
 from tissuec.core.progress import ProgressLine, minutes
-from tissuec.scene.study_model import called
+from tissuec.scene.study.model import called
 
 
 class StudyProgress(ProgressLine):

@@ -17,7 +17,7 @@ from tissuec.core.report import (
     Report,
 )
 from tissuec.results import wording
-from tissuec.scene.study_model import called
+from tissuec.scene.study.model import called
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.study import RUNS, PreparedStudy, StudyResult
 from tissuec.studies.summary import doubtful, doubts_in_words

@@ -2,7 +2,7 @@
 
 from msgspec import Struct
 
-from tissuec.scene.study_model import Cell
+from tissuec.scene.study.model import Cell
 
 #: What the outcome of a run can be: it came to its end, or its script ended it; the motion
 #: could not be computed; the text was wrong; or its worker process died.

@@ -14,8 +14,8 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests, sources_of
-from tissuec.compiler.study_expectations import Verdict, judge
-from tissuec.compiler.study_measures import compile_measures
+from tissuec.compiler.study.expectations import Verdict, judge
+from tissuec.compiler.study.measures import compile_measures
 from tissuec.core import arguments
 from tissuec.core.errors import Diagnostic, TissueError
 from tissuec.core.hints import alternatives
@@ -26,13 +26,13 @@ from tissuec.lang import syntax as s
 from tissuec.pipeline import compile_program
 from tissuec.results.errors import PlaceError
 from tissuec.results.places import make_folder
-from tissuec.scene.declarations import without
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program, load
+from tissuec.scene.program.declarations import without
+from tissuec.scene.program.imports import Program, load
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
-from tissuec.scene.study_entries import INDICES, RESULTS
-from tissuec.scene.study_levels import alone, check_rows
-from tissuec.scene.study_model import UNNAMED, Cell, Factor, Study
+from tissuec.scene.study.entries import INDICES, RESULTS
+from tissuec.scene.study.levels import alone, check_rows
+from tissuec.scene.study.model import UNNAMED, Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal, rows_in_hdf5
 from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead

@@ -12,7 +12,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.study_model import Cell
+from tissuec.scene.study.model import Cell
 from tissuec.studies.rows import (
     DONE,
     ENDED,

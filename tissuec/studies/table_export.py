@@ -8,7 +8,7 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
-from tissuec.scene.study_model import Cell
+from tissuec.scene.study.model import Cell
 from tissuec.studies.rows import title
 from tissuec.studies.table import Column, MeasureCurve, StudyTable
 

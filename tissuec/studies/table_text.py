@@ -19,7 +19,7 @@ import msgspec
 
 from tissuec.core.files import write_file
 from tissuec.results.errors import ResultError
-from tissuec.scene.study_model import Cell
+from tissuec.scene.study.model import Cell
 from tissuec.studies.rows import MeasureHead, Row, StudyHead, title
 from tissuec.studies.table import StudyTable, rows_of
 

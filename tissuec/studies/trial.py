@@ -14,15 +14,15 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.recompiling import Recompiler
-from tissuec.compiler.study_measures import StudyMeasure, compile_measures, observing
+from tissuec.compiler.study.measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats
 from tissuec.results.doubts import kinds
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program
+from tissuec.scene.program.imports import Program
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
-from tissuec.scene.study_model import Cell, WrittenMeasure
+from tissuec.scene.study.model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
 from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 from tissuec.workers.workers import CommonCache

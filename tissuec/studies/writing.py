@@ -10,8 +10,8 @@ from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name
-from tissuec.scene.declarations import without
-from tissuec.scene.imports import Program
+from tissuec.scene.program.declarations import without
+from tissuec.scene.program.imports import Program
 
 SOURCE = "options"
 _REPEATED = ("vary", "measure")

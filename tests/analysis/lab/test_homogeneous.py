@@ -11,7 +11,7 @@ from tissuec.analysis.lab import homogeneous, indentation, laboratory, relaxatio
 from tissuec.analysis.lab.bench import Unmeasured
 from tissuec.analysis.lab.closed_form import LawCurve
 from tissuec.analysis.lab.rows import curve_rows
-from tissuec.scene.known_curves import (
+from tissuec.scene.tissues.known_curves import (
     ACROSS,
     COMPRESSION,
     EQUIBIAXIAL,

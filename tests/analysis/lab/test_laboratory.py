@@ -18,7 +18,7 @@ from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.core.source import Source
 from tissuec.pipeline import read_words
-from tissuec.scene.library import find_tissues
+from tissuec.scene.program.library import find_tissues
 from tissuec.scene.request import Request
 
 YOUNG, DENSITY, TIME, STRAIN = 5500.0, 1060.0, 2e-3, 0.45

@@ -13,7 +13,7 @@ from tissuec.core.resources import library
 from tissuec.core.units import DIMENSION_NAMES, show, si_unit
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.fuzzy.operators import CHOICES
-from tissuec.scene.conclusions import why
+from tissuec.scene.tissues.conclusions import why
 
 SEEDS = range(60)
 CASES = 40

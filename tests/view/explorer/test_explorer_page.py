@@ -20,7 +20,7 @@ from tissuec.fuzzy.hedges import hedged
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
-from tissuec.scene.words import reading
+from tissuec.scene.words.phrases import reading
 from tissuec.view.explorer.page import document, render
 
 SHIPPED = [

@@ -16,9 +16,9 @@ from tissuec.core.source import Source
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.pipeline import read_words
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.request import Request
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.words import reading
+from tissuec.scene.words.phrases import reading
 from tissuec.view.explorer.tables import tables
 
 TRIES = 200

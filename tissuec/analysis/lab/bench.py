@@ -20,16 +20,16 @@ from tissuec.model.inelastic import LIMIT, TIMES
 from tissuec.model.network import Floats, Network
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.scene.library import belongs_to_scenes
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import (
+from tissuec.scene.program.library import belongs_to_scenes
+from tissuec.scene.request import Request
+from tissuec.scene.tissues.quantities import (
     FIBRE_MODULUS,
     OF_MATTER,
     TOGETHER,
     TOUGHNESS,
     YOUNGS_MODULUS,
 )
-from tissuec.scene.request import Request
 
 TISSUE, TABS = "lab tissue", "lab tab tissue"
 #: What a body needs besides springs, and defaults where the tissue does not give it.

@@ -16,12 +16,19 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.element_bodies import INCOMPRESSIBLE, POISSON, law_of
+from tissuec.compiler.elements.bodies import INCOMPRESSIBLE, POISSON, law_of
 from tissuec.laws.uniaxial import LARGEST, OfTension
 from tissuec.model.network import Floats
-from tissuec.scene.known_curves import ACROSS, ALONG, COMPRESSION, EQUIBIAXIAL, SHEAR, TENSION
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import (
+from tissuec.scene.tissues.known_curves import (
+    ACROSS,
+    ALONG,
+    COMPRESSION,
+    EQUIBIAXIAL,
+    SHEAR,
+    TENSION,
+)
+from tissuec.scene.tissues.quantities import (
     FIBRE_DISPERSION,
     FIBRE_MODULUS,
     FIBRE_STIFFENING,

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from tissuec.analysis.lab.bench import TICK
 from tissuec.analysis.lab.coupon import AXES, BODY, FREE
-from tissuec.scene.known_curves import ACROSS, EQUIBIAXIAL
+from tissuec.scene.tissues.known_curves import ACROSS, EQUIBIAXIAL
 
 SIDE = 0.01  # [m]
 PLANES = " ".join(

@@ -10,7 +10,7 @@ from tissuec.core import units
 from tissuec.core.names import key_of
 from tissuec.core.units import Dimension, show
 from tissuec.scene.model import KnownQuantity
-from tissuec.scene.quantities import KNOWABLE
+from tissuec.scene.tissues.quantities import KNOWABLE
 
 DEPENDS = "depends on the mesh"
 #: Quantities of tests that no source states as such.

@@ -18,8 +18,8 @@ from tissuec.analysis.lab.coupon import AXES, BODY
 from tissuec.analysis.lab.cube import PLANES, SIDE, Cube, axes_of, loads, shears
 from tissuec.analysis.lab.rows import LabCurve, known_of
 from tissuec.model.network import Floats
-from tissuec.scene.known_curves import COMPRESSION, EQUIBIAXIAL, SHEAR
-from tissuec.scene.quantities import SHARES
+from tissuec.scene.tissues.known_curves import COMPRESSION, EQUIBIAXIAL, SHEAR
+from tissuec.scene.tissues.quantities import SHARES
 
 SMALL = 1e-4  # strain at which moduli are measured
 POINTS = 10  # of a curve, beside those that are known

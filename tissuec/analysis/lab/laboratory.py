@@ -12,8 +12,8 @@ from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.scene.model import Tissue
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.request import Request
-from tissuec.scene.resolved import ResolvedProgram
 
 SPACING = 2.5e-3  # [m], where quantities belong to springs
 

@@ -16,7 +16,7 @@ from tissuec.analysis.lab.coupon import Coupon
 from tissuec.analysis.lab.statics import TensionTest
 from tissuec.model.inelastic import TIMES
 from tissuec.model.network import Floats
-from tissuec.scene.quantities import RETARDATION_TIME, YOUNGS_MODULUS
+from tissuec.scene.tissues.quantities import RETARDATION_TIME, YOUNGS_MODULUS
 
 SMALL = 1e-3  # strain
 DAMPING = 0.1  # of what is critical: coupons are as long as gives it

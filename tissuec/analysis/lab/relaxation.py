@@ -21,7 +21,7 @@ from tissuec.analysis.lab.cube import SIDE, Cube
 from tissuec.analysis.lab.rows import LabCurve, known_of
 from tissuec.model.inelastic import TIMES
 from tissuec.model.network import Floats
-from tissuec.scene.quantities import SHARES
+from tissuec.scene.tissues.quantities import SHARES
 
 AMOUNT = 0.01  # of shear
 _RAMP = 0.02  # of the shortest relaxation time

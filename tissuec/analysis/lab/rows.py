@@ -9,9 +9,9 @@ from msgspec import Struct, field
 
 from tissuec.core.units import Dimension, show
 from tissuec.model.network import Floats
-from tissuec.scene.known_curves import ALONG, COMPRESSION, TENSION, KnownCurve
 from tissuec.scene.model import KnownQuantity, Tissue
-from tissuec.scene.quantities import TissueQuantity
+from tissuec.scene.tissues.known_curves import ALONG, COMPRESSION, TENSION, KnownCurve
+from tissuec.scene.tissues.quantities import TissueQuantity
 
 SHARE = 0.05  # by which a measurement may be off
 INSIDE = "inside the scatter"

@@ -15,8 +15,8 @@ from tissuec.analysis.lab.spring_tests import BY_LAYER
 from tissuec.analysis.lab.statics import TensionTest
 from tissuec.core.names import key_of
 from tissuec.model.inelastic import TIMES
-from tissuec.scene.known_curves import ACROSS, COMPRESSION, EQUIBIAXIAL, SHEAR, TENSION
-from tissuec.scene.quantities import TOGETHER
+from tissuec.scene.tissues.known_curves import ACROSS, COMPRESSION, EQUIBIAXIAL, SHEAR, TENSION
+from tissuec.scene.tissues.quantities import TOGETHER
 
 _CELLS = 3  # across a bar that oscillates; its decay hardly depends on the mesh
 _COUPONS = "one element where strain is the same everywhere; otherwise two meshes"

@@ -18,8 +18,8 @@ from tissuec.analysis.lab.rows import (
 )
 from tissuec.analysis.lab.statics import TensionTest
 from tissuec.model.inelastic import TIMES
-from tissuec.scene.known_curves import COMPRESSION, TENSION
-from tissuec.scene.quantities import YOUNGS_MODULUS
+from tissuec.scene.tissues.known_curves import COMPRESSION, TENSION
+from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
 
 #: Allowed relative deviation of indentation: a block with free sides is not a layer.
 BY_LAYER = 0.15

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from tissuec.analysis.vibration.modes import Modes, modes_of
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core import arguments
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives

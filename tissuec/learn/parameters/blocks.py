@@ -11,9 +11,9 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.names import key_of
 from tissuec.learn.parameters.substitution import ForcePlace, UsePlace
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.entries import entries_of
 from tissuec.scene.model import Scene, Tissue
-from tissuec.scene.quantities import QUANTITIES, STIFFENING
+from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.tissues.quantities import QUANTITIES, STIFFENING
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
 
 ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velocity"}

@@ -13,7 +13,7 @@ from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder
 from tissuec.learn.parameters.substitution import Number, Numbers, UsePlace, recompiled
 from tissuec.model.inelastic import TIMES, VISCOSITY
 from tissuec.model.network import Floats
-from tissuec.scene.quantities import (
+from tissuec.scene.tissues.quantities import (
     POISSONS_RATIO,
     RETARDATION_TIME,
     SHARES,

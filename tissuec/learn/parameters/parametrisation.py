@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.contact import contact_of
+from tissuec.compiler.contact.build import contact_of
 from tissuec.forces.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
@@ -29,8 +29,8 @@ from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.priors import Prior
 from tissuec.learn.parameters.substitution import Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.findings import Findings
-from tissuec.scene.quantities import STIFFENING
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.tissues.quantities import STIFFENING
 from tissuec.script.fit_problem import WORDS, FitProblem
 from tissuec.script.verbs.end import without_end
 

@@ -7,12 +7,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled, compile_scene
-from tissuec.compiler.laws_adjusted import force_with_params
+from tissuec.compiler.learning.laws import force_with_params
 from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
-from tissuec.scene.entries import entries_of
-from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Region, Scene, Tissue, WrittenForce, WrittenLaw
+from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.findings import Findings
 from tissuec.script.verbs.end import without_end
 
 

@@ -11,8 +11,8 @@ from tissuec.learn.presets.drafts import Draft, LearntNumber
 from tissuec.learn.presets.laws import changed_constants
 from tissuec.learn.presets.tissues import WHOLE
 from tissuec.pipeline import check_request, read_words
-from tissuec.scene.imports import Files, read_source
 from tissuec.scene.model import AssignedQuantity, Tissue
+from tissuec.scene.program.imports import Files, read_source
 from tissuec.scene.request import Request
 
 ROUNDING = 1e-12  # of a number that is written in full

@@ -9,7 +9,7 @@ from tissuec.core.units import Dimension
 from tissuec.learn.fit.outcome import Estimates, Learnt
 from tissuec.learn.vocabulary.used import used_tissues
 from tissuec.scene.model import Body, Scene, Tissue
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.tissues.quantities import QUANTITIES
 
 LEARNED = "learned"
 

@@ -16,11 +16,11 @@ from tissuec.learn.presets.vocabularies import free_name, is_of_words, marked, w
 from tissuec.learn.vocabulary.edits import TextEdit, apply
 from tissuec.learn.words_fit.fitting import LearntVocabulary
 from tissuec.pipeline import read_words
-from tissuec.scene.learn_model import VocabularyFit
-from tissuec.scene.library import SUFFIX
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.learning.model import VocabularyFit
+from tissuec.scene.program.library import SUFFIX
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.request import Request
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.tissues.quantities import QUANTITIES
 
 
 def compose_vocabulary(

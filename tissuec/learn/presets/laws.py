@@ -12,10 +12,10 @@ from tissuec.lang.parser import parse
 from tissuec.lang.walk import names_in
 from tissuec.learn.presets.drafts import LearntNumber
 from tissuec.learn.presets.numerals import exact, learnt
-from tissuec.scene.entries import Entry, entries_of
-from tissuec.scene.laws import FORMS
 from tissuec.scene.model import WrittenLaw
-from tissuec.scene.parameters import Constants
+from tissuec.scene.program.parameters import Constants
+from tissuec.scene.reading.entries import Entry, entries_of
+from tissuec.scene.tissues.laws import FORMS
 
 
 def constants_in(law: WrittenLaw) -> set[str]:

@@ -35,8 +35,8 @@ from tissuec.learn.presets.tissues import (
 from tissuec.learn.presets.vocabularies import WrittenVocabularies, vocabularies
 from tissuec.learn.vocabulary.reread import warnings_of
 from tissuec.model.network import Network
-from tissuec.scene.library import SUFFIX, Library
 from tissuec.scene.model import Scene
+from tissuec.scene.program.library import SUFFIX, Library
 from tissuec.scene.request import Request
 
 

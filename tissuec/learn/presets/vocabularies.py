@@ -9,9 +9,9 @@ from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
-from tissuec.scene.declarations import VOCABULARY
-from tissuec.scene.library import SUFFIX, belongs_to_scenes
 from tissuec.scene.model import Scene
+from tissuec.scene.program.declarations import VOCABULARY
+from tissuec.scene.program.library import SUFFIX, belongs_to_scenes
 
 
 class WrittenVocabularies(Struct, frozen=True):

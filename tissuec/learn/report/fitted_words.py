@@ -9,7 +9,7 @@ from tissuec.core.units import si_unit
 from tissuec.learn.fit.shown import shown
 from tissuec.learn.report.words import sentences
 from tissuec.learn.words_fit.fitting import FittedNumber, LearntVocabulary
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.tissues.quantities import QUANTITIES
 
 HEAD = ("quantity of tissue", "number", "from words, before", "from words, after", "ratio")
 

@@ -11,8 +11,8 @@ from tissuec.lang import syntax as s
 from tissuec.learn.vocabulary.edits import TextEdit, indentation, line_of
 from tissuec.learn.vocabulary.scale_texts import spelt
 from tissuec.scene.model import Scene
-from tissuec.scene.vocabulary import RulesBlock
-from tissuec.scene.words import NamedScale
+from tissuec.scene.words.phrases import NamedScale
+from tissuec.scene.words.vocabulary import RulesBlock
 
 _REMARK = re.compile(r'"[^"\n]*"|(#[^\n]*)')
 

@@ -7,8 +7,8 @@ from msgspec import Struct
 from tissuec.core.units import show
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Gaussian, Shape
-from tissuec.scene.vocabulary import Vocabulary
-from tissuec.scene.words import NamedScale
+from tissuec.scene.words.phrases import NamedScale
+from tissuec.scene.words.vocabulary import Vocabulary
 
 _NOTHING = 0.0005  # of the range; less is shown as 0.0 %
 

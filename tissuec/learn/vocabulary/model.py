@@ -18,10 +18,10 @@ from tissuec.lang import syntax as s
 from tissuec.learn.vocabulary.moving import MovingVocabulary
 from tissuec.learn.vocabulary.used import Use, used_tissues
 from tissuec.model.network import Floats
-from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
-from tissuec.scene.parameters import Constants
-from tissuec.scene.vocabulary import RulesBlock, RulesReader
+from tissuec.scene.program.parameters import Constants
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.words.vocabulary import RulesBlock, RulesReader
 from tissuec.script.fit_problem import WORDS, Adjust
 
 SIGMA = 0.5

@@ -18,9 +18,9 @@ from tissuec.learn.vocabulary.scales import MovingScale
 from tissuec.learn.vocabulary.texts import scale_edits
 from tissuec.model.network import Floats
 from tissuec.scene.model import Scene
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.vocabulary import Vocabulary
-from tissuec.scene.words import NamedScale
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.words.phrases import NamedScale
+from tissuec.scene.words.vocabulary import Vocabulary
 
 
 class MovingVocabulary:

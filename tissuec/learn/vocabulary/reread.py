@@ -6,9 +6,9 @@ from pathlib import Path
 from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Source
 from tissuec.pipeline import check_request
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import DISK, Files, StoredTexts, load
 from tissuec.scene.model import Scene
+from tissuec.scene.program.imports import DISK, Files, StoredTexts, load
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve
 

@@ -7,9 +7,9 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.fuzzy.sets import Gaussian
 from tissuec.lang import syntax as s
-from tissuec.scene.declarations import Declared
-from tissuec.scene.expressions import Scope
-from tissuec.scene.words import NamedScale
+from tissuec.scene.program.declarations import Declared
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.words.phrases import NamedScale
 
 #: Degrees of the corners of shapes that do not name them.
 _DEGREES = {"triangle": (0.0, 1.0, 0.0), "trapezoid": (0.0, 1.0, 1.0, 0.0)}

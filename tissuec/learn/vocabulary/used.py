@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from tissuec.lang import syntax as s
-from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Scene, Tissue
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.vocabulary import Vocabulary
-from tissuec.scene.words import read_word
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.words.phrases import read_word
+from tissuec.scene.words.vocabulary import Vocabulary
 
 
 class Use(Struct, frozen=True):

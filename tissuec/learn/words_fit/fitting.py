@@ -24,10 +24,10 @@ from tissuec.learn.vocabulary.reread import Replaced
 from tissuec.learn.words_fit.model import RuleWeight, VocabularyModel, factor
 from tissuec.model.network import Floats
 from tissuec.pipeline import read_words
-from tissuec.scene.learn_model import VocabularyFit, WordTarget
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.learning.model import VocabularyFit, WordTarget
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.request import Request
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.tissues.quantities import QUANTITIES
 from tissuec.script.fit_problem import Errors
 
 HELD_OUT, ALL = "held out", "data"

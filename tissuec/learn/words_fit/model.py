@@ -22,11 +22,11 @@ from tissuec.learn.vocabulary.model import SIGMA
 from tissuec.learn.vocabulary.moving import MovingVocabulary
 from tissuec.learn.vocabulary.used import Use, use_of
 from tissuec.model.network import Floats
-from tissuec.scene.findings import Findings
-from tissuec.scene.learn_model import VocabularyFit
-from tissuec.scene.parameters import Constants
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.vocabulary import RulesBlock, RulesReader, Vocabulary
+from tissuec.scene.learning.model import VocabularyFit
+from tissuec.scene.program.parameters import Constants
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.words.vocabulary import RulesBlock, RulesReader, Vocabulary
 
 LEAST = 1e-3
 """Smallest weight, unless it is smaller already: no rule vanishes."""

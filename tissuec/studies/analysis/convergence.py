@@ -17,7 +17,7 @@ from msgspec import Struct
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats
-from tissuec.scene.study_entries import GRID
+from tissuec.scene.study.entries import GRID
 from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.completed import completed, lack_of, measure_of
 from tissuec.studies.table import Column, StudyTable

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.scene.study_entries import INDICES, LATIN, SOBOL
+from tissuec.scene.study.entries import INDICES, LATIN, SOBOL
 from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.completed import measure_of, values_of
 from tissuec.studies.table import StudyTable, rows_of

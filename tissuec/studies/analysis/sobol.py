@@ -21,7 +21,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.model.network import Floats
-from tissuec.scene.study_entries import INDICES
+from tissuec.scene.study.entries import INDICES
 from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.completed import completed, measure_of
 from tissuec.studies.table import Column, StudyTable

@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.analysis.lab.rows import LabCurve
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
-from tissuec.scene.known_curves import SHEAR, KnownCurve
+from tissuec.scene.tissues.known_curves import SHEAR, KnownCurve
 from tissuec.view.report.markup import Html, element
 
 WIDTH, HEIGHT = 340, 230

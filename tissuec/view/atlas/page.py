@@ -8,8 +8,8 @@ from pathlib import Path
 from tissuec.analysis.lab.rows import Examination, TestRow
 from tissuec.compiler.provenance import ProvenanceRow, cited, tissue_rows
 from tissuec.core.version import __version__
-from tissuec.scene.known_curves import ALONG, TENSION
 from tissuec.scene.model import KnownQuantity
+from tissuec.scene.tissues.known_curves import ALONG, TENSION
 from tissuec.view.atlas.chart import chart, thinned
 from tissuec.view.report.markup import Content, Html, element, link, row, table
 from tissuec.view.report.page import ALONE, colours, stylesheet

@@ -18,14 +18,14 @@ from tissuec.core.units import UnitError, parse_unit, si_unit
 from tissuec.core.version import __version__
 from tissuec.lang.words import written_name
 from tissuec.pipeline import read_words
-from tissuec.scene.findings import Findings
-from tissuec.scene.imports import load, read_source
-from tissuec.scene.library import SUFFIX, Library
 from tissuec.scene.model import AssignedQuantity, PropertyFact, Tissue
+from tissuec.scene.program.imports import load, read_source
+from tissuec.scene.program.library import SUFFIX, Library
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve_words
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.vocabulary import RulesBlock
+from tissuec.scene.words.vocabulary import RulesBlock
 from tissuec.view.explorer.tables import short_place, tables
 
 #: One program, in this order.

@@ -22,13 +22,13 @@ from tissuec.fuzzy.sets import FAINTEST, NEGLIGIBLE, REACH, AnyShape, Gaussian, 
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import RESERVED, written_name
-from tissuec.scene.evidence import KNOWN
-from tissuec.scene.laws import BY_ENTRY
-from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.resolved import ResolvedProgram
-from tissuec.scene.scales import QuantityScale
-from tissuec.scene.vocabulary import RulesBlock
-from tissuec.scene.words import NamedScale, reading
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.tissues.evidence import KNOWN
+from tissuec.scene.tissues.laws import BY_ENTRY
+from tissuec.scene.tissues.quantities import QUANTITIES
+from tissuec.scene.words.phrases import NamedScale, reading
+from tissuec.scene.words.scales import QuantityScale
+from tissuec.scene.words.vocabulary import RulesBlock
 
 _PERCENT = [(0.01, "%")]
 _NOT_TEXT = re.compile(r'("[^"\n]*")|#[^\n]*')

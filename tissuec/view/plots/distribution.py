@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.core.palette import INK, SERIES
 from tissuec.core.scale import scale_of
-from tissuec.scene.study_entries import GRID, LIST, ONE_AT_A_TIME
+from tissuec.scene.study.entries import GRID, LIST, ONE_AT_A_TIME
 from tissuec.studies.analysis.completed import values_of
 from tissuec.studies.analysis.quantiles import Quantiles, quantiles, sample_of
 from tissuec.studies.table import StudyTable

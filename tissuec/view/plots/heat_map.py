@@ -8,7 +8,7 @@ import numpy as np
 
 from tissuec.core.palette import AMOUNT, GRID
 from tissuec.model.network import Floats
-from tissuec.scene import study_entries
+from tissuec.scene.study import entries as study_entries
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots import PLOTS

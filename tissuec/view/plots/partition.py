@@ -18,7 +18,7 @@ from tissuec.view.plots.ticks import plain_ticks
 if TYPE_CHECKING:
     from matplotlib.text import Text
 
-    from tissuec.scene.words import NamedScale
+    from tissuec.scene.words.phrases import NamedScale
     from tissuec.view.plots.drawing import Axes
 
 _DARKEST, _LIGHTEST = 0.0, 0.6  # of AMOUNT: what paper does not swallow

@@ -199,7 +199,7 @@ def nodes_of(trajectory: "Trajectory", asked: str) -> Indices:
 def _chosen(compiled: "Compiled", text: str) -> Indices:
     """Return the nodes of a set that no scene has."""
     from tissuec.lang.parser import parse
-    from tissuec.scene.declarations import Declared
+    from tissuec.scene.program.declarations import Declared
 
     groups, found = compiled.groups, np.zeros(0, dtype=np.int64)
     (item,) = parse(Source("--of", f"set plotted = {text}"), has_heading=False).items

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from tissuec.scene.study_entries import GRID, LIST
+from tissuec.scene.study.entries import GRID, LIST
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots import PLOTS

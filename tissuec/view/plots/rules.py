@@ -28,9 +28,9 @@ from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
-    from tissuec.scene.vocabulary import RulesBlock as RulesBlock
-    from tissuec.scene.vocabulary import Vocabulary
-    from tissuec.scene.words import NamedScale
+    from tissuec.scene.words.phrases import NamedScale
+    from tissuec.scene.words.vocabulary import RulesBlock as RulesBlock
+    from tissuec.scene.words.vocabulary import Vocabulary
     from tissuec.view.plots.drawing import Axes
 
 WIDTH, ROW, AROUND = 180.0, 72.0, 4.0  # [mm]

@@ -10,10 +10,10 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.results.places import SUFFIX as RESULT
-from tissuec.scene.library import SUFFIX as SCENE
-from tissuec.scene.library import find_words
-from tissuec.scene.metadata import TEXTS
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.program.library import SUFFIX as SCENE
+from tissuec.scene.program.library import find_words
+from tissuec.scene.program.metadata import TEXTS
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_table, read_table
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tissuec.core.palette import INK, SERIES
 from tissuec.core.scale import scale_of
-from tissuec.scene.study_entries import INDICES, ONE_AT_A_TIME
+from tissuec.scene.study.entries import INDICES, ONE_AT_A_TIME
 from tissuec.studies.analysis.effects import Effects, effects
 from tissuec.studies.analysis.sobol import SobolIndices, sobol_indices
 from tissuec.studies.table import StudyTable

@@ -15,8 +15,8 @@ from tissuec.view.plots.partition import draw_partition
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
-    from tissuec.scene.vocabulary import Vocabulary
-    from tissuec.scene.words import NamedScale
+    from tissuec.scene.words.phrases import NamedScale
+    from tissuec.scene.words.vocabulary import Vocabulary
 
 WIDTH, ROW, AROUND = 180.0, 36.0, 6.0  # [mm]
 

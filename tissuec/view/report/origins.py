@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from tissuec.compiler.provenance import SET, ProvenanceRow, Reason, tissue_rows, used_tissues
 from tissuec.core.report import FactSection
 from tissuec.scene.model import Tissue
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, Section, element, html, row, shown, table
 from tissuec.view.summaries.plan import plan_sections

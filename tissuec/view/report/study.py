@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from tissuec.core.errors import TissueError, counted
-from tissuec.scene.study_entries import GRID, INDICES, LIST, ONE_AT_A_TIME
-from tissuec.scene.study_model import called
+from tissuec.scene.study.entries import GRID, INDICES, LIST, ONE_AT_A_TIME
+from tissuec.scene.study.model import called
 from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
 from tissuec.studies.analysis.sobol import ends, sobol_indices

@@ -10,10 +10,10 @@ from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
-from tissuec.scene.clauses import read_sentence
-from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Findings
-from tissuec.scene.values import Value
+from tissuec.scene.reading.clauses import read_sentence
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.values import Value
 from tissuec.script.parts import ChoiceClause
 from tissuec.script.verbs.cut import PlaneWords
 from tissuec.view.section.plane import SectionPlane

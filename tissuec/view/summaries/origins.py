@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 
-from tissuec.compiler.graded_ranges import GradedRange
+from tissuec.compiler.bodies.graded_ranges import GradedRange
 from tissuec.compiler.provenance import SET, ProvenanceRow, tissue_rows
 from tissuec.core.report import FactSection, FactTable, Part
 from tissuec.scene.force_numbers import numbers_of
 from tissuec.scene.model import Tissue
-from tissuec.scene.resolved import ResolvedProgram
+from tissuec.scene.program.resolved import ResolvedProgram
 
 #: Minimum widths, so that the tables of most tissues look alike; three columns always stay.
 COLUMNS, KEPT = (17, 24, 10, 32), 3

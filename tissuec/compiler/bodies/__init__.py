@@ -1,0 +1,1 @@
+"""Bodies as drawn, and the arrays of nodes and springs made of them."""

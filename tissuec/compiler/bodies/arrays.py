@@ -1,0 +1,172 @@
+"""From a drawn body to arrays: materials and initial velocities."""
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.bodies.drawn import CHECK_UNITS, Drawing, refuse_sizes
+from tissuec.compiler.bodies.threads import with_slipping
+from tissuec.compiler.contact.surface_friction import friction_of
+from tissuec.compiler.elements.bodies import BodyElements, ElementReader
+from tissuec.compiler.elements.membranes import MembraneReader, WallBending
+from tissuec.compiler.materials.cutting_resistance import SpringResistance
+from tissuec.compiler.materials.poisson import Poisson
+from tissuec.compiler.materials.reader import MaterialReader
+from tissuec.forces.bending import Hinges
+from tissuec.laws import LINEAR, Law
+from tissuec.laws.formula import variables
+from tissuec.meshes.generators import Mesh
+from tissuec.model.friction import SurfaceFriction
+from tissuec.model.inelastic import NAMES as INELASTIC
+from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
+from tissuec.model.springs import Springs
+from tissuec.scene.model import Body
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.values import LARGEST_NUMBER
+
+#: Arrays whose entries are finite, and what they are called.
+_FINITE = {
+    "velocity": "velocity",
+    "length": "length",
+    "mass": "mass",
+    "stiffness": "spring constant",
+    "damping": "viscosity",
+    "rest": "rest length",
+}
+
+
+class BodyArrays(Struct, frozen=True, eq=False):
+    """A body before it takes its place in the network; fields as in ``Network``."""
+
+    body: Body
+    mesh: Mesh
+    mass: Floats
+    springs: Springs  # numbered within the body
+    memory: dict[str, Floats]  # of springs that relax or yield, by ``model.inelastic.NAMES``
+    provenance: dict[str, Provenance]
+    velocity: Floats
+    node_ids: Indices
+    bending: int  # how many springs, the last ones, resist bending only
+    thread: ThreadBody | None  # numbered within the body
+    poisson: Poisson | None  # of a solid whose cells keep their volume
+    hinges: Hinges | None  # of a wall that resists bending, numbered within the body
+    friction: SurfaceFriction
+    resistance: SpringResistance
+    elements: tuple[BodyElements, ...] = ()
+    bends: WallBending | None = None  # of a wall of elements
+    breaking: Provenance | None = None  # origins of the limits of elements
+
+
+@np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
+def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
+    """Return the arrays of one body; errors are reported with their place."""
+    if drawing.body.elements is not None:
+        return _build_elements(drawing, findings)
+    body, reader = drawing.body, MaterialReader(drawing, findings)
+    quantities, (law, laws) = reader.read(), reader.laws()
+    arrays = {name: values for name, (values, _) in quantities.items()}
+    if drawing.thread is not None:
+        arrays, law, laws = with_slipping(arrays, law, laws, drawing.thread)
+    velocity = _velocity(body, drawing, arrays["mass"])
+    check_sizes(body, arrays | {"velocity": velocity}, findings)
+    check_laws(body, arrays["rest"], law, laws, findings)
+    return BodyArrays(
+        body,
+        drawing.mesh,
+        arrays["mass"],
+        Springs.of(drawing.mesh.ends, arrays, law, laws, drawing.columns.spring_ids),
+        {name: arrays[name] for name in INELASTIC if name in arrays},
+        {name: provenance for name, (_, provenance) in quantities.items()},
+        velocity,
+        drawing.columns.node_ids,
+        len(drawing.length) - drawing.own,
+        drawing.thread,
+        reader.poisson,
+        reader.hinges(arrays),
+        friction_of(drawing),
+        reader.resistance(),
+    )
+
+
+def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
+    """Return the arrays of a body that is made of elements; see ``build_body``."""
+    of_kind = MembraneReader if drawing.body.is_wall else ElementReader
+    body, reader = drawing.body, of_kind(drawing, findings)
+    quantities, elements = reader.read(), reader.elements()
+    arrays = {name: values for name, (values, _) in quantities.items()}
+    velocity = _velocity(body, drawing, arrays["mass"])
+    check_sizes(body, arrays | {"velocity": velocity}, findings)
+    materials = [one.material for one in elements]
+    moduli = [value for one in materials for value in (one.shear, one.bulk, one.viscosity)]
+    refuse_sizes(body, {"modulus or viscosity": np.concatenate(moduli)}, findings)
+    law = np.broadcast_to(np.int32(0), drawing.length.shape)
+    return BodyArrays(
+        body,
+        drawing.mesh,
+        arrays["mass"],
+        Springs.of(drawing.mesh.ends, arrays, law, (LINEAR,), drawing.columns.spring_ids),
+        {},
+        {name: provenance for name, (_, provenance) in quantities.items()},
+        velocity,
+        drawing.columns.node_ids,
+        bending=0,
+        thread=None,
+        poisson=None,
+        hinges=None,
+        friction=friction_of(drawing),
+        resistance=SpringResistance.none(len(drawing.length)),
+        elements=elements,
+        bends=reader.bending() if isinstance(reader, MembraneReader) else None,
+        breaking=reader.limits.known(reader.part) if body.may_rupture else None,
+    )
+
+
+def _velocity(body: Body, drawing: Drawing, mass: Floats) -> Floats:
+    """Return initial velocities [m/s], shape (node, 3): the body's own, or a table's."""
+    position = drawing.mesh.position
+    velocity = np.tile(body.velocity, (len(position), 1))
+    if body.spin.any():
+        centre = (mass[:, None] * position).sum(axis=0) / mass.sum()
+        velocity += np.asarray(np.cross(body.spin, position - centre), dtype=float)
+    for axis, name in enumerate(("vx", "vy", "vz")):
+        if name in drawing.columns.nodes:
+            velocity[:, axis] = drawing.columns.nodes[name]
+    return velocity
+
+
+def check_sizes(body: Body, arrays: dict[str, Floats], findings: Findings) -> None:
+    """Reject a body with numbers too large or too small for the arithmetic.
+
+    Args:
+        arrays: Numbers of nodes and springs by name in SI units, shape (node,) or (spring,).
+    """
+    named = {word: arrays[name] for name, word in _FINITE.items() if name in arrays}
+    for name in (name for name in INELASTIC if name in arrays):
+        named[name] = arrays[name][np.isfinite(arrays[name])]
+    refuse_sizes(body, named, findings)
+    if "mass" in arrays and np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
+        message = f"the mass of {body.name} is too small to compute with"
+        findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
+
+
+def check_laws(
+    body: Body, rest: Floats, law: NDArray[np.int32], laws: tuple[Law, ...], to: Findings
+) -> None:
+    """Reject a spring without a rest length whose law divides by it.
+
+    Args:
+        rest: Rest lengths [m], shape (spring,).
+        law: Index of the law of each spring, shape (spring,).
+        to: Takes diagnostics.
+    """
+    found: set[int] = set(law[rest <= 0.0].tolist())
+    for one in (laws[number] for number in sorted(found)):
+        used = variables(one.elastic) | variables(one.viscous)
+        if "rest" in used:
+            to.reject(
+                "TIS309",
+                f"a spring of {body.name} has no rest length, but its law "
+                f"({one.name}) needs one",
+                body.span,
+                hint="draw it longer, or use a law that depends on the elongation only",
+            )

@@ -1,0 +1,1 @@
+"""Checks of a compiled scene: one small generator per rule, each yields diagnostics."""

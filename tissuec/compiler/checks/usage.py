@@ -1,0 +1,316 @@
+"""Checks of what a scene writes without effect: rules, params, sets, shapes, cuts."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.compiler.checks.threads import turning_contact_on
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.materials.reader import NOT_ALLOWED
+from tissuec.compiler.script.initial_state import state_at_start
+from tissuec.compiler.selections import extents
+from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.hints import Edit, Hint, leaving_out
+from tissuec.core.source import Span
+from tissuec.core.units import suggested_unit
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in, walk
+from tissuec.mechanics.state import State
+from tissuec.model.network import Indices
+from tissuec.scene.model import Tissue
+from tissuec.scene.overrides.idle import idle_overrides, tissues_in_use
+from tissuec.scene.program.declarations import Declarations
+from tissuec.scene.tissues.quantities import CUTTING_RESISTANCE, FRICTION, QUANTITIES
+from tissuec.script.verbs import Breaking, Shifting, follows
+from tissuec.script.verbs.cut import SCISSORS, Cut
+
+
+def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W203: quantities that no rule spoke for."""
+    for tissue in tissues_in_use(compiled.scene):
+        for name, given in tissue.given.items():
+            if given.how == "otherwise":
+                yield Diagnostic(
+                    "W203",
+                    f"no rule gives the {name} of {tissue.name}, so otherwise applies",
+                    tissue.span,
+                    f"write {name} = … in the tissue if you know it",
+                    (Note("fallback", given.span),),
+                )
+
+
+def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W202: a rule of the scene's own that no tissue in use wakes."""
+    woken = {
+        fired.span
+        for tissue in tissues_in_use(compiled.scene)
+        for given in tissue.given.values()
+        for fired in given.fired
+    }
+    for rules in compiled.scene.vocabulary.rules.values():
+        silent = [
+            span
+            for span in rules.spans
+            if span.source is compiled.scene.source and span not in woken
+        ]
+        if silent:
+            more = counted(len(silent) - 1, "other rule") if silent[1:] else ""
+            yield Diagnostic(
+                "W202",
+                "no tissue in use can make this rule fire" + (f", nor {more}" if more else ""),
+                silent[0],
+                leaving_out(
+                    "describe a tissue so that it fires, or remove the rule",
+                    *(silent if len(silent) == 1 else ()),
+                ),
+                tuple(Note("another rule", span) for span in silent[1:]),
+            )
+
+
+def vain_overrides(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W505: an entry that is set of a tissue of which nothing is made."""
+    yield from idle_overrides(compiled.scene)
+
+
+def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W501: a parameter that nothing uses, so that ``--set`` would do nothing.
+
+    A scene does not have to use all params of files, unless they are set.
+    """
+    constants, replaced = compiled.scene.constants, _replaced(compiled)
+    for key, declared in compiled.scene.declarations.of("param").items():
+        is_own = declared.item.span.source is compiled.scene.source
+        if key not in constants.used | replaced and (is_own or key in constants.overrides):
+            yield Diagnostic(
+                "W501",
+                f'the param "{declared.name.text}" is never used',
+                declared.name.span,
+                leaving_out(
+                    "use it or remove it; setting it has no effect", declared.item.span
+                ),
+            )
+
+
+def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W502: a set that no sentence names; files may declare more than a scene needs."""
+    known = compiled.groups.used | _replaced(compiled)
+    for key, declared in compiled.scene.declarations.of("set").items():
+        is_own = declared.item.span.source is compiled.scene.source
+        if key not in known and is_own and isinstance(declared.item, s.Assign):
+            yield Diagnostic(
+                "W502",
+                f'the set "{declared.name.text}" is never used',
+                declared.name.span,
+                leaving_out(
+                    "use it or remove it, unless a study measures it with --measure",
+                    declared.item.span,
+                ),
+            )
+
+
+def _replaced(compiled: Compiled) -> set[str]:
+    """Return the lower-case names in entries that ``--set`` has replaced."""
+    entries = compiled.scene.declarations.replaced
+    return {
+        name.key
+        for entry in entries
+        for name in names_in(entry)
+        if name is not getattr(entry, "name", None)
+    }
+
+
+def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W407: a tool with a shape that touches nothing, because contact is off."""
+    if compiled.scene.environment.contact is not None:
+        return
+    for tool in compiled.scene.tools.values():
+        if tool.may_touch and tool.shapes:
+            yield Diagnostic(
+                "W407",
+                f"{tool.name} has a shape, but contact is off, so it touches nothing",
+                tool.span,
+                Hint(
+                    "write: environment { contact is tools only; … }",
+                    *turning_contact_on(compiled).edits,
+                ),
+            )
+
+
+def dimensions_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W503: a thickness or a section of something that has no quantity of matter."""
+    for body in compiled.scene.bodies.values():
+        if not _is_of_matter(*body.tissues):
+            for entry in ("thickness", "section"):
+                if entry in body.places:
+                    yield _in_vain(entry, body.name, body.places[entry])
+    for joint in compiled.scene.joints.values():
+        if joint.section is not None and not _is_of_matter(joint.tissue):
+            yield _in_vain("section", joint.name, joint.span)
+
+
+def _is_of_matter(*tissues: Tissue) -> bool:
+    """Return whether any quantity depends on sizes of the body."""
+    of_surfaces = FRICTION, CUTTING_RESISTANCE
+    return any(
+        one.quantity.is_of_matter and key not in of_surfaces
+        for tissue in tissues
+        for key, one in tissue.given.items()
+    )
+
+
+def _in_vain(entry: str, owner: str, place: Span) -> Diagnostic:
+    return Diagnostic(
+        "W503",
+        f"the {entry} of {owner} has no effect: no quantity of its tissue depends on it",
+        place,
+        "write a Young's modulus or a density in its tissue, or remove the entry",
+    )
+
+
+def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W404: the ruptures of something that cannot rupture are measured."""
+    plan, groups = compiled.plan, compiled.groups
+    network = compiled.network
+    breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
+    for field in network.elements:
+        if field.limits is not None:
+            able = np.isin(field.walled, field.limits.finite)
+            breakable[field.walls[able]] = True
+    for event in plan.every_event:
+        if follows(event.action, Breaking):
+            breakable[event.action.breakable(network)] = True
+    # Knots of threads slip instead of breaking.
+    breakable[[thread.hold for thread in network.threads.values()]] = False
+    for name in _measured("ruptured", compiled.scene.declarations):
+        if groups.is_known(name):
+            springs = groups.springs(name).indices
+            if not breakable[springs].any():
+                yield _unbreakable(compiled, name, springs)
+
+
+def _unbreakable(compiled: Compiled, name: s.Name, springs: Indices) -> Diagnostic:
+    """Return the finding about the ruptures of springs that cannot rupture."""
+    provenance = compiled.network.provenance["strength"]
+    found = np.unique(provenance.index[springs])
+    origins = [provenance.origins[int(index)] for index in found]
+    message, hint = f"nothing in {name.text} can rupture, so this is always 0", ""
+    forbidding = next((one for one in origins if one.how == NOT_ALLOWED), None)
+    if forbidding is not None:
+        hint = _allowing(compiled, forbidding.span)
+    elif origins:
+        message += ": the tissue has no breaking force or strain"
+        hint = _with_limit(origins[0].span)
+    return Diagnostic("W404", message, name.span, hint)
+
+
+def _allowing(compiled: Compiled, where: Span) -> Hint:
+    """Return a hint to allow the rupture of a body or joint, whose head is given."""
+    bodies = compiled.scene.bodies.values()
+    places = next((body.places for body in bodies if body.span == where), None)
+    if places is None or "rupture" not in places:
+        return Hint(f"write rupture is allowed in the {'body' if places else 'joint'}")
+    allowed = "rupture is allowed"
+    return Hint(f"write {allowed} instead", Edit(allowed, places["rupture"]))
+
+
+def _with_limit(entry: Span) -> Hint:
+    """Return a hint to write a limit in place of an entry such as "breaking force is none"."""
+    text = entry.text.lower()
+    known = next((one for key, one in QUANTITIES.items() if text.startswith(key)), None)
+    if known is None:
+        return Hint("")
+    is_strain = known.name == "breaking strain"
+    limit = f"{known.name} = {'50 %' if is_strain else f'1 {suggested_unit(known.dimension)}'}"
+    return Hint(f"write a limit, such as {limit}", Edit(limit, entry))
+
+
+def _measured(measure: str, declarations: Declarations) -> Iterator[s.Name]:
+    """Yield the subjects of a measure in expectations, conditions and outputs."""
+    single = declarations.single
+    asked = [single[kind].items for kind in ("script", "output") if kind in single]
+    for part in walk((*declarations.expects, *asked)):
+        match part:
+            case s.Call(function=s.Name(key=key), arguments=(first, *_)) if key == measure:
+                value = first.value
+            case s.Sentence(name=s.Name(key=key), clauses=(s.Clause(word="of") as of, *_)) if (
+                key == measure
+            ):
+                value = of.value
+            case _:
+                continue
+        if isinstance(value, s.Name):
+            yield value
+
+
+def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W408: a nozzle is drawn inside of a body."""
+    network = compiled.network
+    for tool in network.tools:
+        if tool.kind != "nozzle":
+            continue
+        from tissuec.forces.jet_surfaces import buried_in  # where there is a nozzle
+
+        opening = network.position[tool.nodes.start]
+        if name := buried_in(network, network.position, opening):
+            yield Diagnostic(
+                "W408",
+                f"the tip of {tool.name} is inside {name}, where its jet has no effect",
+                tool.span,
+                "place the tip outside, or move the nozzle before it irrigates",
+            )
+
+
+def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W415: the force of scissors that feel nothing."""
+    scissors = {key: one for key, one in compiled.scene.tools.items() if one.kind == SCISSORS}
+    actions = [event.action for event in compiled.plan.every_event]
+    closing = {cut.tool for cut in actions if isinstance(cut, Cut) and cut.profile is not None}
+    for name in _measured("force", compiled.scene.declarations):
+        tool = scissors.get(name.key)
+        if tool is None:
+            continue
+        why = hint = ""
+        if tool.name not in closing:
+            why = f"{tool.name} do not cut over an interval"
+            hint = f"write from … to …: cut … along line from … to … facing … with {tool.name}"
+        elif compiled.network.cutting is None:
+            why = "no tissue has a cutting resistance"
+            hint = "write one in the tissue, such as cutting resistance = 200 J/m^2"
+        if why:
+            yield Diagnostic("W415", f"{why}, so this is always 0", name.span, hint)
+
+
+def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W410: a cut that goes by a held body, further away than it comes before."""
+    # Before any cut, also those at 0 s.
+    state = replace(state_at_start(compiled), alive=compiled.network.present)
+    moved = 0.0  # [m]
+    for event in compiled.plan.events:
+        action = event.action
+        if follows(action, Shifting):
+            moved += action.shift
+        elif isinstance(action, Cut) and _goes_by(action, state, moved):
+            yield Diagnostic(
+                "W410",
+                f"the blade does not reach {action.group.name} as drawn: nothing is cut",
+                action.span,
+                "cut where it is: " + extents(state.position[_ends_of(action, state)]),
+            )
+
+
+def _goes_by(cut: Cut, state: State, moved: float) -> bool:
+    """Return whether a cut meets a held group neither as it is drawn, nor as large again."""
+    nodes = _ends_of(cut, state)
+    if cut.blade is None or not len(nodes) or not state.held[nodes].any():
+        return False
+    position = state.position
+    if moved > 0.5 * float(np.ptp(position[nodes], axis=0).max()):
+        return False
+    larger = replace(state, position=2.0 * position - position[nodes].mean(axis=0))
+    return not any(len(cut.found(one)[0]) for one in (state, larger))
+
+
+def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
+    return np.unique(state.springs.ends[cut.group.indices])

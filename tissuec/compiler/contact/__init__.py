@@ -1,0 +1,1 @@
+"""Contact of tools, threads and bodies."""

@@ -1,0 +1,371 @@
+"""Points of contact on faces of bodies, and on axes of threads and of tools that are thin.
+
+A face has points x_q with the areas A_q of a rule of quadrature, so that contact is a pressure
+k δ [Pa], whatever the mesh. By default, k is c E*/h, with E* = E/(1 - ν²) of the
+element behind the face, h its size and c = 12: a layer that is a twelfth as thick as an element
+and that lets faces, which do not bend, follow a tool. For walls of the thickness t, whose faces
+carry load by tension, k is c E* t/h².
+
+Between the points of a face, a tool with a radius R below h/2 would slip through. Such a tool
+has points along its axis instead, on which the whole surface presses. So do threads, so that
+they cannot slip between nodes across an edge.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.bodies.threads import bonds
+from tissuec.core.arrays import counted_up
+from tissuec.core.units import AREAL_STIFFNESS, show
+from tissuec.core.vectors import cross, norm
+from tissuec.forces.contact_points import NO_FACE, ContactPoints
+from tissuec.geometry.nearest import or_one
+from tissuec.geometry.triangle_index import TriangleIndex
+from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
+from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.reading.entry_hints import missing
+from tissuec.scene.reading.findings import Findings
+
+HARDNESS = 12.0  # c
+THIN = 0.5  # of the size of a face: a radius below has points along the axis
+SMALL = 1.2  # the same: a radius below needs more points on faces
+FEW, MANY = fourth_degree(), even(4)
+ALONG = 0.25  # of the size of a face: distance of points along an axis
+SOFT = 0.005  # of the size of a face: depth over which contact of faces begins
+
+
+class FacePoints(Struct, frozen=True, eq=False):
+    """Points of contact of a network.
+
+    Attributes:
+        between: The points, as shares of nodes.
+        position: As drawn [m], shape (point, 3).
+        owner: Body of each, -1 on the axis of a tool, shape (point,).
+        size: Radius of the axis that each is on [m], else 0, shape (point,).
+        extent: Area [m²] of each point of a face, or length [m] on an axis, shape (point,).
+        shape: The shape of a tool on whose axis each is, -1 of others, shape (point,).
+        bodies: Numbers of the bodies whose faces have points, ascending.
+        face_size: h of each of these bodies, the median of its faces [m], shape (body,).
+        skin: Triangle of the network that each is on, -1 on an axis, shape (point,).
+        thin: Which shapes of tools are thin compared with which bodies of the network, shape
+            (shape, all bodies).
+    """
+
+    between: ContactPoints
+    position: Floats
+    owner: Indices
+    size: Floats
+    extent: Floats
+    shape: Indices
+    bodies: Indices
+    face_size: Floats
+    skin: Indices
+    thin: NDArray[np.bool_]
+
+    @property
+    def is_on_thread(self) -> NDArray[np.bool_]:
+        """Return which points are on threads, shape (point,)."""
+        return (self.owner >= 0) & (self.between.face == NO_FACE)
+
+    def meetings(
+        self, network: Network, nodes: Indices, surface: Indices
+    ) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+        """Return groups of nodes and of faces, and which may touch; see ``Contact.meets``.
+
+        Nodes of bodies with points touch nothing, and nodes of threads do not touch these
+        bodies: their points do.
+
+        Args:
+            network: The network.
+            nodes: Body of each node of the bodies, shape (node,).
+            surface: Surface of each face: the number of a shape of a tool, then of a thread,
+                then of the skin of a body, shape (face,).
+        """
+        bodies, shapes = len(network.bodies), len(self.thin)
+        meets = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
+        of_tools, of_faced = slice(shapes), shapes + bodies + self.bodies
+        threads = np.unique(self.owner[self.is_on_thread])
+        meets[:bodies] = True
+        meets[self.bodies] = False
+        meets[np.ix_(threads, of_faced)] = False
+        faced = bodies + self.bodies
+        meets[faced, of_tools] = ~self.thin.T[self.bodies]
+        meets[faced, shapes + bodies :] = True
+        meets[np.ix_(bodies + threads, of_faced)] = True
+        meets[2 * bodies :, shapes + bodies :] = self.thin
+        own = np.where(self.owner < 0, 2 * bodies + self.shape, bodies + self.owner)
+        return np.concatenate([nodes, own]), surface, meets
+
+
+def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> FacePoints | None:
+    """Return the points of contact of a network; None if contact acts on nodes only.
+
+    Args:
+        network: With the nodes of tools.
+        tools: Those that may touch.
+        law: As written.
+    """
+    bodies = [n for n, body in enumerate(network.bodies) if _has_points(network, body, law)]
+    if not bodies:
+        return None
+    radii = np.array(
+        [s.radius if s.kind == "capsule" else np.inf for tool in tools for s in tool.shapes]
+    )
+    rows = [_faces(network, network.bodies[n]) for n in bodies]
+    areas = [_areas(network, row) for row in rows]
+    size = np.array([np.median(np.sqrt(2.0 * area)) for area in areas])
+    thin = np.zeros((len(radii), len(network.bodies)), dtype=bool)
+    thin[:, bodies] = radii[:, None] < THIN * size
+    thick = np.where(thin[:, bodies], np.inf, radii[:, None]).min(axis=0, initial=np.inf)
+    rules = [MANY if radius < SMALL * h else FEW for radius, h in zip(thick, size, strict=True)]
+    own = _on_faces(rows, areas, rules)
+    every = np.concatenate(rows)
+    axes = _axes(network, tools, thin[:, bodies], size)
+    of_axis = np.repeat(np.flatnonzero(thin.any(axis=1)), [len(a.lengths) for a in axes])
+    threads = [n for n, body in enumerate(network.bodies) if body.thread is not None]
+    lines = [_along(network, network.bodies[n], ALONG * float(size.min())) for n in threads]
+    of_thread = np.repeat(np.array(threads, dtype=np.int64), [len(a.lengths) for a in lines])
+    none, both = np.full(len(of_axis), -1), [*axes, *lines]
+    lengths = np.concatenate([np.zeros(0), *(a.lengths for a in both)])
+    thickness = [np.full(len(a.lengths), a.radius) for a in lines]
+    triangles = network.skin[every].astype(np.int64)
+    between = ContactPoints(
+        corners=np.concatenate([triangles[own.face], *(a.ends for a in both)]),
+        shares=np.concatenate([own.shares, *(a.shares for a in both)]),
+        areas=np.concatenate([own.areas, np.zeros(len(lengths))]),
+        face=np.concatenate([own.face, np.full(len(lengths), NO_FACE)]),
+        bonds=np.concatenate([np.full((len(own.face), 2), -1), *(a.bonds for a in both)]),
+        triangles=triangles,
+        marks=None if network.skin_marks is None else network.skin_marks[every],
+        ends=network.springs.ends,
+    )
+    return FacePoints(
+        between=between,
+        position=between.behind(network.position)[network.node_count :],
+        owner=np.concatenate([np.repeat(bodies, own.counts), none, of_thread]),
+        size=np.concatenate([np.zeros(len(own.face)), radii[of_axis], *thickness]),
+        extent=np.concatenate([own.areas, lengths]),
+        shape=np.concatenate(
+            [np.full(len(own.face), -1), of_axis, np.full(len(of_thread), -1)]
+        ),
+        bodies=np.array(bodies),
+        face_size=size,
+        skin=np.concatenate([every[own.face], np.full(len(lengths), -1)]),
+        thin=thin,
+    )
+
+
+class _OnFaces(NamedTuple):
+    """Points of faces, body by body.
+
+    Attributes:
+        face: Number of the triangle of each, shape (point,).
+        shares: N_a, shape (point, 3).
+        areas: [m²], shape (point,).
+        counts: Points of each body.
+    """
+
+    face: Indices
+    shares: Floats
+    areas: Floats
+    counts: list[int]
+
+
+def _on_faces(
+    rows: Sequence[Indices], areas: Sequence[Floats], rules: Sequence[TriangleRule]
+) -> _OnFaces:
+    """Return the points of the faces of bodies, by their triangles, areas and rules."""
+    first = np.cumsum([0, *map(len, rows)])
+    faces = [
+        np.repeat(start + np.arange(len(row)), len(rule.weights))
+        for row, rule, start in zip(rows, rules, first, strict=False)
+    ]
+    shares = [np.tile(one.points, (len(row), 1)) for one, row in zip(rules, rows, strict=True)]
+    every = [np.outer(a, one.weights).ravel() for one, a in zip(rules, areas, strict=True)]
+    return _OnFaces(
+        np.concatenate(faces),
+        np.concatenate(shares),
+        np.concatenate(every),
+        [len(face) for face in faces],
+    )
+
+
+def _has_points(network: Network, body: BodyPart, law: ContactLaw) -> bool:
+    """Return whether contact acts on the faces of a body."""
+    if body.thread is not None or law.places == "nodes":
+        return False
+    by_word = law.places == "faces"
+    by_default = body.is_made_of_elements and law.stiffness is None
+    return (by_word or by_default) and len(_faces(network, body)) > 0
+
+
+def _faces(network: Network, body: BodyPart) -> Indices:
+    """Return the surface triangles of a body that are not in a plane of symmetry."""
+    inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
+    mirrored = np.zeros(len(inside), dtype=bool)
+    for plane in network.mirrored:
+        mirrored |= np.isin(network.skin, plane.nodes).all(axis=1)
+    return np.flatnonzero(inside.all(axis=1) & ~mirrored)
+
+
+def _areas(network: Network, rows: Indices) -> Floats:
+    a, b, c = network.position[network.skin[rows].T]
+    return 0.5 * norm(cross(b - a, c - a))
+
+
+class _Axis(Struct, frozen=True, eq=False):
+    """Points on the axis of a capsule, or along a thread.
+
+    Attributes:
+        ends: Nodes at the ends of the line of each, the second one twice, shape (point, 3).
+        shares: N_a, shape (point, 3).
+        lengths: Length of axis that each represents [m], shape (point,).
+        bonds: Springs of which one must be there for a point, -1 for none, shape (point, 2).
+        radius: [m].
+    """
+
+    ends: Indices
+    shares: Floats
+    lengths: Floats
+    bonds: Indices
+    radius: float
+
+
+def _axes(
+    network: Network, tools: Sequence[Tool], thin: NDArray[np.bool_], size: Floats
+) -> list[_Axis]:
+    """Return the points of the shapes of tools that are thin compared with a body.
+
+    Args:
+        thin: Which shapes are thin for which bodies, shape (shape, body).
+        size: Of the faces of each body [m], shape (body,).
+    """
+    shapes = [(tool, shape.radius) for tool in tools for shape in tool.shapes]
+    return [
+        _axis(network, 2 * number, tool, radius, ALONG * float(size[beside].min()))
+        for number, ((tool, radius), beside) in enumerate(zip(shapes, thin, strict=True))
+        if beside.any()
+    ]
+
+
+def _axis(network: Network, place: int, tool: Tool, radius: float, apart: float) -> _Axis:
+    """Return points along a capsule of a tool, and at those of its ends that are free.
+
+    A rounded end, which is as wide as the tool, counts as half a radius.
+
+    Args:
+        place: Of its first node among those of tools.
+        apart: Largest distance of points [m].
+    """
+    first = network.tools[0].nodes.start + place
+    a, b = network.position[first], network.position[first + 1]
+    others = np.concatenate([shape.points for shape in tool.shapes])
+    length = float(np.linalg.norm(b - a))
+    count = int(np.ceil(length / apart)) if length > 0.0 else 0
+    way = (np.arange(count) + 0.5) / max(count, 1)
+    lengths = np.full(count, length / max(count, 1))
+    ends = [0.0] if length == 0.0 else [0.0, 1.0]
+    free = [s for s in ends if (others == (a, b)[round(s)]).all(axis=1).sum() == 3 - len(ends)]
+    way, lengths = np.append(way, free), np.append(lengths, np.full(len(free), 0.5 * radius))
+    return _Axis(
+        np.tile([first, first + 1, first + 1], (len(way), 1)),
+        np.stack([1.0 - way, way, np.zeros_like(way)], axis=1),
+        lengths,
+        np.full((len(way), 2), -1),
+        radius,
+    )
+
+
+def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
+    """Return points along the pieces of a thread, at most some way apart [m].
+
+    They are in the middles of equal parts of a piece.
+    """
+    assert body.thread is not None
+    pieces = bonds(body.thread)
+    ends = network.springs.ends[[spring for spring, _ in pieces]].astype(np.int64)
+    length = norm(network.position[ends[:, 1]] - network.position[ends[:, 0]])
+    count = np.maximum(np.ceil(length / apart), 1.0).astype(np.int64)
+    of = np.repeat(np.arange(len(ends)), count)
+    way = (counted_up(count) + 0.5) / count[of]
+    return _Axis(
+        ends[of][:, [0, 1, 1]],
+        np.stack([1.0 - way, way, np.zeros_like(way)], axis=1),
+        length[of] / count[of],
+        np.array([bond for _, bond in pieces], dtype=np.int64)[of],
+        body.thread.radius,
+    )
+
+
+def stiffness_of(
+    points: FacePoints, network: Network, environment: Environment, findings: Findings
+) -> Floats:
+    """Return the stiffness of each point of contact [N/m], shape (point,).
+
+    Args:
+        points: Of the network.
+        network: With its elements.
+        environment: The environment, which may set the pressure per depth.
+        findings: Takes diagnostics.
+    """
+    assert environment.contact is not None, "otherwise there are no points"
+    axis, threaded = points.owner < 0, points.is_on_thread
+    if (written := environment.contact.surface_stiffness) is not None:
+        return written * points.extent * np.where(axis | threaded, points.size, 1.0)
+    touched = [network.bodies[int(n)] for n in points.bodies]
+    nets = [body for body in touched if not body.elements]
+    if nets:
+        example = f"contact surface stiffness = {show(1e6, AREAL_STIFFNESS)}"
+        findings.reject(
+            "TIS304",
+            f'environment needs "contact surface stiffness": {nets[0].name} is made of '
+            "springs, which do not say how hard its faces are",
+            environment.span,
+            hint=missing(example, environment.span),
+        )
+    firm, hard = _of_elements(points.between.triangles, network)
+    found = np.zeros(len(points.extent))
+    faced = points.between.face != NO_FACE
+    found[faced] = hard[points.between.face[faced]] * points.extent[faced]
+    owner = np.searchsorted(points.bodies, points.owner[faced])
+    area = np.bincount(owner, points.extent[faced])
+    mean = np.zeros(len(network.bodies))
+    firm_of = firm[points.between.face[faced]] * points.extent[faced]
+    mean[points.bodies] = np.bincount(owner, firm_of) / area
+    beside = points.thin[points.shape[axis]]
+    # A strip as wide as R, of the pressure c E*/R by depth.
+    found[axis] = HARDNESS * points.extent[axis] * (beside @ mean) / beside.sum(axis=1)
+    # At a corner of a cell, a single point bears what dents the cell by half.
+    firmest, size = mean[points.bodies].max(), float(points.face_size.max())
+    hard_of = np.maximum(HARDNESS, 2.0 * size / or_one(points.size[threaded]))
+    found[threaded] = hard_of * points.extent[threaded] * firmest
+    return found
+
+
+def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
+    """Return E* [Pa] of the element behind each triangle, and the pressure per depth [Pa/m].
+
+    Args:
+        triangles: Corners, shape (triangle, 3).
+    """
+    firm, hard = np.zeros((2, len(triangles)))
+    a, b, c = network.position[triangles.T]
+    area = 0.5 * norm(cross(b - a, c - a))
+    index = TriangleIndex(triangles)
+    for one in network.elements:
+        is_wall, faces = one.nodes.shape[1] == 3, one.faces
+        place = index.find(faces.reshape(-1, 3))
+        element = np.repeat(np.arange(len(one.nodes)), faces.shape[1])
+        place, element = place[place >= 0], element[place >= 0]
+        # E* = 4 G (3 K + G) / (3 K + 4 G), for any K.
+        g, k = one.shear[element], one.bulk_modulus[element]
+        firm[place] = 4.0 * g * (3.0 * k + g) / (3.0 * k + 4.0 * g)
+        size = np.sqrt(2.0 * area[place])
+        thick = one.weight[element] / area[place] if is_wall else size
+        hard[place] = HARDNESS * firm[place] * thick / size**2
+    return firm, hard

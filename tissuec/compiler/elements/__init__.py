@@ -1,0 +1,1 @@
+"""Bodies made of finite elements: matter, regions, limits and branches of elements."""

@@ -1,0 +1,54 @@
+"""Branches of elements that relax, from the shares of tissues.
+
+A share s of the modulus of a sudden strain relaxes; with the sum S of all shares of a tissue
+and the modulus μ that is left in the end, the modulus of its branch is μ s/(1 - S).
+"""
+
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from tissuec.compiler.materials.tissue_parts import TissueParts, part_numbers
+from tissuec.model.inelastic import CONSTANTS, TIMES
+from tissuec.model.network import Floats, Indices
+from tissuec.scene.model import AssignedQuantity
+from tissuec.scene.tissues.quantities import OF_MATTER, QUANTITIES
+
+if TYPE_CHECKING:
+    from tissuec.forces.membrane_branches import MembraneBranches
+    from tissuec.forces.solid_branches import SolidBranches
+
+
+Kind = TypeVar("Kind", "SolidBranches", "MembraneBranches")
+
+
+def branches_of(
+    kind: type[Kind], parts: TissueParts, part: Indices, shear: Floats
+) -> Kind | None:
+    """Return the branches of elements, without storage; None if nothing relaxes.
+
+    Args:
+        kind: Class of the branches: of solids or of walls.
+        parts: Of the body.
+        part: Of each element, shape (element,).
+        shear: Shear modulus of each element in the end [Pa], shape (element,).
+    """
+    rows: list[tuple[Floats, Floats]] = []
+    for constant, name in zip(CONSTANTS, TIMES, strict=True):
+        shares, times = parts.found(constant), parts.found(name)
+        ratio = np.zeros(len(shares))
+        used: list[AssignedQuantity | None] = [None] * len(shares)
+        for number in part_numbers(part):
+            share, lasting = shares[number], times[number]
+            if share is None and lasting is None:
+                continue
+            if share is None or lasting is None:
+                said, lacking = (share, name) if share else (lasting, OF_MATTER[constant][0])
+                parts.refuse_half(said, name, QUANTITIES[lacking], parts.body.span)
+            if share.quantity.is_of_matter and np.isfinite(lasting.value):
+                used[number] = lasting
+                ratio[number] = share.value / (1.0 - parts.relaxing_beside(share))
+        rows.append((ratio[part] * shear, parts.at_elements(used, np.inf)))
+    moduli, times = map(np.array, zip(*rows, strict=True))
+    used = moduli.any(axis=1)
+    return kind.new(moduli[used], times[used]) if used.any() else None

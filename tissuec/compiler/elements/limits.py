@@ -1,0 +1,201 @@
+"""What breaks the elements of bodies that may rupture, and the springs that mark them.
+
+An element has a spring of its own that bears nothing. Where the element breaks, this mark dies,
+as springs do that break, so that results, checkpoints and scripts know what is left.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.materials.cutting_resistance import SpringResistance
+from tissuec.compiler.materials.tissue_parts import Material, TissueParts, part_numbers
+from tissuec.core.errors import Note
+from tissuec.core.names import key_of
+from tissuec.core.source import Span
+from tissuec.geometry.triangle_index import TriangleIndex
+from tissuec.laws import LINEAR
+from tissuec.meshes.generators import ElementMesh
+from tissuec.meshes.walls import TRIANGLE
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices, MarkPart, Origin, Provenance
+from tissuec.model.springs import NUMBERS, Springs
+from tissuec.scene.bodies.elements import note_of, refuse
+from tissuec.scene.model import AssignedQuantity, Body
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.tissues.quantities import BREAKING_STRAIN, LIMITS
+
+if TYPE_CHECKING:
+    from tissuec.forces.element_fields import MaterialField
+    from tissuec.forces.element_limits import ElementLimits
+
+NOT_ALLOWED = "rupture is not allowed"
+CRUSHING = "crushing force"
+#: Of the toughness of a tissue, what elements at the tip of a crack hold per area when it
+#: advances; the rest is set free around them. Measured: see "Cracks" in docs/numerics.md.
+AT_TIPS = {"hexahedron": 0.3, "wedge": 0.25, "tetrahedron": 0.2, TRIANGLE: 0.23}
+
+
+class ElementMarks(Struct, frozen=True, eq=False):
+    """Springs that mark the elements of one body, as a part of a network.
+
+    Attributes:
+        springs: One for each element, at the nodes that it has in the network.
+        memory: Nothing.
+        provenance: Of their numbers, by name; ``strength`` is that of the limits of elements.
+        name: Of the body.
+        span: Of the body.
+    """
+
+    springs: Springs
+    provenance: Mapping[str, Provenance]
+    name: str
+    span: Span
+    memory: Mapping[str, Floats] = {}
+
+    @property
+    def resistance(self) -> SpringResistance:
+        """Return the cutting resistance of the marks, which is zero."""
+        return SpringResistance.none(len(self.springs.ids))
+
+    @classmethod
+    def of(cls, body: Body, nodes: Indices, known: Provenance) -> "ElementMarks":
+        """Return the marks of elements.
+
+        Args:
+            body: The body.
+            nodes: One node of each element in the network, shape (element,).
+            known: Where their limits come from.
+        """
+        count = len(nodes)
+        numbers = dict(zip(NUMBERS, (0.0, 0.0, 0.0, np.inf, np.inf), strict=True))
+        springs = Springs.of(
+            np.stack([nodes, nodes], axis=1).astype(np.int32),
+            {name: np.broadcast_to(value, count) for name, value in numbers.items()},
+            np.broadcast_to(np.int32(0), count),
+            (LINEAR,),
+            np.arange(1, count + 1),
+        )
+        return cls(springs, dict.fromkeys(NUMBERS, known), body.name, body.span)
+
+    def part(self, first: int) -> MarkPart:
+        """Return where they are in a network in which the first has a number."""
+        return MarkPart(self.name, slice(first, first + len(self.springs.ids)), self.span)
+
+
+def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
+    """Return the mark of the element that each triangle of a skin belongs to, or -1.
+
+    The shape is (triangle,). None where no element may break.
+
+    Args:
+        skin: Corners, shape (triangle, 3).
+        blocks: Of elements.
+    """
+    fields = (b.field for b in blocks if b.kind in ("elements", "membranes"))
+    able = [cast("MaterialField", field) for field in fields if field.limits is not None]
+    if not able:
+        return None
+    found = np.full(len(skin), -1)
+    index = TriangleIndex(skin)
+    for field in able:
+        assert field.limits is not None
+        faces = field.faces
+        place = index.find(faces.reshape(-1, 3))
+        marks = np.repeat(field.limits.marks, faces.shape[1])
+        found[place[place >= 0]] = marks[place >= 0]
+    return found
+
+
+class LimitReader:
+    """Reads the limits of the elements of one body.
+
+    Args:
+        body: The body.
+        parts: The entries of its tissues.
+        part: Number of the part of each element, shape (element,).
+        shapes: The elements, shape by shape.
+        findings: Takes diagnostics.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        parts: TissueParts,
+        part: Indices,
+        shapes: Sequence[ElementMesh],
+        findings: Findings,
+    ):
+        assert body.elements is not None
+        self.body, self.parts, self.part, self.findings = body, parts, part, findings
+        self.shapes = shapes
+        self.made = body.elements
+        self.given: list[Sequence[AssignedQuantity]] = [()] * len(parts.materials)
+        if body.may_rupture:
+            found = parts.limits()
+            for number in part_numbers(part):
+                material = parts.materials[number]
+                self.given[number] = found[number]
+                self._check(found[number], material)
+
+    def _check(self, limits: Sequence[AssignedQuantity], material: Material) -> None:
+        """Report a part without limits of its elements, or with those of springs."""
+        assert material.tissue is not None
+        crush = material.tissue.given.get(CRUSHING)
+        if crush is not None and crush.value != crush.quantity.none:
+            refuse(f"a {CRUSHING}", crush.span, self.made, self.findings)
+        if not limits:
+            needed = self.parts.needed_limit(BREAKING_STRAIN)
+            self.parts.missing(needed, material, note_of(self.made))
+        given = limits[0]
+        if given.quantity.is_of_matter or given.value == given.quantity.none:
+            return
+        self.findings.reject(
+            "TIS306",
+            "the breaking force of each spring is not available for elements",
+            given.span,
+            hint="write a breaking strain, a strength or a toughness in the tissue instead",
+            notes=(
+                Note(f"used by {self.body.name}", self.body.span),
+                note_of(self.made),
+            ),
+        )
+
+    @property
+    def limits(self) -> "ElementLimits | None":
+        """Return the limits of the elements, with marks numbered within the body."""
+        if not self.body.may_rupture:
+            return None
+        from tissuec.forces.element_limits import ElementLimits
+
+        strain, stress, toughness = (
+            self.parts.at_elements([_limit(one, key) for one in self.given], np.inf)
+            for key in LIMITS
+        )
+        share = [np.full(len(one.nodes), AT_TIPS[one.shape]) for one in self.shapes]
+        toughness = toughness * np.concatenate(share)
+        return ElementLimits(strain, stress, toughness, np.arange(len(self.part)))
+
+    def known(self, part: NDArray[np.integer]) -> Provenance:
+        """Return the origins of limits: one for each part, and that of a second limit.
+
+        Args:
+            part: Of each element or edge, shape (n,).
+        """
+        if not self.body.may_rupture:
+            origins = (Origin(self.body.span, NOT_ALLOWED),)
+            return Provenance(np.broadcast_to(np.int32(0), part.shape), origins)
+        found: list[Origin] = []
+        for limits in self.given:
+            own = [Origin(one.span, one.how) for one in limits]
+            own = own or [Origin(self.body.span, "none")]
+            found += own[0], own[-1]
+        return Provenance(2 * part.astype(np.int32), tuple(found))
+
+
+def _limit(given: Sequence[AssignedQuantity], key: str) -> AssignedQuantity | None:
+    """Return a limit of a part; None where others limit it."""
+    return next((one for one in given if key_of(one.quantity.name) == key), None)

@@ -1,0 +1,1 @@
+"""Learn blocks bound to the network: what is compared with data, and what may change."""

@@ -1,0 +1,1 @@
+"""Materials: from quantities of tissues to numbers of nodes and springs."""

@@ -1,0 +1,81 @@
+"""The energy that blades need: resistances of springs and elements, from their tissues."""
+
+from collections.abc import Mapping, Sequence
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.materials.tissue_parts import TissueParts
+from tissuec.model.cutting import CuttingResistance
+from tissuec.model.network import Floats, Indices
+from tissuec.scene.tissues.quantities import CUTTING_RESISTANCE, FIBRE_MODULUS, YOUNGS_MODULUS
+
+if TYPE_CHECKING:
+    from tissuec.compiler.materials.matter import Matter
+
+
+class SpringResistance(Struct, frozen=True, eq=False):
+    """Resistance of the springs of a body or joint; see ``CuttingResistance``."""
+
+    areas: Floats
+    means: Floats
+    springs: Floats
+
+    @classmethod
+    def none(cls, count: int) -> "SpringResistance":
+        """Return that of so many springs which a blade cuts without any energy."""
+        return cls(np.zeros(count), np.ones(count), np.zeros(count))
+
+
+def resistance_of_parts(parts: TissueParts) -> Floats:
+    """Return the resistance of each part [J/m²], 0 of those that give none, shape (part,)."""
+    given = [m.tissue and m.tissue.given.get(CUTTING_RESISTANCE) for m in parts.materials]
+    return np.array([0.0 if one is None else one.value for one in given])
+
+
+def resistance_of_springs(
+    parts: TissueParts, ends: Indices, pull: Floats, matter: "Matter"
+) -> SpringResistance:
+    """Return the resistance of springs that are made of matter.
+
+    Args:
+        parts: Of the body.
+        ends: Numbers of the parts at both ends of each, shape (spring, 2).
+        pull: Spring constants times lengths as drawn, 0 of what is no matter [N].
+        matter: How it is shared out.
+    """
+    softness = np.zeros(len(parts.materials))
+    for number, material in enumerate(parts.materials):
+        if material.tissue is not None and YOUNGS_MODULUS in material.tissue.given:
+            given = material.tissue.given
+            softness[number] = 1.0 / given.get(FIBRE_MODULUS, given[YOUNGS_MODULUS]).value
+    resistance = resistance_of_parts(parts)
+    softness[resistance == 0.0] = 0.0
+    section = pull * softness[ends].mean(axis=1)
+    energy = pull * (resistance * softness)[ends].mean(axis=1)
+    divisor, mean = 1.0, 1.0
+    if matter.poisson is not None:
+        divisor, mean = (2.0, 0.5) if matter.is_solid else (1.5, 2.0 / pi)
+    each = np.divide(energy, section, out=np.zeros_like(energy), where=section > 0.0)
+    return SpringResistance(section / divisor, np.full(len(ends), mean), each)
+
+
+def joined_resistance(
+    springs: Sequence[SpringResistance], elements: Mapping[str, Floats]
+) -> CuttingResistance | None:
+    """Return the resistance of a network; None if blades need no energy anywhere.
+
+    Args:
+        springs: Of bodies, joints and marks, one after the other.
+        elements: Of elements [J/m²] by the name of their block, shape (element,).
+    """
+    found = CuttingResistance(
+        np.concatenate([np.zeros(0), *(one.areas for one in springs)]),
+        np.concatenate([np.zeros(0), *(one.means for one in springs)]),
+        np.concatenate([np.zeros(0), *(one.springs for one in springs)]),
+        elements,
+    )
+    has_any = found.springs.any() or any(one.any() for one in elements.values())
+    return found if has_any else None

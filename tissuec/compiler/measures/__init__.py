@@ -1,0 +1,1 @@
+"""Measures and conditions over them, checked now and evaluated later."""

@@ -1,0 +1,507 @@
+"""Conditions of a run: expressions over measures, checked now and evaluated later."""
+
+from collections.abc import Mapping, Sequence
+from typing import NoReturn
+
+import numpy as np
+
+from tissuec.compiler.measures.observed import (
+    CompiledCondition,
+    MeasureScope,
+    ObservedMeasure,
+    Place,
+    place_of,
+)
+from tissuec.compiler.sets import KINDS, Groups, unnamed
+from tissuec.core.hints import Edit, Hint, alternatives, proposal
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, TIME, show
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.lang.words import written_name
+from tissuec.model.network import Floats
+from tissuec.scene.model import Scene
+from tissuec.scene.reading.expressions import FUNCTIONS
+from tissuec.scene.reading.values import unit_vector
+from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.directed import DirectedMeasure
+from tissuec.script.plan import Condition, Expectation
+from tissuec.script.verbs.cut import SCISSORS
+
+COUNTED = ("nodes", "springs", "elements", "pieces")
+COUNT = "count"  # of nodes, springs or elements of something
+LEDGER = "energy drift"
+_NEAR = 0.01  # of a number: half of the range that is proposed in place of it
+#: What could be taken for a measure, and what to write instead.
+NOT_MEASURED = {
+    "track": "in a learn block write: fit = positions(A) using columns …, "
+    "and then: expect error(held out) < 8 %",
+    "error": "it is available after learning: expect error(held out) < 8 %",
+    "positions": "it is for learn blocks: fit = positions(A); for a single position, use "
+    "position(A)",
+}
+
+
+class Conditions:
+    """Turns conditions of ``when`` and ``expect`` into functions of a snapshot.
+
+    Args:
+        groups: The sets and bodies.
+        scene: The scene.
+    """
+
+    def __init__(self, groups: Groups, scene: Scene):
+        self.groups = groups
+        self.tools = scene.tools
+        self.scope = scene.constants
+        self.findings = scene.constants.findings
+        self.duration = scene.simulation.duration
+        self.touching = scene.environment.contact is not None
+        self.needs_ledger = False
+
+    def condition(self, node: s.Expression) -> Condition:
+        """Return a condition that looks at the present only; rejects pinned times."""
+        readings = self.readings(node)
+        for reading in readings.values():
+            if reading.measure is MEASURES[LEDGER]:
+                self.findings.reject(
+                    "TIS702",
+                    "when cannot wait for the energy drift, which is known only after a step",
+                    node.span,
+                    hint="write instead: expect energy drift < 1 % over run",
+                )
+            if reading.time is not None:
+                self.findings.reject(
+                    "TIS702",
+                    "a when condition refers to the present and cannot name a time",
+                    node.span,
+                )
+        return self._judgement(node, readings)
+
+    def expectation(self, item: s.Expect) -> Expectation:
+        """Return an ``expect`` clause with its interval."""
+        readings = self.readings(item.condition)
+        judgement = self._judgement(item.condition, readings)
+        pinned = tuple(sorted({r.time for r in readings.values() if r.time is not None}))
+        if not item.clauses and readings and all(r.time is not None for r in readings.values()):
+            start = stop = pinned[-1]  # every measure says its own time
+        else:
+            start, stop = self._interval(item)
+        if pinned and pinned[-1] > start:
+            self.findings.reject(
+                "TIS703",
+                f"{show(pinned[-1], TIME)} is later than {show(start, TIME)}",
+                item.condition.span,
+            )
+
+        return Expectation(judgement, judgement.describe, start, stop, pinned, item.span)
+
+    def reading(self, node: s.Call | s.Name) -> ObservedMeasure:
+        """Return a measure with its subjects, or reject it."""
+        if isinstance(node, s.Call):
+            return self._read(node.function.key, node, node.arguments)
+        return self._read(node.key, node, ())
+
+    def log_subjects(
+        self, measure: type[Measure], names: Sequence[s.Name]
+    ) -> tuple[Subject, ...]:
+        """Return the subjects of a measure in an output sentence."""
+        return tuple(self._subject(measure, name) for name in names)
+
+    def _judgement(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> CompiledCondition:
+        truth = MeasureScope(readings, self.scope, None).decide(node)
+        if truth.ndim:
+            self.findings.reject(
+                "TIS312", "a condition compares single numbers, not vectors", node.span
+            )
+        self._check_limits(node, readings)
+        self._doubt_signs(node, readings)
+        self._doubt_equality(node, readings)
+        return CompiledCondition(node, readings, self.scope)
+
+    def _check_limits(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> None:
+        """Reject limits of which the lower one is above the upper one, if none is measured."""
+        for part in walk(node):
+            if not isinstance(part, s.Between):
+                continue
+            limits = part.low, part.high
+            inside = (one for one in walk(limits) if isinstance(one, s.Call | s.Name))
+            if any(place_of(one) in readings for one in inside):
+                continue
+            low, high = (self.scope.number(limit) for limit in limits)
+            if low.amount > high.amount:
+                self.scope.refuse_reversed(part.low.span, part.high.span)
+
+    def _doubt_signs(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> None:
+        """W701: the magnitude of a vector or of a stress is compared with a negative number."""
+        for part in walk(node):
+            if not isinstance(part, s.Compare):
+                continue
+            for side, other in ((part.left, part.right), (part.right, part.left)):
+                reading = readings.get(place_of(side))
+                if reading is None or reading.along is not None:
+                    continue
+                is_vector = issubclass(reading.measure, DirectedMeasure)
+                is_fixed = not any(place_of(one) in readings for one in walk(other))
+                if is_vector and is_fixed and self.scope.number(other).amount < 0.0:
+                    (subject,) = reading.subjects
+                    text = side.span.one_line
+                    component = text.replace(subject.name, f"{subject.name} along (0, 0, 1)")
+                    self.findings.add(
+                        "W701", f"{text} is a magnitude, which is never negative", part.span,
+                        hint=f"for a component, write a direction: {component}",
+                    )  # fmt: skip
+
+    def _doubt_equality(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> None:
+        """W702: a measured real number is compared with exactly one number.
+
+        Zero is left out: the force of what touches nothing, and the speed of what is held, are
+        exactly 0.
+        """
+        for part in walk(node):
+            if not isinstance(part, s.Compare) or part.sign not in ("==", "!="):
+                continue
+            for side, other in ((part.left, part.right), (part.right, part.left)):
+                reading = readings.get(place_of(side))
+                if reading is None or getattr(reading.measure, "counts", False):
+                    continue
+                is_fixed = not any(place_of(one) in readings for one in walk(other))
+                if not is_fixed or (value := float(self.scope.number(other).amount)) == 0.0:
+                    continue
+                text, dimension = side.span.one_line, reading.measure.dimension
+                near = sorted((value * (1.0 - _NEAR), value * (1.0 + _NEAR)))
+                between = " and ".join(show(one, dimension, digits=4) for one in near)
+                often, meant = "hardly ever", f"{text} between {between}"
+                if part.sign == "!=":
+                    often, meant = "nearly always", f"not ({meant})"
+                message = f'"{part.sign}" is {often} true of a measured number, {text}'
+                hint = f"write a range, such as {meant}"
+                self.findings.add("W702", message, part.span, hint=hint)
+
+    # --- measures -----------------------------------------------------------------------------
+
+    def readings(self, node: s.Expression) -> dict[Place, ObservedMeasure]:
+        """Return every measure in a condition by the place of its node."""
+        readings: dict[Place, ObservedMeasure] = {}
+        described = set[Place]()  # what a clause says more of, such as "force of hook"
+        for part in walk(node, enters=_is_mathematical):
+            match part:
+                case s.Name(key=key) if key in MEASURES and MEASURES[key].subjects == 0:
+                    readings[place_of(part)] = self._read(key, part, ())
+                case s.Argument(clauses=(_, *_)):
+                    described.add(place_of(part.value))
+                case s.Name() if place_of(part) not in described and not self.scope.has(part):
+                    self._refuse_bare(part)
+                case s.Call() if not _is_mathematical(part):
+                    reading = self._read(part.function.key, part, part.arguments)
+                    readings[place_of(part)] = reading
+                case _:
+                    pass
+        return readings
+
+    def _read(
+        self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> ObservedMeasure:
+        if key == COUNT:
+            key, arguments = self._counted(node, arguments)
+        if key not in MEASURES:
+            name = node.function if isinstance(node, s.Call) else node
+            self._refuse_mistaken(name)
+            self.findings.reject(
+                "TIS701",
+                f'"{name.text}" is not a measure',
+                name.span,
+                hint=_aggregate_meant(name)
+                or alternatives(
+                    key,
+                    (COUNT, *(name for name in MEASURES if name not in COUNTED)),
+                    what="measures",
+                ),
+            )
+        self.needs_ledger |= key == LEDGER
+        measure = MEASURES[key]
+        time, along, subjects = None, None, list[Subject]()
+        for argument in arguments:
+            if isinstance(argument.value, s.Call):
+                self._refuse_mistaken(argument.value.function)
+            name = s.as_name(argument.value)
+            if name is not None and self._is_subject(name):
+                subjects.append(self._subject(measure, name))
+                along = self._along(argument, key) if argument.clauses else along
+            elif time is None and len(subjects) == measure.subjects and not argument.clauses:
+                time = self._pinned(argument)
+            else:
+                self._unknown_subject(argument)
+        if len(subjects) != measure.subjects:
+            hint = f"the form is {measure.form}"
+            self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
+        return ObservedMeasure(measure, tuple(subjects), time, along)
+
+    def _refuse_bare(self, name: s.Name) -> None:
+        """Reject a measure that does not say what it is taken of, such as ``energy``."""
+        meant = [
+            measure
+            for key, measure in MEASURES.items()
+            if name.key in (key, measure.form.partition("(")[0])
+        ]
+        if not meant:
+            return
+        first, bodies = meant[0], self.groups.names_of_bodies()
+        hint = Hint(f"write {', or '.join(measure.form for measure in meant)}")
+        if len(meant) == 1 == first.subjects and first.takes != "jaws" and bodies:
+            example = first.form.replace("A)", f"{written_name(bodies[0])})")
+            hint = Hint(f"write {example}", Edit(example))
+        message = f'"{name.text}" does not say what it is measured on'
+        self.findings.reject("TIS702", message, name.span, hint=hint)
+
+    def _refuse_mistaken(self, name: s.Name) -> None:
+        """Reject what could be taken for a measure, and is none."""
+        if name.key in NOT_MEASURED:
+            message = f'"{name.text}" is not a measure'
+            self.findings.reject("TIS701", message, name.span, hint=NOT_MEASURED[name.key])
+
+    def _counted(
+        self, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> tuple[str, list[s.Argument]]:
+        """Return ``count(nodes of oviduct)`` as the measure "nodes" of oviduct."""
+        first = arguments[0] if arguments else None
+        what = first.value.key if first is not None and isinstance(first.value, s.Name) else ""
+        if first is None or what not in COUNTED or [c.word for c in first.clauses] != ["of"]:
+            self.findings.reject(
+                "TIS702",
+                "wrong form of count",
+                node.span,
+                hint="forms: " + ", ".join(f"count({one} of A)" for one in COUNTED),
+            )
+        return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+
+    def _is_subject(self, name: s.Name) -> bool:
+        return name.key in self.tools or self.groups.is_known(name)
+
+    def _unknown_subject(self, argument: s.Argument) -> NoReturn:
+        if isinstance(argument.value, s.Name):
+            tools = (tool.name for tool in self.tools.values())
+            self.groups.refuse_parted(argument.value, tools)
+        if (name := s.as_name(argument.value)) is not None and name.listed:
+            self._refuse_union(name)
+        self._no_subject(argument.value.span.text, argument.span)
+
+    def _refuse_union(self, union: s.Name) -> NoReturn:
+        """Reject a union by the first of its names that is neither a set nor a body."""
+        name = next(one for one in union.listed if not self.groups.is_known(one))
+        if name.key not in self.tools:
+            self._no_subject(name.text, name.span)
+        message = f'"{name.text}" is a tool; a union contains sets or bodies'
+        self.findings.reject("TIS312", message, name.span)
+
+    def _no_subject(self, text: str, span: Span) -> NoReturn:
+        self.findings.pass_over_doubtful(s.key_of(text))
+        if text in KINDS:
+            unnamed(text, span, self.findings)
+        known = [tool.name for tool in self.tools.values()]
+        known += self.groups.names_of_sets()
+        known += self.groups.names_of_parts()
+        self.findings.reject(
+            "TIS301",
+            f'there is no set, body or tool called "{text}"',
+            span,
+            hint=alternatives(
+                text,
+                known,
+                what="sets, bodies, joints and tools"
+                if self.groups.named_joints
+                else "sets, bodies and tools",
+            ),
+        )
+
+    def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
+        none = np.zeros(0, dtype=np.int64)
+        if getattr(measure, "of_contact", False) and not self.touching:
+            self.findings.reject(
+                "TIS702",
+                f"{measure.form} is always 0: contact is off",
+                name.span,
+                hint="write contact is tools only, or contact is everywhere, in environment",
+            )
+        self._refuse_others(measure, name)
+        if name.key in self.tools:
+            tool = self.tools[name.key]
+            if measure.takes == "springs":
+                self.findings.reject(
+                    "TIS702", f"{measure.form} needs springs, not a tool", name.span
+                )
+            feels = getattr(measure, "feels_blades", False) and tool.kind == SCISSORS
+            if not tool.holds_nodes and not feels:
+                self.findings.reject(
+                    "TIS405",
+                    f"{tool.name} is {tool.kind} and holds no nodes to measure",
+                    name.span,
+                    hint="measure a set or a body",
+                )
+            return Subject(tool.name, None, none)
+        if not self.groups.is_known(name):
+            if name.listed:
+                self._refuse_union(name)
+            self._no_subject(name.text, name.span)
+        if self.groups.is_springs(name):
+            if measure.takes in ("nodes", "solid", "body or solid"):
+                self.findings.reject(
+                    "TIS702", f"{measure.form} needs nodes, not springs", name.span
+                )
+            springs = self.groups.springs(name)
+            return Subject(springs.name, none, springs.indices, is_springs=True)
+        nodes = self.groups.nodes(name)
+        return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
+
+    def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
+        """Reject what has neither a volume, a stress nor a grip, and would never have any."""
+        match measure.takes:
+            case "body":
+                needed, known = "a body", self.groups.names_of_bodies()
+            case "solid" | "body or solid":
+                self._require_elements(measure, name)
+                return
+            case "jaws":
+                forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]
+                known = [tool.name for tool in forceps if tool.shapes or tool.entries is None]
+                needed = "forceps with jaws"
+            case _:
+                return
+        is_right = any(s.key_of(each) == name.key for each in known)
+        if self._is_subject(name) and not is_right:
+            self.findings.reject(
+                "TIS702",
+                f"{measure.form} needs {needed}",
+                name.span,
+                hint=alternatives(name.text, known, what="there are"),
+            )
+
+    def _require_elements(self, measure: type[Measure], name: s.Name) -> None:
+        """Reject what has no stress because no element is there."""
+        takes_bodies = measure.takes != "solid"
+        if not self._is_subject(name) or (takes_bodies and name.key in self.groups.bodies):
+            return
+        bodies = self.groups.bodies.values()
+        known = [each.drawing.body.name for each in bodies if each.drawing.mesh.elements]
+        if name.key in self.tools:
+            has_elements = bool(known)
+        elif self.groups.is_springs(name):
+            return  # reported elsewhere
+        else:
+            has_elements = self.groups.has_elements(self.groups.nodes(name).indices)
+        if has_elements:
+            return
+        others = self.groups.names_of_bodies() if takes_bodies else known
+        hint = (
+            alternatives(name.text, others, what="there are")
+            if others
+            else "solids consist of elements if their tissue has a Young's modulus"
+        )
+        self.findings.reject(
+            "TIS702",
+            f"{measure.form} needs {'a body, or ' * takes_bodies}nodes of solid elements",
+            name.span,
+            hint=hint,
+        )
+
+    def _along(self, argument: s.Argument, key: str) -> Floats:
+        clause = argument.clauses[0]
+        value = self.scope.evaluate(clause.value)
+        if (
+            clause.word != "along"
+            or len(argument.clauses) > 1
+            or not value.is_vector
+            or value.dimension != NUMBER
+            or (direction := unit_vector(value.amount)) is None
+        ):
+            self.findings.reject(
+                "TIS702",
+                f"only a direction is allowed after {argument.value.span.text}: "
+                "along (0, 0, 1)",
+                clause.span,
+            )
+        if not issubclass(MEASURES[key], DirectedMeasure):
+            self.findings.reject(
+                "TIS702", f"{key} is a single number and has no direction", clause.span
+            )
+        return direction
+
+    def _pinned(self, argument: s.Argument) -> float:
+        if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):
+            self._unknown_subject(argument)
+        return self.time(argument.value)
+
+    # --- times --------------------------------------------------------------------------------
+
+    def _interval(self, item: s.Expect) -> tuple[float, float]:
+        words = [clause.word for clause in item.clauses]
+        match words:
+            case ["at"]:
+                time = self.time(item.clauses[0].value)
+                return time, time
+            case ["from", "to"]:
+                start, stop = (self.time(clause.value) for clause in item.clauses)
+                if start > stop:
+                    first, last = (clause.value.span.text for clause in item.clauses)
+                    self.findings.reject(
+                        "TIS403",
+                        f"the interval from {first} to {last} ends before it begins",
+                        item.clauses[0].span.to(item.clauses[1].span),
+                        hint=proposal(f"from {last} to {first}"),
+                    )
+                return start, stop
+            case ["until"]:
+                return 0.0, self.time(item.clauses[0].value)
+            case ["over"] if item.clauses[0].value.span.text.lower() == "run":
+                return 0.0, self.duration
+            case _:
+                self.findings.reject(
+                    "TIS304", "the time of the expectation is missing", item.span,
+                    hint="end with: at T, from T to T, until T or over run",
+                )  # fmt: skip
+
+    def time(self, node: s.Expression) -> float:
+        """Return a time within the run [s], or reject it."""
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="the time")
+        time = float(value.amount)
+        if not 0.0 <= time <= self.duration * (1 + 1e-12):
+            self.findings.reject(
+                "TIS703",
+                f"{show(time, TIME)} is not within the run of {show(self.duration, TIME)}",
+                node.span,
+                hint="write an earlier time, or a longer duration in simulate"
+                if time > 0.0
+                else "the run begins at 0 s",
+            )
+        return min(time, self.duration)
+
+
+def _is_mathematical(call: s.Call) -> bool:
+    return call.function.key in FUNCTIONS
+
+
+#: What a study calls the extremes and the mean of a measure, by other words.
+_AGGREGATES = {
+    "max": "maximum maximal peak highest largest",
+    "min": "minimum minimal lowest smallest",
+    "mean": "average avg median",
+    "final": "last end",
+}
+
+
+def _aggregate_meant(name: s.Name) -> Hint | str:
+    """Return a hint with what a study calls an extreme of a measure, or an empty one."""
+    first, *rest = name.key.split(" ")
+    meant = next((one for one, words in _AGGREGATES.items() if first in words.split()), "")
+    if meant and rest:
+        return f"for example: {meant}({' '.join(rest)} of A)"
+    return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

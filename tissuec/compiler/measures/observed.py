@@ -1,0 +1,157 @@
+"""Quantities that conditions measure, and how they are described in messages."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.units import Dimension, parse_unit, show, show_in
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.lang.words import STEPS
+from tissuec.model.network import Floats
+from tissuec.scene.reading.expressions import Scope, Truth
+from tissuec.scene.reading.values import Value
+from tissuec.script.measures import Measure, Subject
+from tissuec.script.measures.directed import DirectedMeasure
+from tissuec.script.measures.snapshot import Snapshot
+
+Place = tuple[int, int]  # where a node of a condition begins and ends in its text
+DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
+
+
+class ObservedMeasure(Struct, frozen=True, eq=False):
+    """One measure as a condition asks for it.
+
+    Attributes:
+        time: Of an earlier snapshot [s]; None for the present one.
+        along: Unit vector along which a part is taken; None for the whole size.
+    """
+
+    measure: type[Measure]
+    subjects: tuple[Subject, ...]
+    time: float | None
+    along: Floats | None
+
+    def value(self, snapshot: Snapshot) -> Floats:
+        """Return the number in SI units, shape (…) as the snapshot."""
+        then = snapshot if self.time is None else snapshot.pinned[self.time]
+        sample = self.measure.sample(self.subjects, then)
+        if self.along is None:
+            return self.measure.value(sample)
+        assert issubclass(self.measure, DirectedMeasure)
+        return self.measure.along(sample, self.along)
+
+
+def place_of(node: s.Expression) -> Place:
+    """Return the place of a node in its condition, the same in copies of the condition."""
+    return node.span.start, node.span.end
+
+
+class MeasureScope(Scope):
+    """A scope of measures.
+
+    Without a snapshot every measure has the value 1, so that units and names can be checked.
+    """
+
+    is_known = False
+
+    def __init__(
+        self,
+        readings: Mapping[Place, ObservedMeasure],
+        constants: Scope,
+        snapshot: Snapshot | None,
+    ):
+        super().__init__(constants.findings)
+        self.readings = readings
+        self.constants = constants
+        self.snapshot = snapshot
+
+    def name(self, name: s.Name) -> Value:
+        measured = place_of(name) in self.readings
+        return self._measured(name) if measured else self.constants.name(name)
+
+    def has(self, name: s.Name) -> bool:
+        return place_of(name) in self.readings or self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return self.constants.names()
+
+    def call(self, call: s.Call) -> Value:
+        return self._measured(call)
+
+    def test(self, node: s.Expression) -> Truth:
+        if isinstance(node, s.Call | s.Name):
+            reading = self.readings.get(place_of(node))
+            if reading is not None and getattr(reading.measure, "counts", False):
+                return np.asarray(self._measured(node).amount != 0.0)
+        return super().test(node)
+
+    def _measured(self, node: s.Call | s.Name) -> Value:
+        reading = self.readings[place_of(node)]
+        value = 1.0 if self.snapshot is None else reading.value(self.snapshot)
+        return Value.number(value, reading.measure.dimension)
+
+
+class CompiledCondition(Struct, frozen=True, eq=False):
+    """A condition as a function of a snapshot."""
+
+    condition: s.Expression
+    readings: Mapping[Place, ObservedMeasure]
+    constants: Scope
+
+    def __call__(self, snapshot: Snapshot) -> bool:
+        """Return whether the condition holds."""
+        return bool(self.holds(snapshot))
+
+    def holds(self, snapshots: Snapshot) -> NDArray[np.bool_]:
+        """Return when the condition holds, shape (…) as a batch of snapshots."""
+        return np.asarray(self._at(snapshots).decide(self.condition))
+
+    def describe(self, snapshot: Snapshot) -> str:
+        """Return a description of the measured value."""
+        return describe_sides(self.condition, self._at(snapshot))
+
+    def _at(self, snapshot: Snapshot) -> MeasureScope:
+        return MeasureScope(self.readings, self.constants, snapshot)
+
+
+def describe_sides(condition: s.Expression, scope: Scope) -> str:
+    """Return the values of both sides of a condition: ``gap(ovary) = 8.1 mm, limit = 9 mm``."""
+    parts: list[str] = []
+    units = {parse_unit(one.unit).dimension: one.unit for one in _amounts(condition)}
+    for side in _sides(condition):
+        value = scope.number(side)
+        shown = _shown(float(value.amount), value.dimension, units)
+        parts.append(f"{side.span.one_line} = {shown}")
+    return ", ".join(parts)
+
+
+def _amounts(condition: s.Expression) -> Iterator[s.Quantity]:
+    """Yield the numbers with units in a condition, but for those in its calls."""
+    parts = walk(condition, enters=lambda call: False)
+    return (part for part in parts if isinstance(part, s.Quantity) and part.unit != STEPS)
+
+
+def _shown(value: float, dimension: Dimension, units: Mapping[Dimension, str]) -> str:
+    """Return a value in the unit of the numbers of its dimension beside it, if there is any."""
+    if dimension in units:
+        return show_in(value, units[dimension], digits=DIGITS)
+    return show(value, dimension, digits=DIGITS)
+
+
+def _sides(node: s.Expression) -> list[s.Expression]:
+    """Return the sides of all comparisons in a condition, except literal numbers."""
+    match node:
+        case s.Compare(left=left, right=right):
+            sides = [left, right]
+        case s.Between(subject=subject, low=low, high=high):
+            sides = [subject, low, high]
+        case s.Not(operand=operand):
+            sides = _sides(operand)
+        case s.And(operands=operands) | s.Or(operands=operands):
+            sides = [side for operand in operands for side in _sides(operand)]
+        case _:
+            sides = [node]
+    return [side for side in sides if not isinstance(side, s.Number | s.Quantity)]

@@ -1,0 +1,1 @@
+"""The output block: what a run records, and how."""

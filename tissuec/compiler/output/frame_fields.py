@@ -1,0 +1,89 @@
+"""Fields that a trajectory is asked for: ``trajectory with [pressure, …] every 10 ms``."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from tissuec.core.hints import alternatives
+from tissuec.core.source import Span
+from tissuec.engine.execution.field_samples import preserved_bodies
+from tissuec.lang import syntax as s
+from tissuec.model.network import Network
+from tissuec.results.fields import FIELDS, Place
+from tissuec.scene.reading.findings import Findings
+from tissuec.script.plan import Plan
+
+_WHAT: dict[Place, str] = {
+    "node": "node", "spring": "spring", "triangle": "triangle of a skin",
+    "cell": "cell of a preserved volume",
+}  # fmt: skip
+
+
+def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]:
+    """Return the fields that are named behind "with", with their places."""
+    found: dict[str, Span] = {}
+    for name in names:
+        with findings.item():
+            if name.key not in FIELDS:
+                known = [one for one, field in FIELDS.items() if not field.always]
+                findings.reject(
+                    "TIS701",
+                    f'"{name.text}" is not a field of frames',
+                    name.span,
+                    hint=alternatives(name.key, known, what="fields"),
+                )
+            if FIELDS[name.key].always:
+                findings.reject(
+                    "TIS303",
+                    f"every trajectory contains the {name.key} of each {FIELDS[name.key].at}",
+                    name.span,
+                    hint="omit it",
+                )
+            if name.key in found:
+                findings.refuse_second(f'"{name.key}"', name.span, found[name.key])
+            found[name.key] = name.span
+    return found
+
+
+def check_fields(
+    asked: Mapping[str, Span],
+    network: Network,
+    plan: Plan,
+    kinds: Collection[str],
+    findings: Findings,
+) -> None:
+    """Report fields that are about nothing that the frames show.
+
+    Args:
+        asked: Fields by name, with their places.
+        network: The network.
+        plan: Of the run.
+        kinds: Of the forces of the scene.
+        findings: Takes the errors.
+    """
+    shown = np.zeros(network.node_count, dtype=bool)
+    shown[plan.output.frames] = True
+    there: dict[Place, bool] = {
+        "node": bool(shown.any()),
+        "spring": bool((shown[network.springs.ends].all(axis=1) & network.shown_springs).any()),
+        "triangle": bool(shown[network.skin].all(axis=1).any()),
+        "cell": bool(preserved_bodies(network, plan)),
+    }
+    for name, span in asked.items():
+        at, kind = FIELDS[name].at, FIELDS[name].of_force
+        if kind and kind not in kinds:
+            findings.add(
+                "TIS304",
+                f"the {name} is that of forces of the kind {kind}, but the scene has none",
+                span,
+                hint=f"for example: force NAME {{ kind is {kind}; acts on BODY; … }}",
+            )
+        elif not there[at]:
+            findings.add(
+                "TIS304",
+                f"{name} has a value for each {_WHAT[at]}, but the trajectory contains none",
+                span,
+                hint="for example: at 0 s: preserve volume of BODY with 10 kPa"
+                if at == "cell"
+                else "",
+            )

@@ -1,0 +1,1 @@
+"""The script: timed sentences to a plan of actions."""

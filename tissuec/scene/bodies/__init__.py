@@ -1,0 +1,1 @@
+"""Bodies: meshes placed, tissues of their parts, and joints between them."""

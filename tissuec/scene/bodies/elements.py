@@ -1,0 +1,220 @@
+"""Bodies made of finite elements: which ones are, and entries that only springs have.
+
+A solid or a wall whose tissues have a Young's modulus is made of elements unless it is written
+to be ``made of springs``; any other body is made of springs.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import NoReturn
+
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal, removal
+from tissuec.core.source import Span
+from tissuec.lang import syntax as s
+from tissuec.meshes.generators import Elemental, Generator
+from tissuec.meshes.generators.imported import TETRAHEDRA, Imported
+from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
+from tissuec.meshes.walls import is_wall
+from tissuec.scene.model import MadeOfElements, Tissue
+from tissuec.scene.reading.entries import written
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
+
+Part = tuple[Tissue, Span]  # a tissue, and where it is written that a body consists of it
+ELEMENTS, SPRINGS = "elements", "springs"
+MADE_OF = (ELEMENTS, SPRINGS)
+MADE_ENTRY = written(
+    "made",
+    "whether a solid consists of finite elements or of springs",
+    *(f"made of {word}" for word in MADE_OF),
+)
+CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells
+#: Entries of bodies that are for springs, and for walls and bars.
+_OF_SPRINGS, _OF_WALLS = ("bending", "interface"), ("section", "thickness")
+#: Entries of meshes of walls that say where springs are.
+_WHERE_SPRINGS_ARE = ("diagonals", "interior", "second neighbours")
+
+
+def read_made_of(
+    item: s.Assign | s.Sentence | s.Block, tissues: Collection[str], findings: Findings
+) -> MadeOfElements | None:
+    """Return that ``made of elements`` is written; None for ``made of springs``.
+
+    Args:
+        item: The entry, whose name begins with "made".
+        tissues: Names of tissues, which may be meant.
+        findings: Takes diagnostics.
+    """
+    if not isinstance(item, s.Sentence) or item.name.key != "made" or item.phrase is not None:
+        _wrong_form(item, findings)
+    if [clause.word for clause in item.clauses] != ["of"]:
+        _wrong_form(item, findings)
+    word = item.clauses[0].value
+    if isinstance(word, s.Name) and word.key in MADE_OF:
+        return MadeOfElements(item.span, is_written=True) if word.key == ELEMENTS else None
+    text = word.span.text
+    meant = f"tissue is {text}"
+    findings.reject(
+        "TIS305",
+        f'a body cannot be made of "{text}"',
+        word.span,
+        hint=Hint(f"write {meant}", Edit(meant, item.span))
+        if isinstance(word, s.Name) and word.key in tissues
+        else alternatives(text.lower(), MADE_OF, what="choices"),
+    )
+
+
+def _wrong_form(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> NoReturn:
+    written = item.span.text.lower()
+    known = [word for word in MADE_OF if word in written]
+    hint = f"for example: made of {ELEMENTS}"
+    findings.reject(
+        "TIS312",
+        'a body is "made of" elements or springs',
+        item.span,
+        hint=proposal(f"made of {known[0]}", item.span) if len(known) == 1 else hint,
+    )
+
+
+def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements | None:
+    """Return that a body is made of elements because nothing else is written.
+
+    Args:
+        mesh: Of the body; None if it is explicit or could not be read.
+        parts: Tissues of the body and its regions, each with the place where it is written.
+    """
+    if not (can_be_elements(mesh) and are_matter(parts)):
+        return None
+    return MadeOfElements(parts[0][1], is_written=False)
+
+
+def can_be_elements(mesh: Generator | None) -> bool:
+    """Return whether a mesh is that of a solid or of a wall; see ``as_matter``."""
+    return isinstance(mesh, Elemental) or is_wall(mesh)
+
+
+def are_matter(parts: Sequence[Part]) -> bool:
+    """Return whether there are tissues, and all have a Young's modulus; see ``as_matter``."""
+    return bool(parts) and all(YOUNGS_MODULUS in tissue.given for tissue, _ in parts)
+
+
+def note_of(made: MadeOfElements) -> Note:
+    """Return a note on the entry that requires elements."""
+    if made.is_written:
+        return Note("required by this entry", made.span)
+    return Note("a tissue with a Young's modulus is made of elements", made.span)
+
+
+def _to_springs(made: MadeOfElements) -> Edit:
+    """Return the edit after which a body is made of springs."""
+    of_springs = f"made of {SPRINGS}"
+    if made.is_written:
+        return Edit(of_springs, made.span)
+    start = made.span.start
+    return Edit(f"{of_springs}; ", Span(made.span.source, start, start))
+
+
+def refuse(
+    what: str, place: Span, made: MadeOfElements, findings: Findings, *, is_block: bool = False
+) -> None:
+    """Report something that elements do not have.
+
+    Args:
+        what: In words.
+        place: Where it is written.
+        made: Why the body is made of elements.
+        findings: Takes diagnostics.
+        is_block: Whether it is the head of a block.
+    """
+    removing = () if is_block else (removal(place),)
+    findings.add(
+        "TIS306",
+        f"{what} is not available for elements",
+        place,
+        hint=Hint(f"remove it, or write made of {SPRINGS}", *removing, _to_springs(made)),
+        notes=(note_of(made),),
+    )
+
+
+def refuse_entries(
+    places: Mapping[str, Span], made: MadeOfElements, findings: Findings, *, wall: bool
+) -> None:
+    """Report entries of a body of elements that are for springs, and for walls of a solid.
+
+    Args:
+        places: Where its entries are written, by name.
+        made: Why the body is made of elements.
+        findings: Takes diagnostics.
+        wall: Whether it is a wall, of which ``bending`` says whether it resists it.
+    """
+    for name in _OF_SPRINGS:
+        if name in places and not (wall and name == "bending"):
+            refuse(f'"{name}"', places[name], made, findings)
+    for name in _OF_WALLS:
+        if name in places and not (wall and name == "thickness"):
+            findings.add(
+                "TIS306",
+                f'a body of elements cannot have "{name}"',
+                places[name],
+                hint=leaving_out(
+                    f"remove {name}: the mesh already defines its dimensions", places[name]
+                ),
+            )
+
+
+def refuse_mesh(
+    mesh: Generator | None,
+    head: Span,
+    places: Mapping[str, Span],
+    made: MadeOfElements,
+    to: Findings,
+) -> None:
+    """Report a mesh that elements cannot divide, and its entries that are for springs.
+
+    Args:
+        mesh: Of the body; None if it is explicit.
+        head: Head of the mesh.
+        places: Where its entries are written, by name.
+        made: Why the body is made of elements.
+        to: Takes diagnostics.
+    """
+    if not can_be_elements(mesh):
+        to.add(
+            "TIS306",
+            "this mesh cannot consist of elements because it is neither a solid nor a wall",
+            head,
+            hint=Hint(
+                "remove made of elements, or use a lattice, a sheet, a tube, a sphere or an "
+                "imported mesh",
+                removal(made.span),
+            ),
+            notes=(note_of(made),),
+        )
+        return
+    if isinstance(mesh, Lattice) and "kind" in places and mesh.kind != CUBIC:
+        to.add(
+            "TIS306",
+            f"{mesh.kind} says where springs are, but elements are the cubic cells",
+            places["kind"],
+            hint=Hint(
+                f"write kind is {CUBIC}, or made of {SPRINGS}",
+                Edit(f"kind is {CUBIC}"),
+                _to_springs(made),
+            ),
+            notes=(note_of(made),),
+        )
+    if isinstance(mesh, Imported) and mesh.filling in CRYSTALS:
+        to.add(
+            "TIS306",
+            f"a filling of {mesh.filling} consists of springs",
+            places["filling"],
+            hint=Hint(
+                f"write filling is {TETRAHEDRA}, or made of {SPRINGS}",
+                Edit(f"filling is {TETRAHEDRA}"),
+                _to_springs(made),
+            ),
+            notes=(note_of(made),),
+        )
+    for name in ("reach", "stiffness", *_WHERE_SPRINGS_ARE):
+        if name in places and getattr(mesh, name.replace(" ", "_"), "") not in ("none", "no"):
+            refuse(f'"{name}" of a mesh', places[name], made, to)

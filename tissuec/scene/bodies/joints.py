@@ -1,0 +1,110 @@
+"""Joints: springs between bodies, by which they hang on one another or are sewn together."""
+
+from itertools import pairwise
+from math import inf
+from typing import NoReturn
+
+from tissuec.core import units
+from tissuec.core.fields import OneOf, Real
+from tissuec.core.hints import Edit, Hint
+from tissuec.lang import syntax as s
+from tissuec.scene.bodies.entries import RUPTURE, SECTION
+from tissuec.scene.model import Joint
+from tissuec.scene.program.declarations import Declared
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading import schema
+from tissuec.scene.reading.entries import by_name, entry, written
+from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.parts import SCENE, block, declare
+from tissuec.scene.tissues.names import reading_tissues, tissue_entry
+
+PAIRS = ("nearest", "all")
+_FORM = "springs from SET to SET"
+
+
+def _read_ends(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> tuple[s.Name, s.Name]:
+    """Return the names of the sets or bodies on either side."""
+    if not isinstance(item, s.Sentence) or item.phrase is not None:
+        _wrong_ends(item, scope)
+    if [clause.word for clause in item.clauses] != ["from", "to"]:
+        _wrong_ends(item, scope)
+    first, second = (s.as_name(clause.value) for clause in item.clauses)
+    if first is None or second is None:
+        _wrong_ends(item, scope)
+    return first, second
+
+
+def _wrong_ends(item: s.Item, scope: Scope) -> NoReturn:
+    clauses = item.clauses if isinstance(item, s.Sentence) else ()
+    for first, second in pairwise(clauses):
+        if first.word in ("from", "to") and second.word not in ("from", "to"):
+            name = first.value.span.to(second.span)
+            hint = f'write a name with "{second.word}" in quotes: "{name.text}"'
+            message = f'a name cannot contain the reserved word "{second.word}"'
+            scope.findings.reject(
+                "TIS115", message, name, hint=Hint(hint, Edit(f'"{name.text}"'))
+            )
+    scope.findings.reject(
+        "TIS312",
+        "the springs of a joint connect two sets or bodies",
+        item.span,
+        hint=f"write {_FORM}",
+    )
+
+
+ENTRIES = by_name(
+    written("springs", "the sets or bodies that are joined", _FORM, reads=_read_ends),
+    tissue_entry("the tissue of the springs"),
+    RUPTURE,
+    entry(
+        "reach", Real(units.LENGTH, above=0.0), "maximum distance of joined nodes as drawn"
+    ),
+    entry(
+        "pairs", OneOf(PAIRS),
+        "which nodes are joined: each to the nearest one, or all within reach", PAIRS[0],
+    ),
+    SECTION,
+)  # fmt: skip
+declare(
+    "joint", "Springs that join bodies.", 23,
+    block=block(ENTRIES), read=lambda program, declared: read_joint(program, declared),
+    names=SCENE, entries_vary=True,
+)  # fmt: skip
+
+
+def read_joint(program: ResolvedProgram, declared: Declared) -> Joint:
+    """Return a joint from its block, or reject it if anything of it is wrong."""
+    name, item, scope = declared.name, declared.item, program.constants
+    assert isinstance(item, s.Block)
+    findings = scope.findings
+    entries = reading_tissues(ENTRIES, program.tissues, program.declarations)
+    with findings.together():  # what is missing may be what was misspelt
+        found, places = schema.read(entries, item.items, scope, what="a joint")
+    example = f"tissue is {next(iter(program.tissues), 'silk')}"
+    hints = {
+        "springs": f"for example: {_FORM}",
+        "tissue": schema.missing(example, item.head),
+    }
+    with findings.together():
+        for key, hint in hints.items():
+            if key not in found:
+                message = f'joint {name.text} needs "{key}"'
+                findings.add("TIS304", message, item.head, hint=hint)
+    joins_all = found.get("pairs") == "all"
+    if joins_all and "reach" not in found:
+        findings.reject(
+            "TIS304",
+            "all pairs of nodes would be joined at any distance",
+            places["pairs"],
+            hint="limit the distance, for example: reach = 8 mm",
+        )
+    return Joint(
+        name=name.text,
+        ends=found["springs"],
+        reach=found.get("reach", inf),
+        joins_all=joins_all,
+        tissue=found["tissue"],
+        section=found.get("section"),
+        rupture=found.get("rupture", ""),
+        span=item.head,
+    )

@@ -1,0 +1,1 @@
+"""Learn blocks, as far as they need no mesh."""

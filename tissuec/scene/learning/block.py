@@ -1,0 +1,176 @@
+"""Learn blocks, as far as they need no mesh: data, what is held out, and how is learnt."""
+
+from collections.abc import Sequence
+
+from tissuec.core.errors import Note
+from tissuec.core.fields import Real
+from tissuec.core.source import Source
+from tissuec.core.units import NUMBER
+from tissuec.lang import syntax as s
+from tissuec.scene.learning.clauses import LearnReader, OwnerWords
+from tissuec.scene.learning.entries import LearnSettings
+from tissuec.scene.learning.items import LearnItems
+from tissuec.scene.learning.model import ADJUST, AXES, FIT, VocabularyFit, WrittenFitProblem
+from tissuec.scene.learning.vocabulary_fits import VocabularyFitReader, fits_words
+from tissuec.scene.program.declarations import Declarations, Declared, without
+from tissuec.scene.program.parameters import Constants
+from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.scene.reading import schema
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.words.vocabulary import Vocabulary
+
+
+def read_learn_blocks(
+    words: ResolvedProgram, sources: Sequence[Source]
+) -> dict[str, WrittenFitProblem | VocabularyFit]:
+    """Return every learn block by lower-case name; each error rejects one entry only.
+
+    Args:
+        words: The program with the blocks, as far as it needs no bodies.
+        sources: All texts of the program, which no learn block may overwrite.
+    """
+
+    def read(declared: Declared) -> WrittenFitProblem | VocabularyFit:
+        if fits_words(declared):
+            return VocabularyFitReader(declared, words, sources).read()
+        reader = LearnBlockReader(
+            declared, words.declarations, words.constants, words.vocabulary, sources
+        )
+        return reader.read()
+
+    return words.declarations.read_each("learn", read, words.constants.findings)
+
+
+def refuse_without_scene(declarations: Declarations, findings: Findings) -> None:
+    """Reject learn and study blocks that need a scene, in a text that has none."""
+    for kind in ("learn", "study"):
+        for declared in declarations.of(kind).values():
+            if kind == "learn" and fits_words(declared):
+                continue
+            findings.add(
+                "TIS304",
+                f"the {kind} block {declared.name.text} has no scene",
+                declared.name.span,
+                hint='move it into the file of a scene, or use that file: use "./scene"',
+            )
+
+
+class LearnBlockReader(LearnItems):
+    """Reads one learn block that fits a scene to data."""
+
+    def __init__(
+        self,
+        declared: Declared,
+        declarations: Declarations,
+        constants: Constants,
+        vocabulary: Vocabulary,
+        sources: Sequence[Source],
+    ):
+        super().__init__(declared, constants, sources)
+        self.declarations, self.vocabulary = declarations, vocabulary
+        self.axis: s.Sentence | None = None
+        self.fits: list[tuple[s.Assign, s.Sentence | None]] = []
+        self.adjusts: list[s.Assign | s.Sentence] = []
+        self.revise: list[str] = []
+        self.last_part = 0.0
+
+    def read(self) -> WrittenFitProblem:
+        """Return the block, as far as it is right."""
+        failures = self.findings.failures
+        previous: s.Item | None = None
+        for item in self.block.items:
+            with self.findings.item():
+                self._read(item, previous)
+            previous = item
+        if self.findings.failures == failures:  # else what is missing may be what is wrong
+            self._expect_all()
+        data = self.data.all(self.last_part)
+        return WrittenFitProblem(
+            self.name, data, self.data.names, self.axis, tuple(self.fits), tuple(self.adjusts),
+            self.last_part, tuple(self.revise), LearnSettings(**self.values), self.write,  # type: ignore[arg-type]
+            self.findings.failures == failures, self.block.head,
+        )  # fmt: skip
+
+    def _read(self, item: s.Item, previous: s.Item | None) -> None:
+        entry = self.entry(item)
+        if entry is None:
+            return
+        assert isinstance(item, s.Assign | s.Sentence | s.Block)
+        match entry, item:
+            case "data", s.Assign() | s.Sentence() | s.Block() if self.data.read(item):
+                pass
+            case (("time" | "displacement"), s.Sentence()):
+                self._axis(entry, item)
+            case "fit", s.Assign():
+                self.places.setdefault(FIT, item.span)
+                self.fits.append((item, None))
+            case "against column", s.Sentence():
+                self._against(item, previous)
+            case "adjust", s.Assign() | s.Sentence():
+                self.adjusts.append(item)
+            case "revise rules", s.Sentence():
+                self._revise(item)
+            case "hold out", s.Assign() | s.Sentence():
+                self._hold_out(item)
+            case "write", s.Sentence():
+                self.read_write(item)
+            case _:
+                self.wrong_form(entry, item)
+
+    # --- entries ------------------------------------------------------------------------------
+
+    def _axis(self, entry: str, item: s.Sentence) -> None:
+        if item.phrase is not None or item.name.key != entry:
+            self.wrong_form(entry, item)
+        for other in AXES:
+            if other != entry and other in self.places:
+                self.findings.reject(
+                    "TIS306",
+                    "time and displacement exclude each other",
+                    item.span,
+                    hint="without a time, the net is in equilibrium in each row",
+                    notes=(Note(f"the {other}", self.places[other]),),
+                )
+        self.axis = item
+
+    def _against(self, item: s.Sentence, previous: s.Item | None) -> None:
+        if not self.fits or self.fits[-1][0] is not previous:
+            if isinstance(previous, s.Assign) and previous.name.key == FIT:
+                self.findings.stop()  # the fit was found wrong itself
+            self.findings.reject(
+                "TIS306", "the line above this column is not a fit", item.span,
+                hint="put it on the line after its fit, or write: fit = … using column …",
+            )  # fmt: skip
+        self.fits[-1] = (self.fits[-1][0], item)
+
+    def _revise(self, item: s.Sentence) -> None:
+        reader = LearnReader("revise rules", item, self.scope, OwnerWords)
+        owner = reader.get(OwnerWords).owners
+        if not isinstance(owner, s.Name) or item.name.key != "revise rules":
+            return self.wrong_form("revise rules", item)
+        found = self.declarations.find("rules", owner, self.findings)
+        if found.name.text in self.revise:
+            self.findings.reject("TIS307", f"{found.name.text} is given twice", item.span)
+        if found.name.key not in self.vocabulary.rules:
+            self.findings.stop()  # the rules themselves were found wrong
+        self.revise.append(found.name.text)
+
+    def _hold_out(self, item: s.Assign | s.Sentence) -> None:
+        if isinstance(item, s.Assign) and not isinstance(item.value, s.Listing | s.Name):
+            self.once("hold out", item)
+            kind = Real(NUMBER, above=0.0, at_most=0.9)
+            self.last_part = schema.read_value(kind, item.value, self.scope, what="hold out")
+        elif isinstance(item, s.Assign):
+            value = item.value
+            self.data.hold_out(value.items if isinstance(value, s.Listing) else (value,))
+        elif (name := without(item.name, "hold")) is not None and not item.clauses:
+            self.data.hold_out((without(name, "out") or name,))
+        else:
+            self.wrong_form("hold out", item)
+
+    def _expect_all(self) -> None:
+        """Report what a learn block cannot do without."""
+        there = {"data": self.data.files, FIT: self.fits, ADJUST: self.adjusts or self.revise}
+        for entry, found in there.items():
+            if not found:
+                self.need(entry)

@@ -1,0 +1,79 @@
+"""What a file says about itself: what it is, who wrote it, how it may be used and cited."""
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.lang import syntax as s
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.parts import declare
+
+#: Sentences of one text in quotes, outside of all blocks; only "author" may be repeated.
+TEXTS = {
+    "about": "Describes the file in one sentence.",
+    "author": "Names an author of the file; one sentence for each author.",
+    "laboratory": "Names the institution of the authors.",
+    "licence": "States the licence of the file.",
+    "cite": "States how work that uses the file should cite it.",
+}
+for _place, (_word, _about) in enumerate(TEXTS.items(), start=1):
+    declare(_word, _about, _place, "text", forms=(f'{_word} "TEXT"',))
+
+#: Those that other words mean.
+MEANT = {
+    **dict.fromkeys(("title", "description", "abstract", "summary"), "about"),
+    **dict.fromkeys(("authors", "creator", "contributor", "contributors"), "author"),
+    **dict.fromkeys(
+        ("institution", "institute", "affiliation", "hospital", "university", "lab"),
+        "laboratory",
+    ),
+    **dict.fromkeys(("license", "copyright", "rights"), "licence"),
+    **dict.fromkeys(("citation", "reference", "doi", "publication", "paper"), "cite"),
+}
+
+
+class Metadata(Struct, frozen=True):
+    """The texts of a file about itself, each empty if it has none."""
+
+    about: str = ""
+    author: tuple[str, ...] = ()
+    laboratory: str = ""
+    licence: str = ""
+    cite: str = ""
+
+    @property
+    def written(self) -> dict[str, str]:
+        """Return the texts that the file has by their words, authors in one."""
+        texts = {word: getattr(self, word) for word in TEXTS} | {
+            "author": "; ".join(self.author)
+        }
+        return {word: text for word, text in texts.items() if text}
+
+
+def is_metadata(item: s.Sentence) -> bool:
+    """Return whether a sentence is one of `TEXTS` with a text in quotes."""
+    return item.name.words.lower() in TEXTS and item.name.quoted is not None
+
+
+def with_text(
+    known: Metadata, item: s.Sentence, places: dict[str, Span], findings: Findings
+) -> Metadata:
+    """Return the texts of a file with another one.
+
+    Args:
+        known: Those before.
+        item: See ``is_metadata``.
+        places: Where each word was written first; takes that of this one.
+        findings: Takes diagnostics.
+    """
+    word, text = item.name.words.lower(), (item.name.quoted or "").strip()
+    if not text:
+        findings.reject("TIS312", f"{word} has an empty text", item.span)
+    if word == "author":
+        return replace(known, author=(*known.author, text))
+    if word in places:
+        notes = (Note("first here", places[word]),)
+        findings.reject("TIS503", f"{word} is given twice", item.span, notes=notes)
+    places[word] = item.span
+    return replace(known, **{word: text})

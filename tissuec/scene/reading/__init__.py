@@ -1,0 +1,1 @@
+"""Reading of blocks, entries, sentences and expressions by their declarations."""

@@ -1,0 +1,1 @@
+"""Study blocks, as far as they need no mesh."""

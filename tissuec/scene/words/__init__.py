@@ -1,0 +1,1 @@
+"""Words: scales of properties, hedges and rules."""
