@@ -109,11 +109,11 @@ def touched(
     """
     down, out = centre - x[:, 0], x[:, 1]
     away = np.sqrt(down * down + out * out)
-    depth = np.where(away.real < BALL, BALL - away, 0.0)
+    depth: Any = np.where(np.real(away) < BALL, BALL - away, 0.0)
     arc = BALL * np.arctan(out / down)
     bent = np.where(np.isnan(sole.stuck), 0.0, arc - sole.stuck)
     most = friction * depth / SLIDING
-    bent = np.where(np.abs(bent.real) > most.real, np.sign(bent.real) * most, bent)
+    bent = np.where(np.abs(np.real(bent)) > most.real, np.sign(np.real(bent)) * most, bent)
     push = firm * sole.area * depth / away
     rub = SLIDING * firm * sole.area * np.where(depth.real > 0.0, bent, 0.0) / away
     # The normal is (-down, out) / away; the arc grows along (out, down) / away.
@@ -145,7 +145,7 @@ def pressed_by_library(
     free, top = np.flatnonzero(~held.ravel()), np.flatnonzero(x[:, 0] == 0.0)
     assert (np.diff(x[top, 1]) > 0.0).all()
     sole = Sole(_areas(out), np.full(len(top), np.nan))
-    firm, loads = 20.0 * YOUNG / fine, []
+    firm, loads = 20.0 * YOUNG / fine, list[float]()
     before = field[0].values.copy()
     for step in range(1, steps + 1):
         depth = depths[-1] * step / steps
@@ -185,7 +185,7 @@ def pressed_by_library(
 
 def _with_slopes(x: Floats, *rest: Any) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the results of ``touched``, with derivatives of the forces [kPa mm] second."""
-    tiny, sides = 1e-30, []
+    tiny, sides = 1e-30, list[Floats]()
     for axis in range(2):
         turned = x.astype(np.complex128)
         turned[:, axis] += 1j * tiny

@@ -180,7 +180,7 @@ class InPython:
         records: Sequence[Any],
         result: type | None = None,
     ):
-        self._records = {type(record): record for record in records}
+        self._records: dict[type, Any] = {type(record): record for record in records}
         if any(_is_record(one) and one.kind not in self._records for one in fields):
             raise TypeError(f"{made_from.__name__} takes more records")
         self._made_from, self._fields = made_from, fields

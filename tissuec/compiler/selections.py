@@ -12,7 +12,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.reading.expressions import Scope, Truth
+from tissuec.scene.reading.expressions import InnerScope, Scope, Truth
 from tissuec.scene.reading.values import Value
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -47,7 +47,7 @@ CRITERIA = {
 }
 
 
-class PointScope(Scope):
+class PointScope(InnerScope):
     """A scope in which x, y and z are the coordinates of many points.
 
     Args:
@@ -73,8 +73,7 @@ class PointScope(Scope):
         bends: Mask | None = None,
         groups: Mapping[str, Mask] | None = None,
     ):
-        super().__init__(constants.findings)
-        self.constants = constants
+        super().__init__(constants)
         self.position = position
         self.columns = {
             name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")

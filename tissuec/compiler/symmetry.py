@@ -117,7 +117,8 @@ def _refuse_angles(
 
 def _direction(vector: Floats) -> str:
     """Return a direction as text, with a largest component of 1."""
-    parts: list[float] = (np.round(vector / np.abs(vector).max(), 6) + 0.0).tolist()
+    largest = float(np.abs(vector).max())
+    parts = [round(float(part) / largest, 6) + 0.0 for part in vector]
     return f"({', '.join(f'{part:.3g}' for part in parts)})"
 
 
@@ -238,8 +239,8 @@ def _acting(one: WrittenPlane, plan: Plan) -> Iterator[tuple[Span, Sequence[Floa
 
 def _turned(one: WrittenPlane, axis: Floats) -> list[Floats]:
     """Return where a turn about an axis moves nodes to that are beside it in the plane."""
-    first, second = np.linalg.svd(one.plane.normal[None])[2][1:]
-    return [np.cross(axis, first), np.cross(axis, second)]
+    within = np.asarray(np.linalg.svd(one.plane.normal[None]).Vh[1:], dtype=np.float64)
+    return list(np.cross(axis, within))
 
 
 def _any(one: WrittenPlane, nodes: Indices) -> bool:

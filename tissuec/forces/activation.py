@@ -86,7 +86,7 @@ class Activation(WalledField, frozen=True):
             limits: Of λ.
         """
         count = elements.item_count
-        others = np.delete(np.arange(count), items)
+        others = np.setdiff1d(np.arange(int(count)), items)
         own = elements.without(others) if len(others) else elements
         slopes, weight = own.fibre_lines
         return cls(

@@ -90,7 +90,7 @@ def origin_of(cavity: int, x: Floats, table: FluidTable) -> tuple[float, float, 
         x: Positions of all nodes [m], flat, shape (3 node,).
         table: The cavities.
     """
-    i = 3 * table.corners[table.first[cavity], 0]
+    i: int = 3 * table.corners[table.first[cavity], 0]
     o0, o1, o2 = turned(table.crossing, x[i], x[i + 1], x[i + 2])
     at = table.crossing_at
     return o0 + at[0], o1 + at[1], o2 + at[2]

@@ -82,8 +82,10 @@ def fold(t: int, h: int, x: Floats, v: Floats, plates: PlateTable) -> None:
         h: Number of the edge.
         plates: The triangles.
     """
-    i, j = 3 * plates.nodes[t, corner(h, 0)], 3 * plates.nodes[t, corner(h, 1)]
-    k, m = 3 * plates.nodes[t, h], 3 * plates.nodes[t, 3 + h]
+    i: int = 3 * plates.nodes[t, corner(h, 0)]
+    j: int = 3 * plates.nodes[t, corner(h, 1)]
+    k: int = 3 * plates.nodes[t, h]
+    m: int = 3 * plates.nodes[t, 3 + h]
     here = plates.room[h]
     e0, e1, e2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
     q0, q1, q2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]

@@ -39,6 +39,7 @@ def press_faces(
     """
     pressure, _, _, _, _, _ = total(0, time, table.acts)
     third = pressure / 6.0
+    k: int
     for n in range(table.weight.size):
         i, j, k = 3 * table.corners[n, 0], 3 * table.corners[n, 1], 3 * table.corners[n, 2]
         share = third * table.weight[n]

@@ -363,13 +363,13 @@ def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
     """Recognise ``trajectory evry 5 ms`` and ``form 0 s to 1 s: …``."""
     if m.found.type not in NUMBERS or m.previous != "WORD" or m.first in BINDERS:
         return None
-    if len(m.before) == 1 and m.next not in ("TO", "COLON"):
+    *others, last = m.before
+    if not others and m.next not in ("TO", "COLON"):
         return None
-    near = did_you_mean(m.before[-1].text, TIME_WORDS)
-    if not near or (m.found.type != "QUANTITY" and len(m.before) > 1):
+    near = did_you_mean(last.text, TIME_WORDS)
+    if not near or (m.found.type != "QUANTITY" and others):
         return None  # nodes may be called "top 2"
-    message = f"a time cannot follow {shown(m.before[-1].text)}"
-    return m.finding("TIS109", message, near, m.before[-1])
+    return m.finding("TIS109", f"a time cannot follow {shown(last.text)}", near, last)
 
 
 def _misspelt_joining_word(m: Mistake) -> Diagnostic | None:

@@ -175,9 +175,10 @@ def frames_of_triangles(
         corners: Of its triangles, shape (triangle, 3).
         grid: Arrangement of the nodes in rows and columns, if there is one.
     """
-    a, b, c = position[corners].swapaxes(0, 1)
+    corner = position[corners]
+    sides = corner[:, 1:] - corner[:, :1]
     first = _first_direction(position, grid)[1][corners].mean(axis=1)
-    return _frames(_unit(np.cross(b - a, c - a)), first)
+    return _frames(_unit(np.cross(sides[:, 0], sides[:, 1])), first)
 
 
 def range_of_wall(

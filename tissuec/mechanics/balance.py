@@ -169,7 +169,7 @@ class Balance:
             motions: Columns of any unit, shape (3 free, motion).
         """
         if self._planes is None:
-            return np.ones(motions.shape[1], dtype=bool)
+            return np.ones(len(motions.T), dtype=bool)
         kept = np.linalg.norm(self._within @ motions, axis=0)
         return kept > 0.5 * np.linalg.norm(motions, axis=0)
 

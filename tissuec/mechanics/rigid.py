@@ -259,11 +259,13 @@ def _freedom(
         return None
     turning = np.linalg.svd(twists[3:], full_matrices=False)
     is_axis = INDEPENDENT * turning.S.max(initial=0.0) < turning.S
+    total: Floats = off.sum(axis=0)
+    within: Floats = np.eye(3) - np.linalg.pinv(total) @ total
     return Freedom(
         piece,
         anchors[0] if len(anchors) else None,
         turning.U[:, is_axis],
-        np.eye(3) - np.linalg.pinv(total := off.sum(axis=0)) @ total,
+        within,
         _orthonormal(_velocities(x) @ twists, np.repeat(mass, 3)),
     )
 

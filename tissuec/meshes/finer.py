@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError
@@ -85,8 +86,8 @@ def divided(surface: GroupedSurface, part: FinePart) -> GroupedSurface:
     return GroupedSurface(position, triangles, groups)
 
 
-def _has_both(ends: Indices, nodes: Indices) -> np.ndarray:
-    return np.isin(ends, nodes).all(axis=1)
+def _has_both(ends: Indices, nodes: Indices) -> NDArray[np.bool_]:
+    return np.asarray(np.isin(ends, nodes).all(axis=1))
 
 
 def _cut(triangles: Indices, middle: Indices) -> Indices:

@@ -156,19 +156,19 @@ class LawCurve(Struct, frozen=True):
     def _free(self, mode: str, stretch: float, start: Floats) -> Floats:
         """Return the logarithms of the unloaded stretches, by Newton's method."""
         free = _free_axes(mode)
-        way = start.copy()
-
+        way: Floats = start.copy()
+        steps = list(_SMALL * np.eye(len(way)))
         for _ in range(_TRIES):
             # The onset of fibres is a kink, across which no difference may be taken.
             drawn = self._are_drawn(_stretches(mode, stretch, way))
-
-            def rest(at: Floats, drawn: bool = drawn) -> Floats:
-                return np.asarray(self._principal(_stretches(mode, stretch, at), drawn)[free])
-
-            here = rest(way)
+            places = [way, *(way + step for step in steps), *(way - step for step in steps)]
+            here, *beside = (
+                np.asarray(self._principal(_stretches(mode, stretch, at), drawn)[free])
+                for at in places
+            )
             columns = [
-                (rest(way + step) - rest(way - step)) / (2.0 * _SMALL)
-                for step in _SMALL * np.eye(len(way))
+                (after - before) / (2.0 * _SMALL)
+                for after, before in zip(beside[: len(way)], beside[len(way) :], strict=True)
             ]
             if mode == EQUIBIAXIAL:  # one stretch is free, not two
                 move = np.array([-here[0] / columns[0][0], 0.0])

@@ -61,8 +61,8 @@ def _graded(parts: TissueParts) -> Iterator[tuple[str, AssignedQuantity, Floats]
     """
     drawing = parts.drawing
     for number, material in enumerate(parts.materials):
-        given = {} if material.tissue is None else material.tissue.given
-        for key, one in given.items():
+        given = None if material.tissue is None else material.tissue.given
+        for key, one in (given or {}).items():
             if one.formula is None:
                 continue
             each = [one if k == number else None for k in range(len(parts.materials))]

@@ -47,6 +47,8 @@ def _longest_way(compiled: Compiled) -> float:
     """Return how far the script moves a set or what a tool carries at most [m]."""
     ways = defaultdict[str, float](float)
     for event in compiled.plan.every_event:
-        if follows(event.action, Shifting) and np.isfinite(event.action.shift):
-            ways[driven_by(event.action)] += event.action.shift
+        action = event.action
+        way = action.shift if follows(action, Shifting) else 0.0
+        if np.isfinite(way):
+            ways[driven_by(event.action)] += way
     return max(ways.values(), default=0.0)

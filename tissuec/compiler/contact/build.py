@@ -54,8 +54,9 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     """
     law = environment.contact
     shaped = [tool for tool in tools if tool.shapes]
-    rubbed = law is not None and has_friction(network, law) and _can_touch(network, shaped, law)
-    if not shaped and not rubbed:
+    if law is None or not (has_friction(network, law) and _can_touch(network, shaped, law)):
+        law = None  # nothing rubs
+    if not shaped and law is None:
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
     none = np.zeros((0, 3))
@@ -74,7 +75,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     origins = Provenance(of_tool, tuple(Origin(tool.span, "tool") for tool in shaped))
     added = np.concatenate([none, *points])
     known = replace(network.with_nodes(added, ONE_GRAM, origins), tools=parts)
-    if not rubbed:
+    if law is None:
         return known
     origin = Origin(environment.span, "friction")
     points = face_points(known, [tool for tool in tools if tool.may_touch], law)

@@ -50,5 +50,5 @@ def branches_of(
                 ratio[number] = share.value / (1.0 - parts.relaxing_beside(share))
         rows.append((ratio[part] * shear, parts.at_elements(used, np.inf)))
     moduli, times = map(np.array, zip(*rows, strict=True))
-    used = moduli.any(axis=1)
-    return kind.new(moduli[used], times[used]) if used.any() else None
+    exists = moduli.any(axis=1)
+    return kind.new(moduli[exists], times[exists]) if exists.any() else None

@@ -10,7 +10,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.learning.errors import ERROR, errors_in
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
-from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.expressions import InnerScope, Scope
 from tissuec.scene.reading.values import Value
 from tissuec.script.fit_problem import Demand, Errors
 from tissuec.script.measures import MEASURES
@@ -53,14 +53,14 @@ class ExpectableErrors(Struct, frozen=True):
         return self.files.get(key.quoted or "")
 
 
-class ErrorScope(Scope):
+class ErrorScope(InnerScope):
     """A scope of errors; without any, each is 1."""
 
     is_known = False
 
     def __init__(self, constants: Scope, judged: ExpectableErrors, errors: Errors | None):
-        super().__init__(constants.findings)
-        self.constants, self.judged, self.errors = constants, judged, errors
+        super().__init__(constants)
+        self.judged, self.errors = judged, errors
 
     def name(self, name: s.Name) -> Value:
         if name.key in MEASURES:

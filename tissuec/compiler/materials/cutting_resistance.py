@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from tissuec.compiler.materials.tissue_parts import TissueParts
 from tissuec.model.cutting import CuttingResistance
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats
 from tissuec.scene.tissues.quantities import CUTTING_RESISTANCE, FIBRE_MODULUS, YOUNGS_MODULUS
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def resistance_of_parts(parts: TissueParts) -> Floats:
 
 
 def resistance_of_springs(
-    parts: TissueParts, ends: Indices, pull: Floats, matter: "Matter"
+    parts: TissueParts, ends: NDArray[np.integer], pull: Floats, matter: "Matter"
 ) -> SpringResistance:
     """Return the resistance of springs that are made of matter.
 

@@ -131,8 +131,8 @@ class SpringLaws:
             laws: All laws, to which means are added.
         """
         is_mixed = (first != second) & self._springs.is_mean
-        pairs = set(zip(first[is_mixed].tolist(), second[is_mixed].tolist(), strict=True))
-        for one, other in sorted(pairs):
+        both = zip(first[is_mixed], second[is_mixed], strict=True)
+        for one, other in sorted({(int(a), int(b)) for a, b in both}):
             chosen = is_mixed & (first == one) & (second == other)
             mean = _mean(laws[one], laws[other])
             if mean is None:

@@ -11,7 +11,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import STEPS
 from tissuec.model.network import Floats
-from tissuec.scene.reading.expressions import Scope, Truth
+from tissuec.scene.reading.expressions import InnerScope, Scope, Truth
 from tissuec.scene.reading.values import Value
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.directed import DirectedMeasure
@@ -49,7 +49,7 @@ def place_of(node: s.Expression) -> Place:
     return node.span.start, node.span.end
 
 
-class MeasureScope(Scope):
+class MeasureScope(InnerScope):
     """A scope of measures.
 
     Without a snapshot every measure has the value 1, so that units and names can be checked.
@@ -63,9 +63,8 @@ class MeasureScope(Scope):
         constants: Scope,
         snapshot: Snapshot | None,
     ):
-        super().__init__(constants.findings)
+        super().__init__(constants)
         self.readings = readings
-        self.constants = constants
         self.snapshot = snapshot
 
     def name(self, name: s.Name) -> Value:

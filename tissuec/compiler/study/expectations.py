@@ -12,7 +12,7 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, parse_unit
 from tissuec.lang import syntax as s
-from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.expressions import InnerScope, Scope
 from tissuec.scene.reading.findings import Findings, Rejected
 from tissuec.scene.reading.values import Value
 
@@ -45,7 +45,7 @@ class Verdict(Struct, frozen=True):
     span: Span
 
 
-class RunsScope(Scope):
+class RunsScope(InnerScope):
     """A scope of columns of a table; without values, dimensions and names are checked.
 
     Args:
@@ -56,8 +56,7 @@ class RunsScope(Scope):
     is_known = False
 
     def __init__(self, columns: Columns, constants: Scope, findings: Findings):
-        super().__init__(findings)
-        self.constants = constants
+        super().__init__(constants, findings)
         self.columns = {key_of(name): column for name, column in columns.items()}
         self.titles = list(columns)
 

@@ -312,15 +312,13 @@ class Lattice(Struct, frozen=True, eq=False):
     ) -> NDArray[np.float64]:
         if self.fine_cell is not None:
             lines = self._graded_lines()
-            return np.stack(
-                [line[i - _MARGIN] for line, i in zip(lines, index, strict=True)], 1
-            )
-        low, high = self.corners
-        # Sampled between the corners, because low + n * cell may miss the face by a rounding.
-        lines = [
-            np.linspace(low[axis], high[axis], n * crystal.divisions + 1)
-            for axis, n in enumerate(cells)
-        ]
+        else:
+            low, high = self.corners
+            # Sampled between the corners: low + n * cell may miss the face by a rounding.
+            lines = [
+                np.linspace(float(low[axis]), float(high[axis]), n * crystal.divisions + 1)
+                for axis, n in enumerate(cells)
+            ]
         return np.stack(
             [line[i - _MARGIN] for line, i in zip(lines, index, strict=True)], axis=1
         )

@@ -219,8 +219,8 @@ class Functions:
         size, depth = 0, 1
         while waiting:
             match waiting.pop():
-                case tuple() as parts:
-                    waiting.extend(cast(Any, parts))
+                case [*parts]:
+                    waiting.extend(parts)
                 case s.Applied() as applied:
                     known = self._values[applied.name.key]
                     assert known is not None  # or this function would be wrong, too

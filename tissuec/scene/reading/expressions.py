@@ -82,8 +82,6 @@ class Scope:
     is_known = True
     #: Where files are found besides the folder of the text that names them.
     library: Library | None = None
-    #: Where names in values of functions are looked up: params and lets; None for itself.
-    constants: "Scope | None" = None
     #: The values of parameters, in the value of a function.
     bound: tuple[Value, ...] = ()
 
@@ -91,9 +89,14 @@ class Scope:
         self.findings = findings
 
     @property
+    def outermost(self) -> "Scope":
+        """The scope of params and lets, in which names in values of functions are looked up."""
+        return self
+
+    @property
     def functions(self) -> Sequence[str]:
         """Return the names of functions that the scene declares."""
-        return () if self.constants is None else self.constants.functions
+        return () if self.outermost is self else self.outermost.functions
 
     def name(self, name: s.Name) -> Value:
         """Return the value of a name, or reject it."""
@@ -338,7 +341,7 @@ class Scope:
         if node.value is None:
             self.findings.stop()
         given = tuple(self.evaluate(argument) for argument in node.arguments)
-        inside = copy(self.constants or self)
+        inside = copy(self.outermost)
         inside.bound = tuple(replace(value, is_literal=False) for value in given)
         inside.is_known = self.is_known
         shown = ", ".join(str(value) for value in given if not value.is_many)
@@ -463,6 +466,23 @@ class Scope:
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
         )
+
+
+class InnerScope(Scope):
+    """A scope that adds names of its own to those of another one.
+
+    Args:
+        constants: The other scope: params and lets.
+        findings: Its own; by default those of the other scope.
+    """
+
+    def __init__(self, constants: Scope, findings: Findings | None = None):
+        super().__init__(constants.findings if findings is None else findings)
+        self.constants = constants
+
+    @property
+    def outermost(self) -> Scope:
+        return self.constants.outermost
 
 
 def _refuse_unit(name: s.Name, findings: Findings) -> None:

@@ -39,7 +39,7 @@ from tissuec.scene.model import WrittenLaw, WrittenLaws
 from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import by_name, entry, written
-from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.expressions import InnerScope, Scope
 from tissuec.scene.reading.parts import block, declare
 from tissuec.scene.reading.values import Value
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
@@ -387,11 +387,11 @@ def _try(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
         )
 
 
-class FormulaScope(Scope):
+class FormulaScope(InnerScope):
     """Scope of a free formula, which builds its tree.
 
     Args:
-        outer: Of everything that is not a variable.
+        constants: Scope of everything that is not a variable.
         variables: Variable of formulas and dimension, by name in the language.
         exponents: Variables of formulas that are allowed in exponents.
     """
@@ -400,13 +400,12 @@ class FormulaScope(Scope):
 
     def __init__(
         self,
-        outer: Scope,
+        constants: Scope,
         variables: Mapping[str, tuple[str, Dimension]],
         exponents: Iterable[str] = (),
     ):
-        super().__init__(outer.findings)
-        self.outer, self.variables = outer, variables
-        self.constants = outer
+        super().__init__(constants)
+        self.variables = variables
         self.exponents = frozenset(exponents)
         self.arguments: tuple[Formula, ...] = ()  # of the function whose value this is in
 
@@ -414,15 +413,15 @@ class FormulaScope(Scope):
         """Return a variable as something of its dimension, or a constant."""
         if name.key in self.variables:
             return Value(np.asarray(1.0), self.variables[name.key][1])
-        return self.outer.name(name)
+        return self.constants.name(name)
 
     def has(self, name: s.Name) -> bool:
         """Return whether a name denotes a variable or a constant."""
-        return name.key in self.variables or self.outer.has(name)
+        return name.key in self.variables or self.constants.has(name)
 
     def names(self) -> Sequence[str]:
         """Return variables and constants."""
-        return [*self.variables, *self.outer.names()]
+        return [*self.variables, *self.constants.names()]
 
     def formula(self, node: s.Expression) -> Formula:
         """Return the tree of an expression whose dimensions have been checked."""
@@ -453,12 +452,12 @@ class FormulaScope(Scope):
                 return self.formula(node.base) ** exponent
             case s.FormalParameter():
                 return self.arguments[node.number]
-            case s.Applied(value=None):
-                self.findings.stop()
-            case s.Applied():
-                inside = FormulaScope(self.outer, {}, self.exponents)
+            case s.Applied(value=value):
+                if value is None:
+                    self.findings.stop()
+                inside = FormulaScope(self.constants, {}, self.exponents)
                 inside.arguments = tuple(map(self.formula, node.arguments))
-                return inside.formula(node.value)
+                return inside.formula(value)
             case s.Call():
                 arguments = tuple(self.formula(argument.value) for argument in node.arguments)
                 return apply(node.function.key, arguments)

@@ -22,8 +22,10 @@ def mean_stress(subject: Subject, snapshot: Snapshot) -> Floats:
     for field in snapshot.state.elements:
         elements, used = field.intact(snapshot.state.alive).around(nodes)
         own = np.isin(used, nodes)
+        drawn = 0.0  # the same at all times
         for row, places, speeds in zip(total, position[:, used], velocity, strict=True):
             stress, share = elements.recalling(speeds).node_stress(places)
             row += stress[own].sum(axis=0)
-        volume += float(share[own].sum())
+            drawn = float(share[own].sum())
+        volume += drawn
     return (total / (volume or 1.0)).reshape(*times, 3, 3)

@@ -152,7 +152,9 @@ class ElementSolid:
         if self.branches is not None:
             modulus = modulus + 2.0 * self.branches.sudden[:, None]
         each = np.einsum("eq,eqax,eqax->ea", self._weight * modulus, self._slope, self._slope)
-        return np.bincount(self._nodes.ravel(), each.ravel(), count)
+        total = np.zeros(count)
+        np.add.at(total, self._nodes, each)
+        return total
 
     # --- what the reference asks for ----------------------------------------------------------
 
@@ -368,7 +370,8 @@ def drawn_out(elements: "SolidElements") -> Floats:
     assert given is not None
     way = 3.0 * np.outer(given.axis, given.axis) - np.eye(3)
     strain = -way if given.is_across else 0.5 * way
-    return np.array([expm(np.log(one) * strain) for one in given.stretch])
+    each: list[Floats] = [expm(np.log(one) * strain) for one in given.stretch]
+    return np.array(each)
 
 
 def _invariants(turned: Any) -> tuple[Any, Any]:

@@ -181,8 +181,8 @@ class PressedSkin:
         columns = 3 * corners[:, None, :, None, None] + np.arange(3)
         shape = (len(corners), 3, 3, 3, 3)
         values = np.broadcast_to(by[:, None], shape)
-        places = (np.broadcast_to(each, shape).ravel() for each in (rows, columns))
-        whole = sparse.csr_matrix((values.ravel(), tuple(places)), shape=(3 * count, 3 * count))
+        row, column = (np.broadcast_to(each, shape).ravel() for each in (rows, columns))
+        whole = sparse.csr_matrix((values.ravel(), (row, column)), shape=(3 * count, 3 * count))
         spread = wider.follow
         moves = np.flatnonzero(number >= 0)
         order = moves[np.argsort(number[moves])]

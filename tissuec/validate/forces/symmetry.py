@@ -1,6 +1,6 @@
 """Planes of symmetry: forces of a half and of its mirror image on the nodes between them."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ class MirroredForces:
     def __init__(self, planes: "SymmetryPlanes"):
         self._nodes = planes.nodes
         #: Directions in which each node can move, as columns.
-        self._ways = [null_space(np.eye(3) - one) for one in planes.projections]
+        self._ways: list[Floats] = [null_space(np.eye(3) - one) for one in planes.projections]
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Leave what forces do along the directions of each node [N], shape (node, 3)."""
@@ -54,8 +54,8 @@ class MirroredForces:
             number: Of each node among those that may move, -1 for others.
             size: Number of nodes that may move.
         """
-        blocks = [np.eye(3)] * size
+        blocks: list[Floats] = [np.eye(3)] * size
         for node, ways in zip(number[self._nodes], self._ways, strict=True):
             if node >= 0:
                 blocks[node] = ways
-        return csr_matrix(block_diag(blocks, format="csr"))
+        return csr_matrix(cast(Any, block_diag(blocks, format="csr")))

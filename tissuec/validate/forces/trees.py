@@ -63,12 +63,13 @@ def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
 def _on_spline(tree: Any, x: Any) -> tuple[Any, Any]:
     """Return value and slope of a spline, also beside the real line, of the shape of x."""
     x, starts = np.asarray(x), np.array(tree.places)
-    last = np.searchsorted(starts, x.real, side="right") - 1
+    real = np.asarray(x.real, dtype=np.float64)
+    last = np.searchsorted(starts, real, side="right") - 1
     z = x - starts[np.maximum(last, 0)]
     a, b, c, d = np.moveaxis(np.array(tree.pieces)[np.maximum(last, 0)], -1, 0)
     value, slope = a + b * z + c * z**2 + d * z**3, b + 2.0 * c * z + 3.0 * d * z**2
     before = last < 0
-    return np.where(before, a + tree.before * z, value), np.where(before, tree.before, slope)
+    return either(before, a + tree.before * z, value), either(before, tree.before, slope)
 
 
 def _of_stretches(a: float, i1: Any, i2: Any, name: str) -> tuple[Any, Any]:
