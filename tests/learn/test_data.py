@@ -229,7 +229,7 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s,force_N\n0,1\n1 5,2 3,4\n",
             "line 3 of bench.csv: 3 cells where there are 2 columns; write digits "
-            "without separators, and units behind the names of columns; comments begin with #",
+            "without separators, and units after the names of columns; comments begin with #",
         ),
         ("t_s,force_N\n0,1\n,2\n", "line 3 of bench.csv has no time; "),
         (

@@ -289,7 +289,7 @@ MISTAKES = {
         "rules more { if hardness is soft then density = 900 kg/m^3 }\ntissue graft",
         "TIS312",
         "= 900 kg/m^3",
-        'write a word of its scale behind "is"',
+        'write a word of its scale after "is"',
     ),
     "rule with arrow": M(
         "tissue graft",

@@ -675,7 +675,7 @@ MISTAKES = {
         "duration = 0.5 s at end;",
         "TIS303",
         "at end",
-        'an entry ends behind its value: remove "at end"',
+        'an entry ends with its value: remove "at end"',
     ),
     "simulate without a block": M(
         "simulate { duration = 0.5 s; tolerance = 1e-3 }",

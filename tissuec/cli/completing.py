@@ -1,4 +1,4 @@
-"""What the shell completes behind a command: shipped names, files, and params of a scene.
+"""What the shell completes after a command: shipped names, files, and params of a scene.
 
 A shell asks while somebody waits, so that nothing is compiled here: texts are only taken apart
 into statements.
@@ -72,7 +72,7 @@ def params(
 
 
 def _scenes(ctx: click.Context) -> Iterable[Path]:
-    """Return the scenes that are named before the place of the cursor, or behind it."""
+    """Return the scenes that are named before the place of the cursor, or after it."""
     named = [value for value in ctx.params.values() if value]
     values: list[object] = []
     for value in named:
@@ -85,7 +85,7 @@ def _scenes(ctx: click.Context) -> Iterable[Path]:
 def params_of(path: Path) -> list[tuple[str, str]]:
     """Return the names and values of the params that a text declares, in order."""
     from tissuec.core.source import Source
-    from tissuec.lang.tree_builder import tree_of  # late: asked for behind --set only
+    from tissuec.lang.tree_builder import tree_of  # late: asked for after --set only
 
     try:
         if path.stat().st_size > LARGEST:

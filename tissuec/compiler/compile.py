@@ -380,7 +380,7 @@ def _place(drawings: Sequence[Drawing]) -> Mapping[str, PlacedBody]:
 
 
 def _events(script: Script) -> list[ScheduledAction]:
-    """Return the events of a script, also those behind conditions."""
+    """Return the events of a script, also those after conditions."""
     return [
         *script.events,
         *(event for trigger in script.triggers for event in trigger.events),

@@ -19,7 +19,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 
 class Criterion(Struct, frozen=True):
-    """What nodes or springs are chosen by, behind ``where``.
+    """What nodes or springs are chosen by, after ``where``.
 
     Attributes:
         about: What it is, in one sentence.

@@ -59,7 +59,7 @@ def proposal(text: str, span: Span | None = None) -> Hint:
 
 
 def insertion(text: str, span: Span) -> Edit:
-    """Return the edit that puts a text behind a place."""
+    """Return the edit that puts a text after a place."""
     return Edit(text, Span(span.source, span.end, span.end))
 
 

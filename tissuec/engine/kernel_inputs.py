@@ -340,7 +340,7 @@ class KernelInputs:
 
     @property
     def _loads(self) -> list[Load]:
-        """Return the loads that change in time, and behind them how lengths of threads do."""
+        """Return the loads that change in time, and after them how lengths of threads do."""
         return [*self.timed, *lengths(self.state)]
 
     @property

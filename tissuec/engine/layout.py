@@ -111,7 +111,7 @@ def layout_of(network: Network, threads: int) -> Layout:
     """
     bodies, shown, count = network.body_nodes, network.shown_nodes, network.node_count
     order, runs = order_nodes(network.position[:bodies], network.springs.ends)
-    # Nodes of tools come last, where measures of motion leave them out, behind bristles, some
+    # Nodes of tools come last, where measures of motion leave them out, after bristles, some
     # of which may be left out.
     bristles = network.remembering(FRICTION)
     others = np.setdiff1d(np.arange(shown, count), bristles)

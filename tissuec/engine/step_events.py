@@ -116,7 +116,7 @@ class AcceptedStep:
             if bracket is None or bracket[0] >= first:
                 continue
             below, above = bracket
-            # A spring that is surpassed behind the first rupture so far is of no interest.
+            # A spring that is surpassed after the first rupture so far is of no interest.
             if above < first or self._exceeds(first, limit):
                 first = self._crossing(below, min(above, first), limit)
         if first == np.inf:

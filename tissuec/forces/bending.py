@@ -74,7 +74,7 @@ class Hinges(WalledField, frozen=True):
         return cls(**arrays, walled=np.concatenate(walled))
 
     def behind(self, nodes: int, springs: int) -> "Hinges":
-        """Return these with the numbers that they have behind other nodes and springs."""
+        """Return these with the numbers that they have after other nodes and springs."""
         return replace(self, nodes=self.nodes + nodes, walls=self.walls + springs)
 
     @property

@@ -19,7 +19,7 @@ from tissuec.forces.contact_rows_kernel import BENDS, LOST, end_of_surface
 from tissuec.forces.friction_kernel import drag_along
 from tissuec.kernels.records import ContactTable, Floats
 
-# Columns of ``bent`` behind the rates: length at which a bristle slips [m]; whether it does.
+# Columns of ``bent`` after the rates: length at which a bristle slips [m]; whether it does.
 SLIPS, SLIDES = 3, 4
 BACK = 1e-9  # part of its rate: a bristle that shrinks by more turns back
 OVER = 1.0 + 1e-9  # times the length: what slips stays on the far side of the corner of the law

@@ -102,7 +102,7 @@ class ContactPairs(NamedTuple):
         )
 
     def and_others(self, others: "ContactPairs") -> "ContactPairs":
-        """Return these pairs and others behind them."""
+        """Return these pairs and others after them."""
         return ContactPairs(
             np.concatenate([self.node, others.node]),
             np.concatenate([self.shape, others.shape]),

@@ -25,7 +25,7 @@ LOST = 17  # power that damping dissipates; in the first row, with that of frict
 FORCE = 18  # on the node, and on the three points of the shape
 GRIP = 30  # largest friction, with the sign of the weight
 COLUMNS = 31
-# Columns of ``at``, behind the places of the coordinates of the node and of the three points.
+# Columns of ``at``, after the places of the coordinates of the node and of the three points.
 PAIR, SURFACE, PLACES = 4, 5, 6
 
 

@@ -159,7 +159,7 @@ class SurfacePressure(Field, frozen=True):
         total = _turning(position[corners], share * weight, number[corners], size)
         if not caps.count:
             return csr_matrix(total)
-        # The middles of caps are unknowns behind the others, and follow from those of the rim.
+        # The middles of caps are unknowns after the others, and follow from those of the rim.
         middles = size + caps.of_edge
         places = np.stack([middles, number[caps.edges[:, 1]], number[caps.edges[:, 0]]], axis=1)
         ends = position[caps.edges[:, ::-1]]

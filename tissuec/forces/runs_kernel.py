@@ -52,7 +52,7 @@ TILE = PIECE // 2  # nodes
 # same bits, by which processors tell what is stored from what is read.
 ROW = TILE + 8
 FORCES, ROWS = 6, 9  # the first row of forces, and how many there are in all
-LENGTHS = 2 * ROW  # where those of a run are written out in scratch, behind losses and excesses
+LENGTHS = 2 * ROW  # where those of a run are written out in scratch, after losses and excesses
 NO_SPRING = -1.0  # length at rest of what is none [m]
 NO_STEP = -(2**15)  # the step to it
 NO_BITS = np.int64(np.array(NO_SPRING).view(np.int64))

@@ -159,7 +159,7 @@ class Runs(NamedTuple):
     alike: bool  # springs share stiffness, damping and limits
     tiles: Floats  # scratch: components of vectors, see ``forces.runs_kernel``
     ring: int  # numbers of ``tiles`` for each part of a loop
-    halos: Floats  # scratch: forces on the block behind each group but the last, flat
+    halos: Floats  # scratch: forces on the block after each group but the last, flat
 
 
 class Chunks(NamedTuple):

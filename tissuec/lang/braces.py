@@ -20,8 +20,8 @@ class _Line(Struct, frozen=True):
     """A line with something on it.
 
     Attributes:
-        stop: Offset behind its last character that is no comment.
-        end: Offset behind its last character.
+        stop: Offset after its last character that is no comment.
+        end: Offset after its last character.
         braces: The signs and offsets of its braces.
     """
 
@@ -85,12 +85,12 @@ class Nesting:
             yield place
 
     def _ends_of_blocks(self) -> list[int]:
-        """Return the lines behind which a block may end: the last, and those before misfits."""
+        """Return the lines after which a block may end: the last, and those before misfits."""
         odd = [number - 1 for number in _misfits(self.lines) if number]
         return [len(self.lines) - 1, *odd[:_MOST_TRIED]]
 
     def _closed_behind(self, number: int) -> tuple[list[_Line], Insertion]:
-        """Return the lines with a block closed behind one of them, and how."""
+        """Return the lines with a block closed after one of them, and how."""
         line = self.lines[number]
         owner, opening = _open_behind(self.lines, number)
         same = owner.start == line.start and number < len(self.lines) - 1
@@ -150,7 +150,7 @@ def _braces(line: Sequence[Token]) -> Iterator[Token]:
 
 
 def _open_behind(lines: Sequence[_Line], number: int) -> tuple[_Line, int]:
-    """Return the line and the offset of the innermost brace that is open behind a line."""
+    """Return the line and the offset of the innermost brace that is open after a line."""
     stack: list[tuple[_Line, int]] = []
     for line in lines[: number + 1]:
         for sign, at in line.braces:

@@ -339,7 +339,7 @@ def with_items(head: Any, items: tuple[s.Item, ...], close: int) -> s.Item:
     Args:
         head: The node of the head.
         items: The items of the block.
-        close: Offset behind its closing brace.
+        close: Offset after its closing brace.
     """
     span = Span(head.span.source, head.span.start, close)
     if isinstance(head, s.Timed):
@@ -354,7 +354,7 @@ def with_rows(head: s.Table, rows: Rows, close: int) -> s.Table:
     Args:
         head: The node of the head.
         rows: Its rows.
-        close: Offset behind its closing brace.
+        close: Offset after its closing brace.
     """
     place = Span(head.span.source, rows.start, rows.end)
     span = Span(head.span.source, head.span.start, close)

@@ -37,10 +37,10 @@ _NAMING = _KEYWORDS - {"IS"} | {"WORD", "STRING"}
 _PLAIN = r"[0-9]+(?:\.[0-9]+)?"
 _PER_SECOND = re.compile(r"1/s\b")
 
-#: What may follow behind a unit to make it a larger one.
+#: What may follow a unit to make it a larger one.
 _FURTHER_UNITS = re.compile(r"([*/·][^\W\d_]+(\^-?[0-9]+)?)*")
 
-#: Behind a word that begins a statement, one of these comes next.
+#: After a word that begins a statement, one of these comes next.
 _GOES_ON = frozenset({"WORD", "STRING", "EQUAL", "IS", "LBRACE"})
 
 
@@ -156,7 +156,7 @@ def _two_units(m: Mistake, word: str) -> Diagnostic:
 
 
 def _inside_brackets(m: Mistake) -> list[Edit]:
-    """Return the edit of "(3 + 4) mm" that writes the unit behind each number of the sum."""
+    """Return the edit of "(3 + 4) mm" that writes the unit after each number of the sum."""
     place = m.span(m.found)
     text = m.source.text
     start = text.rfind("(", 0, place.start)

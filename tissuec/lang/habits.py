@@ -168,7 +168,7 @@ _HABITS = (
     ),
     Habit(
         rf"^if .* then {_WORDS} (?P<wrong>=.*)$", "a rule concludes words, not numbers", None,
-        'write a word of its scale behind "is"',
+        'write a word of its scale after "is"',
     ),
     Habit(
         rf"^.*\bis (?P<wrong>{_NUMBER} ?% {_WORDS})$",

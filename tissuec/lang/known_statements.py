@@ -1,6 +1,6 @@
 """Statements that were parsed before, for texts that change little by little.
 
-A key stroke changes one statement of a long text, and moves those behind it. To move the nodes
+A key stroke changes one statement of a long text, and moves those after it. To move the nodes
 of a statement takes a fifth of the time that it takes to parse it.
 """
 

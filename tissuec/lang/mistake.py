@@ -15,14 +15,14 @@ CHARACTER = "CHARACTER"
 #: What may be written as a unit, whether there are such units or not.
 _UNIT = re.compile(r"\w+(\^-?[0-9]+)?([*/·]\w+(\^-?[0-9]+)?)*")
 
-#: As many tokens behind the wrong one are looked at.
+#: As many tokens after the wrong one are looked at.
 _ENOUGH = 100
 
 #: Types of tokens that end a statement and belong to no statement.
 ENDS = frozenset({"LINE", "$END", "RBRACE"})
 
 _BRACES = {"{": "LBRACE", "}": "RBRACE"}
-#: Line ends and semicolons behind a statement, and comments between them.
+#: Line ends and semicolons after a statement, and comments between them.
 _SEPARATORS = re.compile(r"[\n;](?:[\n; \t]|#[^\n]*)*")
 
 
@@ -34,7 +34,7 @@ class Mistake(NamedTuple):
         statement: The bad statement.
         before: Its tokens up to the wrong one.
         found: The wrong token.
-        after: The tokens of the statement behind the wrong one.
+        after: The tokens of the statement after the wrong one.
         accepted: Types of tokens that are allowed in its place.
     """
 
@@ -72,7 +72,7 @@ class Mistake(NamedTuple):
 
     @property
     def next(self) -> str:
-        """Return the type of the token behind the wrong one, or an empty string."""
+        """Return the type of the token after the wrong one, or an empty string."""
         return self.after[0].type if self.after else ""
 
     @property
@@ -82,7 +82,7 @@ class Mistake(NamedTuple):
 
     @property
     def unit(self) -> Span | None:
-        """Return the words behind a number or vector that were to be its unit, if any."""
+        """Return the words after a number or vector that were to be its unit, if any."""
         if self.found.type != "WORD" or self.previous not in ("NUMBER", "QUANTITY", "RPAR"):
             return None
         unit = _UNIT.match(self.source.text, self.found.start)
@@ -95,7 +95,7 @@ class Mistake(NamedTuple):
 
     @property
     def behind(self) -> Span:
-        """Return the empty place behind the token before the wrong one."""
+        """Return the empty place after the token before the wrong one."""
         end = self.before[-1].stop if self.before else self.found.start
         return Span(self.source, end, end)
 
@@ -147,7 +147,7 @@ class Mistake(NamedTuple):
 
 
 def end_of(statement: Statement, source: Source) -> Token:
-    """Return the separator behind a statement."""
+    """Return the separator after a statement."""
     sign = source.text[statement.stop : statement.stop + 1]
     if sign in _BRACES:
         return Token(_BRACES[sign], sign, statement.stop, statement.stop + 1)

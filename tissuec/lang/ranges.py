@@ -8,7 +8,7 @@ from tissuec.lang.tokens import NUMBER_PATTERN
 
 MESSAGE = "one number is needed here, not a range"
 
-#: A number without a unit, and the unit behind a number.
+#: A number without a unit, and the unit after a number.
 _BARE = re.compile(rf"-?{NUMBER_PATTERN}")
 _UNIT = re.compile(rf"-?{NUMBER_PATTERN}\s*(\D.*)")
 
@@ -41,7 +41,7 @@ def one_of(low: str, high: str, place: Span) -> Hint:
 
 
 def without_tolerance(number: str, unit: str | None, place: Span) -> Hint:
-    """Return a hint to write a number alone, without what is behind its sign of a tolerance.
+    """Return a hint to write a number alone, without what is after its sign of a tolerance.
 
     Args:
         number: The number as written.

@@ -4,7 +4,7 @@ _OPENING = frozenset({"LPAR", "LSQB"})
 _CLOSING = frozenset({"COMMA", "SEMICOLON", "COLON", "RPAR", "RSQB", "RPAR_UNIT"})
 _SIGNS = frozenset({"PLUS", "MINUS"})
 
-#: Behind one of these a sign joins two operands; elsewhere it belongs to the next one.
+#: After one of these a sign joins two operands; elsewhere it belongs to the next one.
 _OPERAND_ENDS = frozenset(
     {"WORD", "STRING", "NUMBER", "QUANTITY", "STEPS", "RPAR", "RPAR_UNIT", "RSQB"}
 )

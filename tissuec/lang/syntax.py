@@ -43,7 +43,7 @@ class Name(Node, frozen=True):
     words: str  # unquoted words as written, single blanks between them; may be empty
     quoted: str | None  # the quoted part without its quotes
     span: Span
-    listed: "tuple[Name, ...]" = ()  # names of a union behind the words: ``fix [A, B]``
+    listed: "tuple[Name, ...]" = ()  # names of a union after the words: ``fix [A, B]``
 
     @property
     def text(self) -> str:

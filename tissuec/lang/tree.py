@@ -25,10 +25,10 @@ class Statement(Struct, eq=False):
 
     Attributes:
         outer: The head of the block around it; None at the top.
-        start: Offset behind the separator before it.
+        start: Offset after the separator before it.
         parts: Its tokens, without comments and line ends.
-        stop: Offset of the separator behind it.
-        close: Offset behind the closing brace of its block; ``stop`` without one.
+        stop: Offset of the separator after it.
+        close: Offset after the closing brace of its block; ``stop`` without one.
         is_behind_block: Whether it follows the brace of a block without a separator.
         is_head: Whether a block, or a table that is closed, follows.
         items: Of the block that it is the head of.

@@ -35,7 +35,7 @@ def head_of(parts: Sequence[Token], text: str) -> int | None:
         text: The whole text.
 
     Returns:
-        The offset behind the name of the block; None if the statement is something else.
+        The offset after the name of the block; None if the statement is something else.
     """
     kinds = [part.type for part in parts]
     sign = next((at for at, kind in enumerate(kinds) if kind in ("EQUAL", "IS")), 0)

@@ -21,7 +21,7 @@ _NAMES = frozenset({"WORD", "STRING"})
 
 
 def is_for_equal(m: Mistake) -> Diagnostic | None:
-    """Recognise ``set root is …``, unless a "=" comes behind, so that "is" is in the name."""
+    """Recognise ``set root is …``, unless a "=" comes after, so that "is" is in the name."""
     after = [token.type for token in m.after]
     if m.first not in BINDERS or m.found.type != "IS" or not m.after or "EQUAL" in after:
         return None
@@ -42,7 +42,7 @@ def is_before_number(m: Mistake) -> Diagnostic | None:
         return None
     sign, name = m.before[-1], m.before[:-1]
     if m.first == "IF":
-        hint = 'write a word of its scale behind "is"'
+        hint = 'write a word of its scale after "is"'
         return m.finding("TIS312", "a rule tests and concludes words, not numbers", hint)
     if all(token.type in _NAMES for token in name):
         rest = m.text(m.found, [m.found, *m.after][-1])

@@ -42,7 +42,7 @@ def inside(head: Statement, outer: BlockKind) -> BlockKind:
 
 
 def _behind_is(statement: Statement) -> str:
-    """Return the words behind ``is``."""
+    """Return the words after ``is``."""
     texts = [part.text for part in statement.parts]
     if "is" not in texts:
         return ""

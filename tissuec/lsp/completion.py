@@ -159,7 +159,7 @@ def _words(view: View, phrase: Phrase) -> Iterator[Proposal]:
     for word, shape in named.scale.words.items():
         means = show(named.scale.axis.value_of(shape), named.dimension)
         yield Proposal(word, "word", word, phrase.start, phrase.stop, means)
-        if (start := _last_word(phrase)) > phrase.start:  # behind a hedge: "very so"
+        if (start := _last_word(phrase)) > phrase.start:  # after a hedge: "very so"
             yield Proposal(word, "word", word, start, phrase.statement.stop, means)
     for hedge in view.of_kind("hedge"):
         yield Proposal(

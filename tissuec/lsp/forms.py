@@ -32,7 +32,7 @@ class SentenceForm(NamedTuple):
     Attributes:
         literal: Words after its first ones, such as "spring constant".
         names: Kinds of names that can follow them.
-        clauses: Joining words, and what is expected or written behind them in forms.
+        clauses: Joining words, and what is expected or written after them in forms.
     """
 
     literal: str

@@ -115,7 +115,7 @@ def _words_in_list(begin: str, kinds: Mapping[int, str], first: Rule) -> Rule:
 
 
 def _clauses(kind: str, first_words: Iterable[str]) -> list[Rule]:
-    """Return the words of the language behind joining words, from the forms of sentences.
+    """Return the words of the language after joining words, from the forms of sentences.
 
     Args:
         kind: Of the block.
@@ -291,7 +291,7 @@ def _chosen_from() -> Rule:
 
 
 def _where() -> Rule:
-    """Return conditions; what nodes and springs are chosen by is known behind "where" only."""
+    """Return conditions; what nodes and springs are chosen by is known after "where" only."""
     part_of = rule(
         rf"\b((?i:region|group))\s+(is)\s+(?:(not)\s+)?({RUN})",
         {1: "measure", 2: "keyword", 3: "keyword", 4: "name"},

@@ -167,7 +167,7 @@ def _kind(symbol: Symbol) -> str:
 
 
 def _remark(symbol: Symbol) -> str:
-    """Return the comment behind a declaration."""
+    """Return the comment after a declaration."""
     line = symbol.span.source.line_text(symbol.span.line)
     parts = [part for part in tokens(line) if part.kind == COMMENT]
     return parts[0].text.lstrip("# ") if parts else ""

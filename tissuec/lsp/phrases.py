@@ -158,7 +158,7 @@ class _PhraseReader:
         return Phrase(self.statement, self.block, parts, expected, first, last, is_called)
 
     def _is_last(self, stop: int) -> bool:
-        """Return whether more can be typed behind a part."""
+        """Return whether more can be typed after a part."""
         return self.is_cut and stop == len(self.parts)
 
     def _is_open(self, start: int, stop: int) -> bool:

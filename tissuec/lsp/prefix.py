@@ -14,7 +14,7 @@ from tissuec.script.verbs import VERBS
 #: What is written like a measure, too.
 _MEASURED = frozenset((*MEASURES, "count", "positions", "error"))
 _CLAUSES = frozenset((*TIME_WORDS, *JOINING_WORDS))
-#: Behind these a word is chosen.
+#: After these a word is chosen.
 _CHOOSING = re.compile(r"\bis( not| between( and)?)?$")
 
 
@@ -25,7 +25,7 @@ class Prefix:
         block: The block of the statement.
         head: The first word of the statement, of an order: the verb.
         subject: The phrase before "is", or "=".
-        object: Literal words behind a verb or entry, such as "spring constant".
+        object: Literal words after a verb or entry, such as "spring constant".
         openers: Reserved words and "=" so far, without those of measures.
         calls: What each open bracket belongs to.
         commas: How many there are in each of them.
@@ -113,7 +113,7 @@ class Prefix:
 
     @property
     def clause(self) -> str:
-        """Return the last joining word; "" behind a condition."""
+        """Return the last joining word; "" after a condition."""
         since = self.openers[self.openers.index("where") :] if self.has("where") else None
         words = (word for word in reversed(self.openers) if word in _CLAUSES)
         return "" if since is not None else next(words, "")
@@ -125,7 +125,7 @@ class Prefix:
 
     @property
     def is_choosing(self) -> bool:
-        """Return whether a word is chosen here: behind "is", "is not", "is between"."""
+        """Return whether a word is chosen here: after "is", "is not", "is between"."""
         return _CHOOSING.search(" ".join(self.openers)) is not None
 
     @property

@@ -25,7 +25,7 @@ from tissuec.lsp.phrases import Phrase, phrases
 from tissuec.lsp.terms import BlockKind
 
 #: ``part`` begins a part of a text (body, script), ``entry`` an entry of a block, ``verb`` an
-#: order; ``measure`` is measured or computed; ``word`` is chosen behind "is".
+#: order; ``measure`` is measured or computed; ``word`` is chosen after "is".
 Kind: TypeAlias = Literal[
     "comment", "string", "number", "unit", "keyword", "part", "entry", "verb", "measure",
     "word", "name", "sign",

@@ -115,7 +115,7 @@ def _fits(form: WrittenForm, typed: list[str]) -> bool:
 
 
 def _place(form: WrittenForm, typed: list[str]) -> int:
-    """Return the place behind the last word of the form that is typed."""
+    """Return the place after the last word of the form that is typed."""
     place = 0
     for word in typed:
         behind = (

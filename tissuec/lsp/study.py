@@ -43,7 +43,7 @@ _TIME = Term("time", MEASURE, "The time of the first event.", "time of rupture",
 
 @cache
 def _owners() -> dict[str, str]:
-    """Return blocks whose entries can vary, and the kind of block that is named behind them."""
+    """Return blocks whose entries can vary, and the kind of block that is named after them."""
     known = (
         (one, kind) for kind in settable("named") for one in (kind, _INNER.get(kind, kind))
     )

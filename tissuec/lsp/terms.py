@@ -21,8 +21,8 @@ class Term(Struct, frozen=True):
     Attributes:
         kind: What it is coloured as.
         about: Markdown.
-        form: How it is written, with what comes behind it.
-        behind: What completion writes behind it.
+        form: How it is written, with what comes after it.
+        behind: What completion writes after it.
         dimension: Of the number that it takes or gives, if any.
         choices: What is allowed after its ``is``.
     """

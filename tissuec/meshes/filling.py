@@ -160,7 +160,7 @@ class Interior(Struct, frozen=True, eq=False):
         edges that pass through the outside.
 
         Args:
-            points: Of the surface, and behind them the sites [m], shape (point, 3).
+            points: Of the surface, and after them the sites [m], shape (point, 3).
 
         Returns:
             Shapes (tetrahedron, 4) and (edge, 2), of edges the lower node first.
@@ -250,7 +250,7 @@ class Interior(Struct, frozen=True, eq=False):
         return pairs[keep | doubtful]
 
     def _nearest(self, sites: Floats, border: Indices) -> Indices:
-        """Return nodes of the surface and, numbered behind them, sites that are near.
+        """Return nodes of the surface and, numbered after them, sites that are near.
 
         Args:
             sites: Inside [m], shape (site, 3).

@@ -173,7 +173,7 @@ def shaken(surface: Floats, sites: Floats, size: Floats) -> Floats:
 
     Args:
         surface: Nodes that stay [m], shape (node, 3).
-        sites: Nodes behind them [m], shape (site, 3).
+        sites: Nodes after them [m], shape (site, 3).
         size: Of cubes there [m], shape (site,).
     """
     from scipy.spatial import Delaunay

@@ -132,7 +132,7 @@ def _are_flat(position: Floats, outer: Indices) -> NDArray[np.bool_]:
     """Return whether pairs of faces lie nearly in one plane, shape (pair,).
 
     Args:
-        outer: Faces, the two of a pair behind one another, shape (2 pair, 3).
+        outer: Faces, the two of a pair after one another, shape (2 pair, 3).
     """
     a, b, c = position[outer].swapaxes(0, 1)
     normal = cross(b - a, c - a)

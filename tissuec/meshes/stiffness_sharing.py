@@ -106,7 +106,7 @@ def filled_volumes(position: Floats, triangles: Indices, tetrahedra: Indices) ->
     tetrahedra.
 
     Args:
-        position: Nodes of the surface and behind them those inside [m], shape (node, 3).
+        position: Nodes of the surface and after them those inside [m], shape (node, 3).
         triangles: The closed surface, shape (triangle, 3).
         tetrahedra: That divide the inside, shape (tetrahedron, 4).
     """

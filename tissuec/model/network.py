@@ -229,12 +229,12 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
         bodies: The parts of the arrays that belong to each body.
-        joints: Springs behind those of the bodies that join them.
-        tools: Nodes behind those of the bodies that carry the shapes of tools.
-        marks: Springs behind all others that mark elements.
+        joints: Springs after those of the bodies that join them.
+        tools: Nodes after those of the bodies that carry the shapes of tools.
+        marks: Springs after all others that mark elements.
         skin_marks: Of each triangle of the skin, the mark of its element, or -1, shape
             (triangle,); None without any.
-        memories: Hidden nodes behind all others whose velocities are variables of first order:
+        memories: Hidden nodes after all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
         blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
@@ -369,7 +369,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return self.springs.inelastic is not None or len(self.remembering(ELEMENTS)) > 0
 
     def with_memory(self, name: str, home: Floats, mass: float, origin: Origin) -> "Network":
-        """Return this with hidden nodes behind all others.
+        """Return this with hidden nodes after all others.
 
         Args:
             name: What they remember.
@@ -383,7 +383,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return replace(known, memories=(*self.memories, part))
 
     def with_nodes(self, places: Floats, mass: float, known: Provenance) -> "Network":
-        """Return this with nodes at rest behind all others.
+        """Return this with nodes at rest after all others.
 
         Args:
             places: [m], shape (node, 3).

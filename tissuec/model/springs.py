@@ -107,7 +107,7 @@ class Springs(Struct, frozen=True, eq=False):
         )
 
     def behind(self, nodes: int) -> Self:
-        """Return the same with the numbers that their nodes have behind other nodes."""
+        """Return the same with the numbers that their nodes have after other nodes."""
         return replace(self, ends=self.ends + np.int32(nodes)) if nodes else self
 
     def some(self, chosen: NDArray[np.integer] | slice) -> Self:

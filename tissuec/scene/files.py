@@ -26,7 +26,7 @@ def read_file(kind: FileIn, item: s.Sentence, scope: Scope, *, example: str) -> 
 
 
 def _factor(kind: FileIn, item: s.Sentence, scope: Scope, example: str) -> float:
-    """Return the SI units in the unit behind ``in``."""
+    """Return the SI units in the unit after ``in``."""
     findings = scope.findings
     for clause in item.clauses[1:] or item.clauses:
         if clause.word != "in" or len(item.clauses) > 1:

@@ -67,7 +67,7 @@ def read_force(
 def _target(
     what: str, block: s.Block, example: str, scope: Scope
 ) -> tuple[s.Name, list[s.Item]]:
-    """Return the set or body behind ``acts on``, and the other items of a block."""
+    """Return the set or body after ``acts on``, and the other items of a block."""
     near = (i for i in block.items if isinstance(i, s.Sentence))
     item = next((i for i in near if i.name.key.startswith("acts ")), None)
     if item is None:

@@ -80,7 +80,7 @@ class VerbForm(Struct, frozen=True, eq=False):
 
     @property
     def clauses(self) -> Iterator[tuple[str, Part | str]]:
-        """Joining words and what is behind them, for editors."""
+        """Joining words and what is after them, for editors."""
         if self.cases is not None and self.cases.word and self.literal:
             yield self.cases.word, self.literal
         for part in self.parts.values():
@@ -103,11 +103,11 @@ class VerbForm(Struct, frozen=True, eq=False):
                     pass
 
     def of_word(self, word: str) -> Part | None:
-        """The part behind a joining word; None without it."""
+        """The part after a joining word; None without it."""
         return next((p for w, p in self.clauses if w == word and isinstance(p, Part)), None)
 
     def dimension_of(self, word: str) -> Dimension:
-        """The dimension of the numbers behind a joining word; that of a ratio without any."""
+        """The dimension of the numbers after a joining word; that of a ratio without any."""
         match self.of_word(word):
             case NumberClause(dimension=Dimension() as dimension):
                 return dimension

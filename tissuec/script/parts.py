@@ -61,7 +61,7 @@ class ClausePart(Part, frozen=True):
     """A part with a joining word before it.
 
     Attributes:
-        word: The joining word; empty directly behind the verb.
+        word: The joining word; empty directly after the verb.
     """
 
     word: str
@@ -74,7 +74,7 @@ class SubjectPart(Part, frozen=True):
         kind: "nodes" of a set or body, "springs" of a set, body or joint, or a set or tool
             that is "moved".
         places: What it can be, in forms.
-        word: The joining word; empty directly behind the verb.
+        word: The joining word; empty directly after the verb.
         alone: Whether it is one set or body, and no union.
     """
 

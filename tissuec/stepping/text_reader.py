@@ -226,7 +226,7 @@ def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str
     Args:
         verb: The verb.
         words: What follows the verb.
-        clauses: Values by joining word; an underscore behind a word of Python is left out.
+        clauses: Values by joining word; an underscore after a word of Python is left out.
 
     Raises:
         ValueError: A value is no text, number or vector.

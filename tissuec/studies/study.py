@@ -43,7 +43,7 @@ from tissuec.studies.writing import with_sentences
 from tissuec.workers.workers import Lost, Workers
 
 KILLED = "its worker process died"
-RUNS = ".runs"  # behind the name of a table: the folder of results
+RUNS = ".runs"  # after the name of a table: the folder of results
 
 #: Progress callback: numbers of finished runs, of failed ones among them, and of all runs.
 Progress = Callable[[int, int, int], None]

@@ -81,7 +81,7 @@ class MeasureCurve(Struct, frozen=True, eq=False):
         name: Such as "curve".
         unit: Such as "N".
         every: Time between the samples, of which the first is at 0 s [s].
-        values: In this unit, shape (row, sample); NaN behind the end of a run.
+        values: In this unit, shape (row, sample); NaN after the end of a run.
     """
 
     name: str

@@ -46,7 +46,7 @@ class Drawing(Struct, frozen=True, eq=False):
         regions: Membership of each node in each region, by key of its name.
         part: Number of each node's region from 1, 0 without one, shape (node,).
         length: Drawn length of each spring [m], shape (spring,).
-        own: How many springs the mesh itself has, with that of its knot; those behind them
+        own: How many springs the mesh itself has, with that of its knot; those after them
             resist bending.
         thread: Where it is a thread, numbered within the body.
         spring_part: Of each spring, its place from 1 among ``body.spring_parts``, 0 for those

@@ -42,7 +42,7 @@ LAW = "law"
 REST = "rest length"
 _WORD = re.compile(r"[^\s,]+")
 
-#: A name and its unit in brackets or behind a stroke.
+#: A name and its unit in brackets or after a stroke.
 _NAME_AND_UNIT = re.compile(r"(\w+)[\[(/](.+)")
 NODE_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "x": LENGTH, "y": LENGTH, "z": LENGTH, "mass": units.MASS,

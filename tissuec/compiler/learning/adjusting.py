@@ -305,6 +305,6 @@ class AdjustReader:
 
 
 def _clause(word: str, name: s.Name) -> Span:
-    """Return the place of a word and the name behind it, with the blanks before both."""
+    """Return the place of a word and the name after it, with the blanks before both."""
     text = name.span.source.text[: name.span.start].rstrip()
     return Span(name.span.source, len(text.removesuffix(word).rstrip()), name.span.end)

@@ -142,7 +142,7 @@ class FitReader:
     def _refuse_direction(
         self, measure: type[Measure] | None, inner: Floats | None, reader: LearnReader
     ) -> None:
-        """Reject a direction behind what has none, or has one already."""
+        """Reject a direction after what has none, or has one already."""
         span = reader.clauses["along"].span
         if inner is not None:
             self.findings.reject("TIS307", '"along" is given twice', span)

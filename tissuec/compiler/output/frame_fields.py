@@ -20,7 +20,7 @@ _WHAT: dict[Place, str] = {
 
 
 def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]:
-    """Return the fields that are named behind "with", with their places."""
+    """Return the fields that are named after "with", with their places."""
     found: dict[str, Span] = {}
     for name in names:
         with findings.item():

@@ -34,7 +34,7 @@ def read_table_profiles(
 
     Args:
         clause: The clause that names the table.
-        columns: Number of columns behind the time: 1 for factors, 3 for a path.
+        columns: Number of columns after the time: 1 for factors, 3 for a path.
         stop: End of the sentence, from its beginning [s].
         order: The sentence.
     """

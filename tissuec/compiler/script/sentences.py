@@ -121,7 +121,7 @@ class SentenceOrder(ClauseReader):
         return tool.entries
 
     def _check_kind(self, tool: Tool, kinds: Sequence[str], before: str, span: Span) -> None:
-        """Reject a tool of other kinds; the hint names those that fit, behind ``before``."""
+        """Reject a tool of other kinds; the hint names those that fit, after ``before``."""
         if any(map(tool.may_be, kinds)):
             return
         fitting = [f"{before} {t.name}".strip() for t in self.tools.values() if t.kind in kinds]

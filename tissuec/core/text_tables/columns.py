@@ -32,7 +32,7 @@ class BadRow(Exception):
     Attributes:
         row: From 0, counted without header, remarks and empty lines.
         column: Among the wanted ones; None if it is the row as a whole.
-        problem: What is wrong, behind the name of the line.
+        problem: What is wrong, after the name of the line.
         remedy: What to do about it, if that is known.
     """
 

@@ -33,7 +33,7 @@ class Dialect(NamedTuple):
         delimiter: What parts cells; ``BLANK`` means any number of blanks or tabs.
         names: Of the columns; their numbers from 1 if there is no header.
         named: Whether there is a header.
-        start: Offset in the text behind the header.
+        start: Offset in the text after the header.
         units: Of the columns, where a row of them is below the names; "" for none.
         clock: Number of the column of times, unless another is named.
         above: How many lines of text are above the names of the columns.

@@ -32,7 +32,7 @@ _FEWEST = 3  # values beside a mark, so that it can be far from them
 
 
 #: What to do about a row with too many cells.
-TOO_MANY = "write digits without separators, and units behind the names of columns"
+TOO_MANY = "write digits without separators, and units after the names of columns"
 
 
 def remedy(cell: str) -> str:
@@ -57,9 +57,9 @@ def remedy(cell: str) -> str:
         return f"a limit is not a measured number: {GAP}"
     if followed := _FOLLOWED.fullmatch(text):
         number, rest = followed[1], followed[2].strip()
-        where = "put it behind the name of the column" if _is_unit(rest) else "remove it"
+        where = "put it after the name of the column" if _is_unit(rest) else "remove it"
         what = "the unit" if _is_unit(rest) else "the text"
-        return f'{what} "{rest}" behind {number} is not part of the number: {where}'
+        return f'{what} "{rest}" after {number} is not part of the number: {where}'
     return GAP
 
 

@@ -2,7 +2,7 @@
 
 Stage i has v_i = v + h Σ A_ij a_j and x_i = x + h c_i v + h² Σ (A²)_ij a_j, and its a_i is the
 acceleration there: that of velocities only is stored. One stage is the result of the step; any
-behind it serve the dense output. (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary
+after it serve the dense output. (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary
 Differential Equations I, 1993, II.14.)
 """
 

@@ -30,7 +30,7 @@ from tissuec.kernels.vectors import accumulate, length, scale
 FLOOR, GROWTH, INNER, FORGETS, REPEATS, GOES_ON, OPEN = range(7)
 ROUNDING = 1e-12
 STALLS = 3  # place in ``Work.effort``
-# Rows behind those of both ends of the frame: the state that the next step is tried from, and
+# Rows after those of both ends of the frame: the state that the next step is tried from, and
 # the rows of ``hermite``.
 END, X, V, A = 2, 3, 4, 5
 ROWS = 8

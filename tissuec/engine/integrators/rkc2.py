@@ -17,7 +17,7 @@ from tissuec.kernels.vectors import accumulate, length, scale
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 250
-# Rows behind those of both ends: the last two stages of x and of v with what the next one
+# Rows after those of both ends: the last two stages of x and of v with what the next one
 # gains, and the rows of ``hermite``.
 END, LAST_X, LAST_V, BEFORE_X, BEFORE_V, GAIN_X, GAIN_V, MEAN, RISE = range(2, 11)
 ROWS = 11

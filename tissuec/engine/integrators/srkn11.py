@@ -29,7 +29,7 @@ HALF_DRIFTS = (
     0.123229775946271, 0.290553797799558, -0.127049212625417, -0.246331761062075,
     0.357208872795928,
 )  # fmt: skip
-# Rows of ``Work.rows`` behind the start: end, middle, and what v and x gain until either.
+# Rows of ``Work.rows`` after the start: end, middle, and what v and x gain until either.
 END, MIDDLE, MEAN, RISE, HALF_MEAN, HALF_RISE = range(KICKS, KICKS + 6)
 ROWS = KICKS + 6
 # h ω up to which oscillators stay bounded. Within 5e-4 of π and 1e-3 of 6.348 the trace of the

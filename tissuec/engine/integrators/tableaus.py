@@ -83,7 +83,7 @@ def enter_stage(
 class RungeKutta:
     """Common base of members with a tableau of Runge-Kutta.
 
-    One with stages behind its result says how they combine inside of a step: ``dense_x`` and
+    One with stages after its result says how they combine inside of a step: ``dense_x`` and
     ``dense_v``. Of others, what is inside follows from both ends.
     """
 

@@ -46,7 +46,7 @@ def near_nodes(count: int, closed: bool) -> NodalSpline:
 
 
 def _stencil(count: int, closed: bool, weights: Floats) -> Weights:
-    """Return weights of the node before, the node itself and the one behind, for all nodes."""
+    """Return weights of the node before, the node itself and the one after, for all nodes."""
     row = np.repeat(np.arange(count), 3)
     column = row + np.tile([-1, 0, 1], count)
     weight = np.tile(weights, count)

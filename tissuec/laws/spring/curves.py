@@ -34,7 +34,7 @@ class Curve(Struct, frozen=True):
         check_points(self.elongations, "elongations", self.forces, "forces")
 
     def force(self) -> Formula:
-        """Return the curve, straight behind both of its ends."""
+        """Return the curve, straight beyond both of its ends."""
         return through(E, self.elongations, self.forces)
 
 

@@ -95,7 +95,7 @@ class EventRecorder:
         state.velocity[:] = end.v[0].reshape(-1, 3)
 
     def _logged_events(self, network: Network, queue: ActionQueue) -> list[RupturesAt]:
-        """Enter what is behind conditions; return what breaks, in the order of time."""
+        """Enter what is after conditions; return what breaks, in the order of time."""
         plan = self.plan
         if not (plan.triggers or plan.breakable):
             return []

@@ -163,7 +163,7 @@ class FiniteDifferenceModel:
             theta: Parameters, dimensionless, shape (parameter,).
             here: What is predicted there.
             k: Place of the parameter.
-            points: The same a step before and behind, None where there is a limit.
+            points: The same a step before and after, None where there is a limit.
             values: Predictions there, shape (number,); None where there is no motion.
         """
         sides = [(theta[k], here.values)]

@@ -96,7 +96,7 @@ def remarks(problem: Problem, theta: Floats, structure: ResidualStructure) -> It
     elif error >= STRUCTURED:
         count = counted(int(problem.counted.sum()), "number")
         yield (
-            f"the error is {percent(error)}; {count} do not tell whether that is noise or a "
+            f"the error is {percent(error)}; {count} do not show whether that is noise or a "
             "wrong model: compare with held-out data"
         )
 

@@ -57,7 +57,7 @@ class NoiseDraws(NamedTuple):
 
 
 class Chains(NamedTuple):
-    """The numbers of a fit as series in time, one behind the other.
+    """The numbers of a fit as series in time, one after the other.
 
     Attributes:
         order: Their places among all counted numbers, shape (number,).
@@ -210,7 +210,7 @@ def chains_of(problem: Problem) -> list[Chains]:
 
 
 def _apart(problem: Problem, numbers: Indices) -> Floats:
-    """Return how many rows each number of a series is behind the last one, the first infinite.
+    """Return how many rows each number of a series is after the last one, the first infinite.
 
     With times, a row is the median time between two; so what was measured long after counts as
     little correlated.

@@ -7,7 +7,7 @@ from tissuec.core.prefixes import shown_units
 from tissuec.core.units import NUMBER, Dimension, parse_unit, si_unit
 
 LEAST = 6  # significant digits of what was learnt
-BEYOND = 2  # digits behind the first one in which the interval is seen
+BEYOND = 2  # digits after the first one in which the interval is seen
 MOST = 17  # this many distinguish every number from the next
 _PERCENT = (0.01, "%")
 

@@ -65,7 +65,7 @@ class Numerals:
         return abs(value - place) <= self._near
 
     def _unit(self, value: float, node: s.Expression | None) -> tuple[float, str]:
-        """Return the size of a unit and how it is written behind a number."""
+        """Return the size of a unit and how it is written after a number."""
         match node:
             case s.Signed(operand=s.Number() | s.Quantity() as operand):
                 return self._unit(value, operand)

@@ -32,7 +32,7 @@ class WordForm(Struct, frozen=True):
         bell: The bell; None for sets with corners.
         numbers: What is written of corners, or of the mean.
         sigma: What is written of the width of a bell.
-        span: What is written behind the equals sign; of plateaus, their sentence.
+        span: What is written after the equals sign; of plateaus, their sentence.
     """
 
     word: str

@@ -26,7 +26,7 @@ from tissuec.meshes.formats.xml import parse
 N = TypeVar("N", int, float)
 #: Beginnings of types of elements that are no surface and no solid.
 _BEAMS = ("line", "truss", "beam")
-#: Beginnings of element types -> kind; the number behind them is that of all nodes.
+#: Beginnings of element types -> kind; the number after them is that of all nodes.
 _KINDS = {
     "tet": "tetra", "hex": "hexahedron", "penta": "wedge", "pyra": "pyramid",
     "tri": "triangle", "quad": "quad", "q4": "quad",

@@ -66,7 +66,7 @@ def read(data: bytes, path: Path) -> RawMesh:
 
 
 def _sections(data: bytes) -> dict[str, Numbers]:
-    """Return the numbers behind each keyword, by the keyword in lower case."""
+    """Return the numbers after each keyword, by the keyword in lower case."""
     lines = [line.split(b"#")[0] for line in data.splitlines()]
     words = b" ".join(lines).split()
     heads = [k for k, word in enumerate(words) if word[:1].isalpha() and len(word) > 2]

@@ -94,7 +94,7 @@ class _MshReader:
             self.order = ("<" if one == b"\1\0\0\0" else ">") if binary else ""
 
     def section(self, name: bytes, written: bytes, data: bytes, place: int) -> int:
-        """Read a section and return the place behind it."""
+        """Read a section and return the place after it."""
         readers: dict[bytes, Callable[[Numbers], None]] = {
             b"Nodes": self._nodes_4 if self.version >= 4.0 else self._nodes,
             b"Elements": self._elements_4 if self.version >= 4.0 else self._elements,

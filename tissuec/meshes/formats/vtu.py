@@ -70,7 +70,7 @@ class _XmlFile:
     """The elements of a file, and how its arrays are written."""
 
     def __init__(self, data: bytes):
-        # Raw bytes behind the elements are no XML.
+        # Raw bytes after the elements are no XML.
         self.appended, self.is_raw = b"", False
         if found := _APPENDED.search(data):
             self.appended, self.is_raw = data[found.end() :], b"raw" in found[1]
@@ -162,7 +162,7 @@ class _XmlFile:
             ) from None
 
     def _decoded(self, data: bytes, is_raw: bool) -> bytes:
-        """Return the bytes of an array, behind their number or those of its blocks."""
+        """Return the bytes of an array, after their number or those of its blocks."""
         width = self.head.itemsize
         if self.compressor is None:
             size = int(np.frombuffer(_bytes(data, width, is_raw), self.head, 1)[0])

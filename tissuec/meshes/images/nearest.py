@@ -20,7 +20,7 @@ def with_inner_nodes(
     Args:
         image: The image.
         shape: Its surface.
-        inner: Nodes inside [m], numbered behind those of the surface, shape (node, 3).
+        inner: Nodes inside [m], numbered after those of the surface, shape (node, 3).
     """
     from scipy.spatial import KDTree
 

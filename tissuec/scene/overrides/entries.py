@@ -46,7 +46,7 @@ class Override(Struct, frozen=True):
 
     Attributes:
         item: Without the names of blocks.
-        owners: Names behind ``of``: of the innermost block first; none for a param or an entry
+        owners: Names after ``of``: of the innermost block first; none for a param or an entry
             of simulate or environment.
     """
 
@@ -215,7 +215,7 @@ def _read(source: Source) -> tuple[s.Item | None, tuple[s.Name, ...]]:
 
 
 def _owners(source: Source, start: int, end: int) -> Iterator[s.Name]:
-    """Yield the names behind ``of`` in a part of a text."""
+    """Yield the names after ``of`` in a part of a text."""
     for part in _OF.split(f" {source.text[start:end]}")[1:]:
         place = source.text.index(part, start)
         start = place + len(part)
@@ -246,7 +246,7 @@ def _owned(finding: Diagnostic, entry: str, owner: str) -> Diagnostic:
     Args:
         finding: Of the text without the name of the block.
         entry: The entry.
-        owner: The name of the block behind "of", with that word and a blank before it.
+        owner: The name of the block after "of", with that word and a blank before it.
     """
     hint = finding.hint.replace(f'"{entry} ', f'"{entry}{owner} ') if owner else finding.hint
     return replace(finding, hint=Hint(hint, *finding.edits))
@@ -361,7 +361,7 @@ def _written(block: s.Block, key: str, path: _Path = ()) -> Iterator[_Path]:
 
 
 def _place(home: _Home, item: Entry, findings: Findings) -> tuple[s.Block, _Path]:
-    """Return a block and where in it an entry goes; behind the last item if it is new."""
+    """Return a block and where in it an entry goes; after the last item if it is new."""
     paths = list(_written(home.block, item.name.key))
     nearest = [path for path in paths if len(path) == min(map(len, paths))]
     if len(nearest) > 1:
@@ -396,7 +396,7 @@ def _item_at(block: s.Block, path: _Path) -> s.Item:
 
 
 def _with(block: s.Item, path: _Path, item: Entry) -> s.Block:
-    """Return a block with another item at a place, or one more behind the last."""
+    """Return a block with another item at a place, or one more after the last."""
     assert isinstance(block, s.Block)
     first, *rest = path
     items = list(block.items)

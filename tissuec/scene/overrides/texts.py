@@ -16,7 +16,7 @@ from tissuec.scene.program.parameters import Parameter
 #: of pint, which has the type Any.
 Given: TypeAlias = "str | float | Sequence[float]"
 _HEAD = re.compile(r".*?\s(=|is)\s")  # of an assignment
-#: Words, which an entry takes behind "is".
+#: Words, which an entry takes after "is".
 WORDS = re.compile(r"\s*[^\W\d][\w\s\"'-]*")
 
 

@@ -232,7 +232,7 @@ def _named_kind(name: s.Name) -> tuple[str, s.Name] | None:
 
 
 def without(name: s.Name, word: str) -> s.Name | None:
-    """Return the name behind a leading word, None if it does not begin so.
+    """Return the name after a leading word, None if it does not begin so.
 
     ``without(tissue "head of pancreas", "tissue")`` is the quoted name alone.
     """
@@ -353,7 +353,7 @@ def _reject_assigned(item: s.Assign, findings: Findings) -> NoReturn:
     text, span = item.name.text, item.name.span
     if begins_block(text.split()[0]) and " " in text:
         message = "a block is enclosed in braces"
-        hint = 'put "{" behind the name of the block, and "}" behind its last entry'
+        hint = 'put "{" after the name of the block, and "}" after its last entry'
         findings.reject("TIS312", message, span, hint=hint)
     findings.reject(
         "TIS303",
@@ -387,7 +387,7 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
         case s.Assign():
             _reject_assigned(item, findings)
         case s.RecordedCall():
-            message = f"{item.call.span.one_line} begins no part of a scene"
+            message = f'"{item.call.span.one_line}" does not begin any part of a scene'
             hint = "what is recorded belongs in the output block"
             findings.reject("TIS303", message, item.span, hint=hint)
         case s.Function():

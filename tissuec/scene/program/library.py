@@ -76,7 +76,7 @@ class Library(Struct, frozen=True):
         return not path.is_relative_to(resources.library()) and leads_out(path, own)
 
     def files(self) -> Iterator[tuple[str, Path]]:
-        """Yield every file with its name behind ``use``; the first hit of a name counts."""
+        """Yield every file with its name after ``use``; the first hit of a name counts."""
         seen: set[str] = set()
         for name, path in files_of(self.folders):
             if name not in seen:
@@ -173,7 +173,7 @@ def _shipped(name: str, text: str, path: Path) -> s.Module:
 
 
 def files_of(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
-    """Yield the files of folders and of those in them, with their names behind ``use``."""
+    """Yield the files of folders and of those in them, with their names after ``use``."""
     for place in places:
         for pattern in (f"*{SUFFIX}", f"*/*{SUFFIX}"):
             for path in sorted(place.glob(pattern)):

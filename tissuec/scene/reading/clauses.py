@@ -70,7 +70,7 @@ class ClauseReader:
         parts = [part for form in forms for part in form.parts.values()]
         self._flags = {part.text for part in parts if isinstance(part, FlagPart)}
         may_repeat = {getattr(part, "word", "") for part in parts if part.may_repeat}
-        self.repeated: list[s.Name] = []  # names behind the second clause with a word
+        self.repeated: list[s.Name] = []  # names after the second clause with a word
         self.clauses: dict[str, s.Clause] = {}
         for clause in sentence.clauses:
             flag = f"{clause.word} {clause.value.span.text.lower()}"
@@ -428,7 +428,7 @@ class ClauseReader:
         return direction
 
     def dimension_of(self, word: str) -> Dimension:
-        """Return the dimension of the numbers behind a joining word."""
+        """Return the dimension of the numbers after a joining word."""
         return self.form.dimension_of(word)
 
     # --- values -------------------------------------------------------------------------------

@@ -106,7 +106,7 @@ class Entry(Struct, frozen=True):
 
     @property
     def members(self) -> Mapping[str, type]:
-        """The classes that have the entries of the block behind each of its words."""
+        """The classes with the entries of the block, one for each word of the block."""
         return self.kind.inside if isinstance(self.kind, OneOf) else dict[str, type]()
 
     @property

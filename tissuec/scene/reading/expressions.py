@@ -549,6 +549,6 @@ def _is_unit(text: str) -> bool:
 
 
 def _pointed(text: str, more: int) -> list[Edit]:
-    """Return the edit that writes points for as many commas without a blank behind them."""
+    """Return the edit that writes points for as many commas without a blank after them."""
     pointed, count = re.subn(r"(?<=[0-9]),(?=[0-9])", ".", text)
     return [Edit(pointed)] if count == more else []

@@ -88,7 +88,7 @@ def read_graded(item: s.Assign, others: Collection[Graded], findings: Findings) 
         )
     if item.clauses:
         clause = item.clauses[0]
-        hint = Hint("a formula of the place ends behind its value: remove it", Edit(""))
+        hint = Hint("a formula of the place ends with its value: remove it", Edit(""))
         findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span, hint=hint)
     return Graded(quantity, item.value, item.span)
 

@@ -394,7 +394,7 @@ def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:
     if item.clauses:
         clause = item.clauses[0]
         hint = Hint(
-            f'an entry ends behind its value: remove "{clause.span.one_line}"', Edit("")
+            f'an entry ends with its value: remove "{clause.span.one_line}"', Edit("")
         )
         scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span, hint=hint)
     if isinstance(item, s.Assign) and (item.keyword or item.bounds):

@@ -82,7 +82,7 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
         first = next(firing for firing in answer.silent if firing.missing)
         return (
             f"no rule of {rules.name} fires; the tissue does not say: {unsaid} (the first rule "
-            f"that asks for it is at {rules.spans[first.rule].place})"
+            f"that uses it is at {rules.spans[first.rule].place})"
         )
     return f"no rule of {rules.name} fires for these words"
 

@@ -53,9 +53,9 @@ class TissueWords(Struct, frozen=True):
             if fact.property in own and fact.property not in asked:
                 self.findings.add(
                     "W205",
-                    f"{fact.property} has no effect: no rule of {self.rules.name} asks for it",
+                    f"{fact.property} has no effect: no rule of {self.rules.name} uses it",
                     fact.span,
-                    hint="remove it, or describe the tissue in rules that ask for it",
+                    hint="remove it, or describe the tissue in rules that use it",
                 )
 
     def warn_of_idle_hedges(self, own: Collection[str]) -> None:

@@ -481,7 +481,7 @@ _JOIN: Mapping[str, Callable[[Formula, Formula], Formula]] = {
 
 
 def _joined(parts: Sequence[tuple[str, Formula]], sign: str) -> Formula:
-    """Return the sum (``sign`` "+") or product ("*") of parts, each behind its own sign.
+    """Return the sum (``sign`` "+") or product ("*") of parts, each after its own sign.
 
     Long ones are joined group by group, so that the tree is not as deep as they are long.
     """

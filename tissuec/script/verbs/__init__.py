@@ -158,7 +158,7 @@ class Order(Protocol):
     """A sentence of the script after its parts are read, for what else a verb checks."""
 
     span: Span
-    words: str  # what is behind the verb, such as "waist" or "pushing pressed"
+    words: str  # those after the verb, such as "waist" or "pushing pressed"
 
     def has(self, word: str) -> bool:
         """Return whether a clause with this joining word was written."""

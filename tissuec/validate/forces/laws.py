@@ -88,7 +88,7 @@ def _dead_band(law: Any) -> ForceRule:
 
 
 def _toe(law: Any) -> ForceRule:
-    """∫ is c e³/(6 e*) in the toe, and c (e²/2 - e e*/2 + e*²/6) behind it."""
+    """∫ is c e³/(6 e*) in the toe, and c (e²/2 - e e*/2 + e*²/6) after it."""
 
     def part(e: Floats, rest: Floats) -> Floats:
         return np.clip(e / (law.strain * rest), 0.0, 1.0)

@@ -546,7 +546,7 @@ function reasonOf(base, key, verdicts) {
   if (missing.length) {
     const first = bearings.find(({ rule }) => verdicts[rule].missing.length);
     return `no rule of ${base.name} fires; the tissue does not say: ${missing.join(", ")} `
-      + `(the first rule that asks for it is at ${base.rules[first.rule].place})`;
+      + `(the first rule that uses it is at ${base.rules[first.rule].place})`;
   }
   return `no rule of ${base.name} fires for these words`;
 }

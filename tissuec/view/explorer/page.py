@@ -85,7 +85,7 @@ def render(page: Mapping[str, Any]) -> str:
 
 
 def _used_as(path: Path, words: ResolvedProgram) -> str:
-    """Return the name behind ``use`` that brings the rules; empty for a scene."""
+    """Return the name after ``use`` that brings the rules; empty for a scene."""
     declarations = words.declarations
     if declarations.single or declarations.of("body"):
         return ""

@@ -121,7 +121,7 @@ class Instrument(Struct, frozen=True):
         name: Of the tool; empty where the scene has none.
         size: Of one unit of the mesh [m].
         life: In frames.
-        points: Four points that carry it: its origin, and behind it by ``size`` along its z and
+        points: Four points that carry it: its origin, and those ``size`` from it along its z and
             x, and by ``size`` times its setting along z.
     """
 
@@ -163,7 +163,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     Attributes:
         times: Of the frames [s], shape (frame,).
         clock: The unit in which times are shown.
-        position: Of all points [m], shape (frame, point, 3): nodes, and behind them those of
+        position: Of all points [m], shape (frame, point, 3): nodes, and after them those of
             tools.
         velocity: Of all points [m/s], shape (frame, point, 3).
         curved: Between which frames a cubic describes the motion, shape (frame - 1,).

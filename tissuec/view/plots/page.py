@@ -109,7 +109,7 @@ def need_matplotlib() -> None:
 def new_sheet(
     width: float, height: float, style: PlotStyle = STYLES["screen"]
 ) -> Generator[Canvas]:
-    """Yield an empty sheet, and finish it behind the block.
+    """Yield an empty sheet, and finish it after the block.
 
     Args:
         width: [mm].

@@ -57,7 +57,7 @@ class LoggedQuantity(Struct, frozen=True, eq=False):
 
 
 def behind_events(log: LoggedQuantity) -> tuple[Floats, Floats]:
-    """Return times and values, of both sides of an event what is behind it.
+    """Return times and values, of both sides of an event what is after it.
 
     Returns:
         Times [s] and values, shape (moment,) each.
