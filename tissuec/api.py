@@ -376,7 +376,7 @@ def study(
         sentences: More sentences of the study block, such as "error estimate is off".
         workers: Number of processes; by default one for each processor. 1 is this process.
         scheduler: Address of a dask scheduler whose workers are used instead.
-        out: Table to write or to go on with, in CSV, or HDF5 if it ends with ".h5"; or none.
+        out: Table to write or to continue, in CSV, or HDF5 if it ends with ".h5"; or none.
         fresh: Whether to discard the rows that ``out`` has already.
         progress: Whether to show the progress on stderr.
 
@@ -436,7 +436,7 @@ def _compiled(
     *,
     strict: bool = False,
 ) -> "tuple[Compiled, Request]":
-    """Return a compiled scene, and what was asked for; findings are warnings."""
+    """Return a compiled scene and its request; findings are warnings."""
     from tissuec.pipeline import compile_request
 
     request = _request(scene, given, libraries, strict=strict)

@@ -171,7 +171,7 @@ def compile_program(
 
     Args:
         program: The texts of the scene.
-        request: What was asked for.
+        request: The request of the run.
         findings: Takes diagnostics.
         thorough: Whether to run the slow checks of the net as well.
         levels: Whether to try the values of studies.
@@ -200,7 +200,7 @@ class Result(Struct, frozen=True):
         path: The result file.
         estimate: How far the companion run was from the run, and what that says.
         views: Files beside a finished result that show ParaView its smooth surfaces, by body.
-        blocks: The blocks file beside a finished result, if one was asked for.
+        blocks: The blocks file beside a finished result, if one was requested.
         left_out: Sentences about what it does not contain.
     """
 
@@ -234,7 +234,7 @@ def simulate(
             the run, "inline" after it, by the better of both ("auto"), or not at all ("off").
         threads: Maximum number of threads for a large net; None for as many as processors, or
             half as many if the companion may use the others. Positions do not depend on it.
-        blocks: Whether to write a blocks file, also if the scene does not ask for one.
+        blocks: Whether to write a blocks file, also if the output block has none.
         progress: Called with the simulated time [s] now and then.
 
     Raises:

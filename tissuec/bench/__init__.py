@@ -3,6 +3,6 @@
 Shared arguments:
     problem: The scene of the bench.
     points: Measured points.
-    tolerance: Relative error that a solver is asked for, dimensionless.
+    tolerance: Relative error that a solver is to keep, dimensionless.
     deadline: Time limit.
 """

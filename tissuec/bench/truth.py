@@ -21,7 +21,7 @@ from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC
 
 METHODS = ("dop853", "esdirk43")
-FINER = 100.0  # times as fine as the finest tolerance that is asked for
+FINER = 100.0  # times as fine as the finest requested tolerance
 PATIENCE = 30.0  # budgets of a point that the reference may take
 SECOND = 3.0  # the same for each solver that may give a second opinion
 FIRST = 0.03  # of the time that a solver may take, it gets for its first attempt

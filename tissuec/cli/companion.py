@@ -18,7 +18,7 @@ def command(settings: Settings, folder: Path) -> None:
 
 
 def step_companion(folder: Path) -> None:
-    """Step the companion run that a folder asks for, and leave its positions there."""
+    """Step the companion run that a folder describes, and leave its positions there."""
     import os
     import shutil
 

@@ -1,6 +1,6 @@
 """What the shell completes after a command: shipped names, files, and params of a scene.
 
-A shell asks while somebody waits, so that nothing is compiled here: texts are only taken apart
+The user of a shell waits, so that nothing is compiled here: texts are only taken apart
 into statements.
 """
 
@@ -85,7 +85,7 @@ def _scenes(ctx: click.Context) -> Iterable[Path]:
 def params_of(path: Path) -> list[tuple[str, str]]:
     """Return the names and values of the params that a text declares, in order."""
     from tissuec.core.source import Source
-    from tissuec.lang.tree_builder import tree_of  # late: asked for after --set only
+    from tissuec.lang.tree_builder import tree_of  # late: needed after --set only
 
     try:
         if path.stat().st_size > LARGEST:

@@ -84,7 +84,7 @@ def command(
         parts += map(bodies.body_section, properties)
         document["bodies"] = [*map(bodies.as_dict, properties)]
     if compiled is not None and with_plan:
-        from tissuec.compiler.prediction import predict  # late: it looks at the engine
+        from tissuec.compiler.prediction import predict  # late: it imports the engine
         from tissuec.view.summaries.plan import plan_sections
 
         plan = predict(compiled)
@@ -96,7 +96,7 @@ def command(
 
 
 def _chosen(words: "ResolvedProgram", name: str | None) -> "list[Tissue]":
-    """Return the tissue asked for; otherwise those that are used, or all where none is."""
+    """Return the requested tissue; otherwise those that are used, or all where none is."""
     from tissuec.compiler.provenance import used_tissues
     from tissuec.core.names import key_of
 

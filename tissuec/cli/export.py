@@ -362,7 +362,7 @@ def export_table(
         output: The file; None for stdout.
 
     Raises:
-        UsageError: The format does not hold what is asked for.
+        UsageError: The format cannot hold what is requested.
         TissueError: The table cannot be read, a column is none of it, or nothing is written.
     """
     from tissuec.studies.table_files import read_table

@@ -18,7 +18,7 @@ steps, of which users do only the last two.
    text, the processor and the version of LLVM. Laws of springs are translated from their
    formulas when they are needed (``laws``).
 4. **Calling** (``calls``, ``record_tables``). A record is passed as the address of a table of
-   words: numbers, and addresses and shapes of arrays. A function reads the words that it asks
+   words: numbers, and addresses and shapes of arrays. A function reads the words that it needs
    for, so its code does not depend on what else a scene has. Functions of different bundles
    call each other by addresses in such tables: the operations of a net, the kernels of its
    forces, the laws of its springs. A kernel that is not shipped, as those of other packages,

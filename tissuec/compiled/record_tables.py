@@ -2,7 +2,7 @@
 
 A record is one table of words in memory: the address and the shape of each of its arrays, its
 numbers, and the tables of the records within it. Compiled code gets its address, and reads what
-it needs. So no function depends on what a scene has besides what the function asks for.
+it needs. So no function depends on what a scene has besides the inputs of the function.
 """
 
 import struct

@@ -1,6 +1,6 @@
 """Scene to Network and Plan: meshes are built, sets chosen, sentences become actions.
 
-The same text gives the same bytes: nothing here looks at the clock, the machine or a random
+The same text gives the same bytes: nothing here reads the clock, the machine or a random
 number.
 """
 
@@ -514,7 +514,7 @@ def _plan(
         breakable=_can_break(network, script),
     )
     if outputs.asked and is_whole and not findings.errors:
-        from tissuec.compiler.output.frame_fields import check_fields  # where any are asked for
+        from tissuec.compiler.output.frame_fields import check_fields  # where there are any
 
         kinds = {force.kind for force in scene.forces.values()}
         check_fields(outputs.asked, network, plan, kinds, findings)

@@ -352,7 +352,7 @@ class Groups:
         text = node.text if isinstance(node, s.Name) else node.span.text
         self.findings.pass_over_doubtful(s.key_of(text))
         if isinstance(node, s.Name) and node.key in self.named_joints:
-            # Springs are known once all joints are: a joint asks too early.
+            # Springs are known once all joints are: it is too early within a joint.
             hint = "a joint joins nodes to nodes"
             if not of_springs:
                 hint = f"write springs of {node.text}, or nodes of a body"

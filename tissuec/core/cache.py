@@ -1,7 +1,7 @@
 """The user's cache of what takes long to make: machine code, and parse tables.
 
 What is kept there is run as code. So it is read only if nobody but this user can have written
-it: that is asked of the open file, as what a name means may change in between.
+it: that is tested on the open file, as the meaning of a name may change in between.
 """
 
 import os

@@ -68,7 +68,7 @@ def _entry(code: str) -> CodeEntry:
 
 
 class _Codes(Mapping[str, CodeEntry]):
-    """The entries by code, read when first asked for."""
+    """The entries by code, read when first needed."""
 
     def __getitem__(self, code: str) -> CodeEntry:
         if code not in set(self):

@@ -57,7 +57,7 @@ def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
     with open_regular(path) if regular else path.open("rb") as file:
         found = os.fstat(file.fileno())
         is_larger = found.st_size > most
-        # Python makes room for all that is asked for; only what may never end needs a limit.
+        # Python makes room for all that is requested; only what may never end needs a limit.
         asked = -1 if stat.S_ISREG(found.st_mode) else most + 1
         data = b"" if is_larger else file.read(asked)
     if is_larger or len(data) > most:

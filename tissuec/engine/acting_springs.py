@@ -55,7 +55,7 @@ class ActingSprings:
         self._dead = 0
         # Of all springs, for the first choice of those that act.
         self._all_runs = layout.runs
-        self._runs: RunPlaces | None = None  # once somebody has asked for them
+        self._runs: RunPlaces | None = None  # once they are needed
         self._chunks: Chunks | None = None  # the same
 
     def update(self, state: State, held: Bools, moved: Bools) -> None:
@@ -69,7 +69,7 @@ class ActingSprings:
         acting = _acting(state, held, moved)
         self._choose(acting, state)
         self.springs = springs = self._present(state.springs, acting)
-        # Kept, because the stepping code asks for them at every call.
+        # Kept, because the stepping code needs them at every call.
         behaviour, inelastic = springs.behaviour, springs.inelastic
         self.is_viscous = behaviour.is_viscous
         self.laws = springs.laws if springs.law.any() else ()
@@ -152,7 +152,7 @@ class ActingSprings:
         """
         part, springs = integrator.nearness, self.springs
         if not self._watched:
-            # There is one form of the code for springs with laws, which looks at these as well.
+            # There is one form of the code for springs with laws, which examines these as well.
             straight = not self.laws and springs.inelastic is None
             count = 0 if straight else len(springs.ids)
             return dict.fromkeys(("near", "near_crush"), np.full(count, np.inf))
@@ -191,7 +191,7 @@ def _acting(state: State, held: Bools, moved: Bools) -> Bools:
     acting = state.alive & ~join_nodes_of(ends, held)
     acting[state.network.first_mark :] = False
     if moved.any():
-        # Driven nodes feel them, even if nobody asks for it: steps must not depend on that.
+        # Driven nodes feel them, even if no output needs it: steps must not depend on that.
         one, other = moved[ends.T]
         acting |= state.alive & (one | other)
         acting[state.network.first_mark :] = False

@@ -74,7 +74,7 @@ class LoopBackend(Struct, frozen=True):
     Attributes:
         drive: Returns the loop of an integrator. It takes the net as a table.
         takes_tables: Whether it takes the other records as tables, too.
-        pace: Evaluations of springs after which it comes back to be asked for a pause, in about
+        pace: Evaluations of springs after which it returns to check for a pause, in about
             0.2 s.
         operations: Functions in Python that replace compiled operations, by name; see
             ``with_python``.

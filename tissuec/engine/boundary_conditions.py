@@ -11,9 +11,7 @@ from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile, tabulated
 
-LOOKS = (
-    32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
-)
+LOOKS = 32  # samples at least of a period of a path or force, or of a full turn, or of a ramp
 
 
 def lengths(state: State) -> list[Load]:
@@ -47,7 +45,7 @@ def longest_step(
     """Return the largest step that follows prescribed motions in an interval of time [s].
 
     No error estimate sees a path that no free node feels; springs between driven and held nodes
-    would break unnoticed, or in another period. Nor does one see a force that is looked at once
+    would break unnoticed, or in another period. Nor does one see a force that is sampled once
     in each of its periods.
 
     Args:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # scenes without elements do not need them
     from tissuec.forces.element_limits import BreakableElements
 
 FINE_LOOKS = 8  # of methods whose steps are long
-MARGIN = 0.999  # of a limit: loads above which a step is looked at closely
+MARGIN = 0.999  # of a limit: loads above which a step is examined closely
 _STILL = np.zeros(0)
 
 
@@ -110,13 +110,13 @@ def may_break(loads: Loads, stepper: Stepper, start: Floats, steps: int) -> bool
 
     Args:
         loads: The loads.
-        stepper: It has looked at states within the steps.
+        stepper: It has computed states within the steps.
         start: Positions at the start of the first of them [m], flat, shape (3 node,).
         steps: How many of the last ones.
     """
     glanced: Any = stepper.buffer.buffer.glance_position
     last = stepper.progress.glanced
-    # Shorter steps are looked at in their middle and at their end.
+    # Shorter steps are examined in their middle and at their end.
     every = 2 if stepper.integrator.looks < FINE_LOOKS else 1
     rows = range(last - GLANCES * steps + every - 1, last, every)
     seen = np.array([loads.at(x) for x in (start, *(glanced[row] for row in rows))])

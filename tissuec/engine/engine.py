@@ -102,7 +102,7 @@ class Engine:
         self._stale = True
         # The step that is made and not taken over, and what interrupts in it.
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
-        self._closely = -np.inf  # until when steps are looked at one by one [s]
+        self._closely = -np.inf  # until when steps are examined one by one [s]
         self._loads: Loads | None = None  # of elements that may break
         self.follow: Follow = unfollowed
 
@@ -176,13 +176,13 @@ class Engine:
             state: The one that ``restart`` took over; its state and time are advanced.
             until: Time [s], not before that of the state.
             watch: Condition of time [s], positions and velocities (shape (node, 3)); the first
-                time at which it holds interrupts. It is asked at the start, at the end of each
+                time at which it holds interrupts. It is tested at the start, at the end of each
                 step, and within the step that made it true.
-            pause: Asked now and then between two steps, with the time [s]; True makes this
+            pause: Called now and then between two steps, with the time [s]; True makes this
                 return "paused", to be called again with the same ``until``.
             survey: Tells whether the condition may hold at any of several times, given arrays
                 of shapes (time,) and (time, node, 3). With it, many steps of a small net are
-                looked at together, and one by one only where it may hold.
+                examined together, and one by one only where it may hold.
             view: Come back "viewed" as soon as ``look`` can tell the state at this time [s],
                 unless something interrupts before it. The steps are the same as without, and
                 the state remains where it is.
@@ -385,7 +385,7 @@ class Engine:
         return None if reason == HELD else reason
 
     def _goes_on(self, reason: int, state: State) -> bool:
-        """Do what lets the loop over steps go on, if anything does; return whether it did."""
+        """Do what lets the loop over steps continue, if possible; return whether it does."""
         stepper = self.stepper
         if reason == FULL:
             stepper.synchronise(state)
@@ -402,7 +402,7 @@ class Engine:
         return True
 
     def _leave_viewed(self) -> Interruption | None:
-        """Leave a step that could be looked at; return what interrupts in it, if anything."""
+        """Leave a step that could be examined; return what interrupts in it, if anything."""
         if self._viewed is None:
             return None
         (within, found), self._viewed = self._viewed, None

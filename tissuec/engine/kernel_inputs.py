@@ -57,7 +57,7 @@ Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table tha
 SPORADIC = {"contact", "jet"}
 # Bristles with places: at most this factor times the sum of the near ones and of a few more.
 SPARE, FEW = 1.5, 200
-#: Of ``Features``, what stepping code asks a net for.
+#: Of ``Features``, those on which the stepping code of a net depends.
 FLAGS = (
     "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered",
 )  # fmt: skip

@@ -70,7 +70,7 @@ class Interruption(Struct, frozen=True, eq=False):
     """Why the engine returned, at ``time`` [s], which is that of the state.
 
     Attributes:
-        kind: "reached" the end asked for; "paused" because the caller wished so; a step is
+        kind: "reached" the requested end; "paused" at the request of the caller; a step is
             made that holds the time to be "viewed"; springs
             "ruptured" at this very time; a watched condition became true ("triggered"); the
             motion "diverged", and the state keeps the last good state; the engine is

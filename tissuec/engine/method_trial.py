@@ -23,7 +23,7 @@ from tissuec.kernels.records import Progress
 from tissuec.mechanics.state import State
 
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
-GLANCE = 12  # force evaluations after which a trial is looked at
+GLANCE = 12  # force evaluations after which a trial is checked
 BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
 # Predicted time to come below which nothing is tried [s]: about what translating another method
 # takes at its first use.

@@ -1,6 +1,6 @@
 """Runs that are static for some intervals, and dynamic before and after them.
 
-While a state asks for equilibrium (``State.still_until``), it goes from one equilibrium to the
+While a state is to be in equilibrium (``State.still_until``), it goes from one to the
 next (``engine.equilibria``); a new engine continues from the last one, whose free nodes have no
 velocity. The ledger is that of the whole run.
 """

@@ -196,7 +196,7 @@ class QuasiStatic:
             motion = state.position[None].copy(), moving[None].copy()
             sums = np.array([self._work]), np.array([self._lost])
             self._sample += 1
-            # How far nodes come between samples is not looked at.
+            # How far nodes come between samples is ignored.
             self._record(Samples(one, *motion, *sums, error=np.zeros(1), reach=np.zeros(1)))
 
     def _go(

@@ -21,7 +21,7 @@ from tissuec.model.network import Floats, Network
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
 # Sums of work are to be true of smaller motions as well: of those of which rounding leaves more
-# digits than the tolerance asks for.
+# digits than the tolerance requires.
 LEDGER_FLOOR, LEDGER_DIGITS = 1e-8, 1e-12
 JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero

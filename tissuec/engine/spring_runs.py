@@ -25,7 +25,7 @@ GAP = 8  # springs that are missing in a row, at most
 # Springs from which their lengths at rest take most of the nearer caches.
 MANY = 100_000
 MOST_STEPS = 2**15 - 1  # up or down, in two bytes
-RUNS_AT_ONCE = 4096  # whose lengths are looked at together
+RUNS_AT_ONCE = 4096  # whose lengths are examined together
 MOST_GROUPS = 32  # of blocks
 LEAST_OF_GROUP = 4  # blocks
 # What a run costs, and each of its springs, beside a spring by itself.

@@ -10,7 +10,7 @@
 
 Written once for every integrator and both backends. As written here it runs velocity Verlet;
 ``engine.backends`` binds the names of integrator and operations to others. It comes back
-to Python whenever something needs a decision, and can then go on where it was.
+to Python whenever something needs a decision, and can then continue from there.
 
 Shared arguments:
     h: Size of the step [s].
@@ -85,7 +85,7 @@ def drive(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> in
         begin(now, work, net)
     while True:
         if now.pending == 0:
-            # Stop where the caller asked for it, or where samples are to be taken.
+            # Stop where the caller requested it, or where samples are to be taken.
             reason = hindrance(now, task, work, buffer)
             if reason != NO_REASON:
                 return reason

@@ -21,7 +21,7 @@ from tissuec.kernels.records import LOOKED, Buffer, Floats, Net, Progress, Task,
 from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import distance, greater, length, polynomials, scale
 
-MOST_HALVINGS = 6  # of a step whose work and dissipation are looked at on equal pieces
+MOST_HALVINGS = 6  # of a step whose work and dissipation are computed on equal pieces
 LOOKS_INSIDE = (0.25, 0.5, 0.75)  # parts of the step: the difference has zeros elsewhere
 # What is doubted of a sample.
 NOTHING, VELOCITIES, STATE = 0, 1, 2

@@ -65,7 +65,7 @@ class Stepper:
         self.segment: float | None = None
         self.asked = 0
         self.listing = ContactListing()
-        self._net: RecordTable | None = None  # what acts, once it is asked for
+        self._net: RecordTable | None = None  # what acts, once it is needed
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
 
     @property
@@ -341,7 +341,7 @@ class Stepper:
     def flush(self) -> None:
         """Give the samples so far to the recorder."""
         before = self.progress
-        self.update(filled=0)  # the recorder may ask for a checkpoint
+        self.update(filled=0)  # the recorder may request a checkpoint
         self.buffer.flush(before)
 
     def record_end(self, state: State) -> None:

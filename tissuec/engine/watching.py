@@ -20,12 +20,12 @@ from tissuec.engine.stepper import Stepper
 from tissuec.kernels.records import GLANCES, Progress
 from tissuec.model.network import Indices
 
-# Steps that are looked at together for conditions, and coordinates of states in them, at most.
+# Steps that are examined together for conditions, and coordinates of states in them, at most.
 MOST_TOGETHER, GLANCED = 16, 200_000
 
 
 def steps_together(stepper: Stepper) -> int:
-    """Return how many steps are looked at together.
+    """Return how many steps are examined together.
 
     Only one with contact, threads or springs that relax or flow: they keep state outside of
     ``Work``, with which the run could not go back.
@@ -121,7 +121,7 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
     """Return the first time up to ``stop`` at which the condition is seen to hold [s].
 
     Args:
-        stepper: It has looked at states within the step.
+        stepper: It has computed states within the step.
         within: The step.
         watch: The condition.
         stop: Time in the step [s].
@@ -138,7 +138,7 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
     for row in range(last - GLANCES, last):
         when = float(buffer.glance_time[row])
         x, v = buffer.glance_position[row], buffer.glance_velocity[row]
-        # A glance is cheap and a little wrong; what it finds is looked at closely.
+        # A glance is cheap and a little wrong; what it finds is examined closely.
         seen = when < stop and watch(when, positions(x), outwards(v))
         when = min(when, stop)
         if (seen or when == stop) and holds(when):

@@ -297,7 +297,7 @@ class Field(Effect, frozen=True):
         return None
 
     def only(self, items: Indices) -> Self:
-        """Return the field of some items, by indices of shape (n,), whose table is asked for.
+        """Return the field of some items, by indices of shape (n,), to make its table.
 
         Raises:
             NotImplementedError: It has no items.

@@ -74,9 +74,9 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-FEW = 12  # faces up to which all pairs are looked at
+FEW = 12  # faces up to which all pairs are examined
 MOST_COMPARED = 200_000  # pairs that an exhaustive search compares: as fast as a tree's
-MOST_TOGETHER = 4096  # pairs that are looked at at once
+MOST_TOGETHER = 4096  # pairs that are examined at once
 WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
 
 
@@ -775,7 +775,7 @@ class Contact(Field, frozen=True, dict=True):
 
 @kept_on_owner(8)
 def _with_whole(contact: Contact, alive: bytes) -> Contact:
-    """Return contact without the faces whose springs are gone; kept, being asked for often."""
+    """Return contact without the faces whose springs are gone; kept, as it is often needed."""
     there = np.frombuffer(alive, dtype=bool)
     bound = contact.bonds >= 0
     holding = np.zeros_like(bound)

@@ -10,7 +10,7 @@ of liquid in gas hardly spreads (k = 0); one within the same fluid is a free tur
 whose half-width r½ = b √ln 2 grows by 0.094 for each length (H. J. Hussein, S. P. Capp, W. K.
 George, J. Fluid Mech. 258:31, 1994; S. B. Pope, Turbulent Flows, 2000, section 5.1).
 
-Where it meets a surface, fluid goes on along the surface and leaves to it the part of its
+Where it meets a surface, fluid continues along the surface and leaves to it the part of its
 momentum that is normal to it. An element of area A with the unit normal n, at the angle
 cos θ = n·e to the jet, is pressed along n with
 
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
 SLIGHT = 1e-6  # of an edge: step of differences
-AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
+AT_ONCE = 1_000_000  # pairs of triangles that are examined together
 WORTHWHILE = 500  # triangles from which threads share them
 TRIANGLE_SECONDS = 3e-7  # that the kernel takes for a triangle, measured [s]
 

@@ -289,7 +289,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
 
 @kept_on_owner(8)
 def _surfaces(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indices, Indices]:
-    """Return corners, ``first``, walls and their cells; kept, as checks ask before the run."""
+    """Return corners, ``first``, walls and their cells; kept, as checks also need them."""
     return _cells(network, part) or _patches(network, part) or _surface(network, part)
 
 

@@ -9,7 +9,7 @@ class AtomDegree(Struct, frozen=True):
     """Degree of one ``is`` of a condition; None where its property has no fact.
 
     Attributes:
-        negated: Whether the condition asks for the opposite, of degree 1 less this one.
+        negated: Whether the condition tests the opposite, of degree 1 less this one.
     """
 
     property: str

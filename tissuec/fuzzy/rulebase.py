@@ -86,7 +86,7 @@ class RuleBase(Struct, frozen=True, dict=True):
 
     @cached_property
     def asked(self) -> frozenset[str]:
-        """Return the properties that conditions of rules ask about."""
+        """Return the properties that conditions of rules use."""
         return frozenset(part.property for parts in self._atoms for part in parts)
 
     @cached_property

@@ -176,7 +176,7 @@ class SupportedTriangles:
 
 
 def _pieces(ends: NDArray[np.integer], edges: Indices) -> Indices:
-    """Return the piece that each node belongs to, if there are any edges to ask for."""
+    """Return the piece that each node belongs to, if there are any edges to examine."""
     if not len(edges):
         return np.zeros(0, dtype=np.int64)
     count = max(int(ends.max(initial=0)), int(edges.max())) + 1

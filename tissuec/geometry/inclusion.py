@@ -89,7 +89,7 @@ class Counted(NamedTuple):
     """Shared elements near points, and their weights.
 
     Attributes:
-        row: A face that has it, as a row of what was asked for, shape (counted,).
+        row: A face that has it, as a row of the request, shape (counted,).
         element: Its number, shape (counted,).
         weight: As above, never 0, shape (counted,).
     """

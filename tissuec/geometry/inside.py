@@ -2,7 +2,7 @@
 
 A ray from a point crosses the surface; crossings from inside out count +1, the others -1, and
 their sum is the winding number. A ray through an edge or a corner must be counted once. So all
-tests ask only on which side of an edge the ray passes, always of the edge in the same
+tests determine only on which side of an edge the ray passes, always of the edge in the same
 direction, so that both of its triangles get the same answer; a ray exactly on it is thought to
 be moved aside by an infinitesimal amount ("simulation of simplicity": Edelsbrunner and Mücke,
 ACM Trans. Graph. 9:66, 1990). What rounding may still do shows where rays along x, y and z
@@ -20,7 +20,7 @@ from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.nearest import TRIANGLE, places
 
 _TOUCHING = 1e-6  # of the size of a patch: a corner so close to a surface lies in it
-_AT_ONCE = 4_000_000  # pairs of a point and a triangle that are looked at together
+_AT_ONCE = 4_000_000  # pairs of a point and a triangle examined together
 
 
 def inside(points: Floats, position: Floats, triangles: Indices) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Floats, Indices
 
-MOST_PAIRS = 1 << 20  # looked at together
+MOST_PAIRS = 1 << 20  # examined together
 
 
 def crossings(segments: Floats, triangles: Floats) -> Indices:

@@ -19,7 +19,7 @@ from tissuec.geometry.nearest import TRIANGLE, places
 
 HALVINGS = 20  # of the way, to find where a volume is zero
 INSIDE = 1e-6  # of a triangle or a segment: margin outside that counts, so that no gaps open
-MOST_PAIRS = 1 << 20  # looked at together
+MOST_PAIRS = 1 << 20  # examined together
 
 
 class SweptSurface(NamedTuple):

@@ -325,7 +325,7 @@ class Work(NamedTuple):
     embedded_x: Rows
     embedded_v: Rows  # the same for velocities, its derivative
     weights: Rows  # shape (2, row)
-    tension: Rows  # three looks at the springs [N], shape (3, spring) or (3, 0)
+    tension: Rows  # three samples of the springs [N], shape (3, spring) or (3, 0)
     booked: Rows  # two estimates of the error of the ledger [J], shape (2, 2)
     trend: Floats  # rates of both powers in the last step [W/s], NaN if unknown, shape (2,)
     # Evaluations, factorisations, solutions and stalls of steps so far, and evaluations for
@@ -367,7 +367,7 @@ class Task(NamedTuple):
     floor: float  # smallest displacement that errors are measured by [m]
     noise: float  # error that is put down to rounding [m]
     least: float  # smallest energy that errors of the ledger are measured by [J]
-    bound: float  # displacement beyond which the run is looked at [m]
+    bound: float  # displacement beyond which the run is examined [m]
     stride: float  # longest way of a node, lest it passes through a shape unseen [m]
 
 

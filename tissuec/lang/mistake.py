@@ -15,7 +15,7 @@ CHARACTER = "CHARACTER"
 #: What may be written as a unit, whether there are such units or not.
 _UNIT = re.compile(r"\w+(\^-?[0-9]+)?([*/·]\w+(\^-?[0-9]+)?)*")
 
-#: As many tokens after the wrong one are looked at.
+#: Number of tokens after the wrong one that are examined.
 _ENOUGH = 100
 
 #: Types of tokens that end a statement and belong to no statement.

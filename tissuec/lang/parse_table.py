@@ -19,7 +19,7 @@ from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 PATH = PACKAGE / "lang" / "parse_table.z"
 _FILES = ("common.lark", "rules.lark", "tissue.lark")
 
-#: What Lark is asked for; its own lexer is not used.
+#: Options for Lark, whose own lexer is not used.
 OPTIONS: dict[str, Any] = {
     "parser": "lalr",
     "lexer": "basic",

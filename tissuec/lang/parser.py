@@ -127,7 +127,7 @@ class _TreeParser:
     """One pass over the statements of a tree.
 
     Attributes:
-        problems: What is wrong with the text; None where nobody asks.
+        problems: What is wrong with the text; None if not needed.
         left_out: How many statements could not be read.
     """
 

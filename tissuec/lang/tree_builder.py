@@ -91,7 +91,7 @@ class _TreeBuilder:
         return Tree(self.source, self.tokens, self.statements, problems, self.is_sound)
 
     def _read(self, place: int) -> int | None:
-        """Read from a place on; return where to go on if tokens have been skipped."""
+        """Read from a place on; return where to continue if tokens have been skipped."""
         for token in tokens(self.source.text, place, scanned=self.scanned):
             self.tokens.append(token)
             if token.type == "LINE":
@@ -130,7 +130,7 @@ class _TreeBuilder:
             self._end(line.start, line.start + 1)
         self.line = None
 
-    # --- one method for each type of token; a result is where to go on ------------------------
+    # --- one method for each type of token; a result is the next place ------------------------
 
     def open_quote(self, token: Token) -> None:
         hint = 'add " at the end of the quoted text'

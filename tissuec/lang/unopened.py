@@ -19,7 +19,7 @@ def begins_block(word: str, *, alone: bool = False) -> bool:
 
     Args:
         word: The word.
-        alone: Whether to ask for blocks without a name.
+        alone: Whether to return blocks without a name.
     """
     found = [blocks()[word.lower()] for blocks in _VOCABULARIES if word.lower() in blocks()]
     return not all(found) if alone else bool(found)

@@ -16,7 +16,7 @@ def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> It
     The names of functions are left out.
 
     Args:
-        enters: Whether to go on with the arguments of a call.
+        enters: Whether to visit the arguments of a call.
     """
     waiting: list[Node | Span | tuple[Any, ...] | str | float | None] = [node]
     while waiting:

@@ -44,7 +44,7 @@ class Behaviour:
         rest: Floats,
     ):
         self.stiffness, self.damping, self.rest = stiffness, damping, rest
-        # Asked for at every look at a spring: most nets have no laws to look for.
+        # Called at every evaluation of a spring: most nets have no such laws.
         found: list[int] = np.unique(law[law > 0]).tolist() if len(laws) > 1 else []
         self._curved = [(laws[k], np.flatnonzero(law == k)) for k in found]
 
@@ -229,7 +229,7 @@ def _zero(test: Formula, upper: Floats, values: Values) -> Floats:
 def _gauss_sums(
     force: Formula, low: Floats, high: Floats, values: Values, count: int
 ) -> tuple[Floats, Floats]:
-    """Return ∫ f de and ∫ |f| de from ``low`` to ``high``, by as many points as are asked for.
+    """Return ∫ f de and ∫ |f| de from ``low`` to ``high``, by a given number of points.
 
     The points crowd as a cube does at the beginning, for the sake of powers that are no whole
     numbers.

@@ -197,7 +197,7 @@ def _of_dimension(dimension: Dimension) -> list[str]:
 def _keywords(
     view: View, phrase: Phrase, following: list[str], offset: int
 ) -> Iterator[Proposal]:
-    """Yield reserved words: those that begin a statement, or that go on with one."""
+    """Yield reserved words: those that begin a statement, or that continue one."""
     last = _last_word(phrase)
     is_first = all(part.start >= last for part in phrase.statement.parts)
     if is_first:

@@ -12,7 +12,7 @@ from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.formats.conversion import IMAGES
 from tissuec.scene.program.library import SUFFIX, Library, files_of
 
-#: As many files are looked at beside a scene.
+#: Number of files beside a scene that are listed at most.
 MOST_FILES = 1000
 #: Endings of files with numbers.
 TABLES = (".csv",)

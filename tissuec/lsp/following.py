@@ -1,6 +1,6 @@
 """Reserved words that can follow at a place, from the forms of its sentence.
 
-Which of them the grammar allows there is asked later.
+The grammar then narrows them.
 """
 
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ def following(prefix: Prefix) -> list[str]:
 
 
 def _of_measure(prefix: Prefix) -> Iterator[str]:
-    """Yield the words that go on with what a study measures."""
+    """Yield the words that may follow what a study measures."""
     start = prefix.texts.index("=") + 1
     first, *_ = (*prefix.texts[start:], "")
     if first == "time":
@@ -80,7 +80,7 @@ def _clauses_left(prefix: Prefix) -> Iterator[str]:
 
 
 def _inside(prefix: Prefix) -> tuple[str, ...]:
-    """Return the words that go on with what is chosen or measured at a place."""
+    """Return the words that may follow what is chosen or measured at a place."""
     if prefix.head == "expect" and prefix.block.kind == "study":
         return ("and", "or", "not", "between")
     if prefix.head == "expect":

@@ -88,7 +88,7 @@ def _reader_up_to(statement: Statement, offset: int) -> "_PhraseReader":
     """Return a reader of the part of a statement before an offset."""
     parts = [part for part in _pieces(statement) if part.start < offset]
     if parts and (last := parts[-1]).stop >= offset:
-        kind = "WORD" if last.kind in (KEYWORD, UNIT) else last.type  # it may go on
+        kind = "WORD" if last.kind in (KEYWORD, UNIT) else last.type  # it may be unfinished
         parts[-1] = Token(kind, last.text[: offset - last.start], last.start, offset)
     cut = replace(statement, parts=parts, stop=offset, is_head=False)
     return _PhraseReader(cut, block_of(statement), is_cut=True)

@@ -53,7 +53,7 @@ _SYMBOL_KINDS = {
 
 
 def make_server(libraries: tuple[Path, ...] = ()) -> Session:
-    """Return a server that answers what editors ask."""
+    """Return a server that answers requests of editors."""
     server = Session(libraries)
     for feature, answer in _ANSWERS.items():
         options = _OPTIONS.get(feature)
@@ -157,7 +157,7 @@ def _completion(server: Session, parameters: lsp.CompletionParams) -> lsp.Comple
     path, view, offset = found
     proposals = completion.complete(view, offset)
     items = [_item(server, path, one, number) for number, one in enumerate(proposals)]
-    # What is typed so far may be several words, so that the editor has to ask again.
+    # What is typed so far may be several words, so that the editor must repeat the request.
     return lsp.CompletionList(is_incomplete=True, items=items)
 
 

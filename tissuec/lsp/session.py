@@ -25,7 +25,7 @@ from tissuec.lsp.positions import Positions
 from tissuec.lsp.views import View, view_of
 from tissuec.scene.reading.findings import Findings
 
-#: Seconds without a keystroke before a text is checked, and then looked at more closely.
+#: Seconds without a keystroke before a text is checked, and then checked more closely.
 PAUSE, LONG_PAUSE = 0.05, 0.5
 
 _log = logging.getLogger(__name__)
@@ -56,7 +56,7 @@ class Session(LanguageServer):
         self.uris: dict[Path, str] = {}
         self.shown: set[str] = set()
         self.known_words = Memory(MOST_STATEMENTS)
-        # Two threads, so that a keystroke does not wait for a text that is looked at closely.
+        # Two threads, so that a keystroke does not wait for a text that is checked closely.
         self.pool = ThreadPoolExecutor(2, "check")
 
     # --- texts and places ---------------------------------------------------------------------

@@ -201,7 +201,7 @@ def profiles() -> Terms:
 
 @cache
 def frame_fields() -> Terms:
-    """Return the fields that a trajectory can be asked for."""
+    """Return the fields that a trajectory can record."""
     from tissuec.results.fields import FIELDS
 
     return by_label(

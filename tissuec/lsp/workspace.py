@@ -11,7 +11,7 @@ from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.navigation import Outlined, outline
 from tissuec.scene.program.library import LARGEST_FILE, SUFFIX
 
-#: As many files of a folder are looked at, and as many names are returned.
+#: Number of files of a folder that are read at most, and of names that are returned.
 MOST_FILES, MOST_NAMES = 2000, 1000
 #: Kinds of names that other parts of a text use.
 _KINDS = frozenset({

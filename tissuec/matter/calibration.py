@@ -10,7 +10,7 @@ strain a bear parts of it:
 
 the first as energies add up, the second as displacements are in balance. So springs are
 multiplied by those g with the least Σ k L² (g - 1)² for which Σ g k e_a e_b / V is the
-stiffness asked for, and that again, since g changes e.
+required stiffness, repeatedly, since g changes e.
 
 Nets of few cells are too stiff in bending, which stresses that grow across their direction
 find. Its correction is a part of the same step, but not a full one: it makes springs inside

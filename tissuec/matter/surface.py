@@ -4,7 +4,7 @@ A surface of thickness t and Young's modulus E resists stretching in its plane w
 
     C_ijkl = μ (δ_ij δ_kl + δ_ik δ_jl + δ_il δ_jk),    μ = 3/8 E t,
 
-symmetric in all indices, as forces along springs ask for (Cauchy; A. E. H. Love, A Treatise on
+symmetric in all indices, as forces along springs require (Cauchy; A. E. H. Love, A Treatise on
 the Mathematical Theory of Elasticity, 4th edition 1927).
 
 In a grid all cells are alike. The springs of a cell, of length L along n, have to make up

@@ -26,7 +26,7 @@ from tissuec.forces.springs import reach
 from tissuec.mechanics.state import ALL, State
 from tissuec.model.network import Floats, Indices, Network
 
-TOGETHER = 1 << 18  # springs that are looked at at once: more need much memory, and take longer
+TOGETHER = 1 << 18  # springs that are evaluated at once: more need much memory, and take longer
 
 
 def lengths(ends: NDArray[np.int32], position: Floats) -> Floats:
@@ -192,7 +192,7 @@ def pull_on(state: State, position: Floats, velocity: Floats, nodes: Indices) ->
 def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
     """Return the springs between some nodes and the rest, and 1 where the first end is inside.
 
-    Kept, because conditions ask for the force on the same nodes several times a step.
+    Kept, because conditions need the force on the same nodes several times a step.
     """
     inside = np.zeros(network.node_count, dtype=bool)
     inside[np.frombuffer(nodes, dtype=np.int64)] = True

@@ -1,6 +1,6 @@
 """Detects a net at rest with compressed springs, whose equilibrium may be unstable.
 
-Asked in every run, hence without SciPy; ``stability`` answers the rest.
+Needed in every run, hence without SciPy; ``stability`` answers the rest.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 
 LOOSE = 1e-10  # of the stiffest: a motion that resists less is said not to be held
-DENSE = 900  # unknowns up to which all of them are looked at at once: about 0.05 s
+DENSE = 900  # unknowns up to which all of them are solved at once: about 0.05 s
 AT_REST = 1e-3  # of the largest tension: a force that is none; of the energy: none in motion
 
 
@@ -64,7 +64,7 @@ def pulls(state: State) -> tuple[Floats, Floats]:
 def _still_tension(state: State, length: Floats, still: Floats) -> Floats:
     """Return tensions where nothing moves [N], shape (spring,).
 
-    Checks of scenes ask this and nothing else of springs, hence without compiled loops, which
+    Checks of scenes need only this of springs, hence without compiled loops, which
     take longer to load.
 
     Args:

@@ -19,7 +19,7 @@ from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model.network import Floats
 
-LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
+LARGEST = 6000  # unknowns up to which a net at rest is examined: about a second
 
 
 class SoftestMotion(Struct, frozen=True, eq=False):
@@ -95,7 +95,7 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
 def unstable_node(state: State) -> int | None:
     """Return the node that moves most as the net buckles; None where its rest is stable.
 
-    None as well for nets of more than ``LARGEST`` unknowns, which are not looked at.
+    None as well for nets of more than ``LARGEST`` unknowns, which are not examined.
 
     Args:
         state: At rest, with held nodes where they belong; not changed.

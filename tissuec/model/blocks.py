@@ -35,7 +35,7 @@ class FieldBlock(Struct, frozen=True, eq=False):
         name: What messages call it; no two blocks of a net have the same.
         kind: One of ``KINDS``, that of a ``force`` block, or ``SYMMETRY``.
         field: Nodes and numbers of the elements, with their force: a ``forces.Field``.
-        span: What asks for it; None where several things do.
+        span: The entry or order behind it; None where there are several.
     """
 
     name: str

@@ -131,7 +131,7 @@ class TimeProfile(Struct, frozen=True, eq=False):
 
         Args:
             at: Where it begins [s].
-            until: Where it is broken off, should it go on so long [s].
+            until: Where it is broken off, should it last so long [s].
         """
         return replace(self, start=self.start + at, stop=min(self.stop + at, until))
 

@@ -294,7 +294,7 @@ class Body(Struct, frozen=True, eq=False):
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
         second_fibres: Of a body of elements, the direction of another family; None without.
         prestress: Of a body of elements, the direction of its prestress; None if not written.
-        shell: What asks for bending stiffness by the thickness of the wall; None without it.
+        shell: The entry that gives bending stiffness by the thickness of the wall, or None.
         elements: Why it consists of finite elements; None if it consists of springs.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.

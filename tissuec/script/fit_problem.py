@@ -161,7 +161,7 @@ class DataAxis(Struct, frozen=True, eq=False):
     along: Floats | None = None
 
 
-#: Errors that an expectation can ask for: "held out", or the name of a file, or "data".
+#: Errors that an expectation can use: "held out", or the name of a file, or "data".
 Errors = Mapping[str, float]
 
 

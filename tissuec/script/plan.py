@@ -111,7 +111,7 @@ class Expectation(Struct, frozen=True, eq=False):
         condition: Called with a snapshot at each time of judgement, whose ``pinned`` holds
             those of earlier times.
         start, stop: The interval of judgement [s]; equal for ``at``.
-        pinned: Times that the condition asks for [s].
+        pinned: Times that the condition names [s].
         span: The clause.
     """
 
@@ -127,11 +127,11 @@ class Output(Struct, frozen=True, eq=False):
     """The ``output`` block.
 
     Attributes:
-        frames: Nodes of the trajectory, shape (node,); empty where none was asked for.
+        frames: Nodes of the trajectory, shape (node,); empty without a trajectory.
         every: Time between frames [s]; infinite without a trajectory.
         single: Whether frames are stored in single precision.
         logs: Measures at their own rates.
-        energy: Time between rows of the energy table [s]; infinite where not asked for.
+        energy: Time between rows of the energy table [s]; infinite without one.
         surfaces: Smooth surfaces of bodies, at their own rates.
         blocks: Whether a blocks file is written beside the result.
         compress: Whether frames and surfaces are compressed.
@@ -181,7 +181,7 @@ class Plan(Struct, frozen=True, eq=False):
 def without_outputs(plan: Plan) -> Plan:
     """Return a plan of the same motion, of which nothing is written or judged.
 
-    Work and dissipation change no position, and no ``when`` may ask for them.
+    Work and dissipation change no position, and no ``when`` may use them.
     """
     output = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
     return replace(plan, output=output, expectations=(), needs_ledger=False)

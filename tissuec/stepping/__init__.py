@@ -1,1 +1,1 @@
-"""Runs that are stepped from Python: looked at, acted on, saved and recorded as a script."""
+"""Runs that are stepped from Python: examined, acted on, saved and recorded as a script."""

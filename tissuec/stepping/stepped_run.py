@@ -1,4 +1,4 @@
-"""A run that is stepped, looked at and acted on from Python."""
+"""A run that is stepped, examined and acted on from Python."""
 
 import weakref
 from functools import partial
@@ -121,7 +121,7 @@ class SteppedRun:
 
     @property
     def ended(self) -> str:
-        """Return how the run has ended, as a sentence; empty while it can go on."""
+        """Return how the run has ended, as a sentence; empty while it can continue."""
         ending = self._run.ending
         return "" if ending is None else ending[1]
 
@@ -302,7 +302,7 @@ class SteppedRun:
     def order(self, sentence: str, *, over: str | float | None = None) -> None:
         """Order what a sentence of the script says, from the present time on.
 
-        It is carried out when the run continues or is looked at.
+        It is carried out when the run continues or is examined.
 
         Args:
             sentence: Such as "grasp tip with forceps A".
@@ -392,7 +392,7 @@ class SteppedRun:
         return recorded(self._request, self._sentences)
 
     def close(self) -> None:
-        """Write the result file, if one was asked for, up to the present time.
+        """Write the result file, if one was requested, up to the present time.
 
         The scene with everything that was ordered is run once more, as ``tissuec.run`` does:
         the result has all outputs of the scene and an estimate of its error.

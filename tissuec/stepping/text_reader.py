@@ -156,7 +156,7 @@ class TextReader:
     def sentence(
         self, verb: str, words: Sequence[str], clauses: dict[str, Given], duration: float | None
     ) -> str:
-        """Return a sentence in which numbers of clauses have the units that the verb asks for.
+        """Return a sentence in which numbers of clauses have the units that the verb requires.
 
         Args:
             verb: The verb.

@@ -37,7 +37,7 @@ class Observer(MemoryRecording):
     def __init__(self, compiled: Compiled, plan: Plan, request: "Request", path: Path | None):
         super().__init__()
         self.plan, self._writer = plan, None
-        self._rest: Writer = MemoryRecording()  # is asked for nothing
+        self._rest: Writer = MemoryRecording()  # nothing reads it
         if path is not None:
             from tissuec.engine.execution.recorder import wishes
             from tissuec.results.writer import ResultWriter

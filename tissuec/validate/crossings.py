@@ -14,8 +14,8 @@ from tissuec.model.network import Floats, Indices
 from tissuec.validate.equations import Equations
 from tissuec.validate.stepping import Step
 
-COARSE, FINE = 8, 64  # pieces in which a step is looked at
-SUSPECT = 0.97  # of what breaks them: springs that are looked at closely
+COARSE, FINE = 8, 64  # pieces in which a step is examined
+SUSPECT = 0.97  # of what breaks them: springs that are examined closely
 TOGETHER = 1e-11  # springs this near to their limits break with the one that breaks
 ROUNDING = np.float64(4.0 * np.finfo(float).eps)  # the finest that brentq takes
 NEAR = 1e-6  # of the step: crossings this near to the first one may be the first

@@ -20,7 +20,7 @@ from tissuec.script.plan import Plan, without_outputs
 from tissuec.validate.crossings import Break
 from tissuec.validate.solution import TriggerFiring
 
-WITHOUT_OUTPUT = 101  # times at which a scene that writes nothing is looked at
+WITHOUT_OUTPUT = 101  # times at which a scene that writes nothing is observed
 MOST_ROWS = 2001
 MOST_BYTES = 256e6  # that the states of one solution may take
 

@@ -43,7 +43,7 @@ def reference(
         progress: Called with the simulated time [s] after each step.
 
     Raises:
-        ReferenceFailure: SciPy's solver cannot go on.
+        ReferenceFailure: SciPy's solver cannot continue.
     """
     started = clock.monotonic()
     track = Track(np.asarray(times, dtype=float), network.node_count)

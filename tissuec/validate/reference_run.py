@@ -289,7 +289,7 @@ class ReferenceQueue:
             self._enter(float(time), _ENTERED, None)
 
     def end(self, ended: LoggedEvent) -> None:
-        """Ignore what ends the run: a reference lasts as long as it is asked for."""
+        """Ignore what ends the run: a reference lasts for its whole duration."""
 
     def script(self, events: Sequence[ScheduledAction], start: float) -> None:
         """Enter written events, counted from a start [s]."""

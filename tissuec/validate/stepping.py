@@ -35,7 +35,7 @@ class Step(Struct, frozen=True, eq=False, dict=True):
 
     Attributes:
         before, after: The unknowns at its ends.
-        look: Makes the solver's interpolant; asked before the next step is taken.
+        look: Makes the solver's interpolant; called before the next step is taken.
         land: The unknowns at a time within, integrated from the start; None where the method
             needs its past to step, so that only the interpolant is available.
     """

@@ -113,7 +113,7 @@ def _gained(
 
 
 def floor_of(network: Network) -> float:
-    """Return the displacement below which a promise asks for nothing [m]."""
+    """Return the displacement below which nothing is promised [m]."""
     return 1e-6 * network.extent
 
 

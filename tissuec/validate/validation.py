@@ -53,7 +53,7 @@ class Validation(Struct, frozen=True, eq=False):
         tolerance: What was promised; None for a fixed step.
         output_times: How many there are; as many as there are rows in ``run`` were compared.
         run: What the engine did.
-        comparison: None of a run that could not go on.
+        comparison: None of a run that could not continue.
         wall_time: Of everything [s].
     """
 

@@ -21,7 +21,7 @@ PORTION = 0.3  # of work at a time [s]
 MOST_AT_ONCE = 64  # items in a portion
 AHEAD = 2  # portions for each worker, so that none waits
 TRIALS = 2  # of an item alone, which may lose its worker by chance
-ROUND = 1.0  # after which the number of workers is looked at again [s]
+ROUND = 1.0  # after which the number of workers is read again [s]
 _ONE = Lock()  # portion at a time in a process: a worker may have several threads
 
 Portion = tuple[tuple[int, Any], ...]  # numbers of items, and items
@@ -132,7 +132,7 @@ def carried_out(version: str, packed: bytes, items: Sequence[Any]) -> tuple[floa
     """Return the results of items, and how long they took [s]; called in a worker.
 
     Args:
-        version: Of the program that asks.
+        version: Of the program that sends the task.
         packed: A pickled pair of the function and its first argument.
         items: Second arguments.
 

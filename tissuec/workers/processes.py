@@ -249,7 +249,7 @@ def _answer(packed: bytes) -> bytes:
 
 def _begin() -> None:
     """Make a process ready: it ends by signals at once, and does not outlive its parent."""
-    gc.freeze()  # what was imported, which no search for cycles need look at
+    gc.freeze()  # what was imported, which no search for cycles needs to visit
     gc.set_threshold(MANY_OBJECTS)
     for name in ("SIGINT", "SIGHUP"):  # those of a terminal, which the parent gets, too
         if hasattr(signal, name):

@@ -1,4 +1,4 @@
-"""The workers that a number or the address of a scheduler asks for."""
+"""The workers that a number or the address of a scheduler means."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ def workers_of(
     scheduler: str | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Workers:
-    """Return the workers that are asked for.
+    """Return the requested workers.
 
     Args:
         count: Number of processes; one is this process. By default one for each processor.

@@ -52,7 +52,7 @@ class TestReading(Struct, frozen=True):
         logs: By name, shape (moment, column).
         time: Of the moments of all logs [s], shape (moment,).
         network: What the coupon was.
-        stopped: Why the run could not go on to the end; empty if it did.
+        stopped: Why the run stopped before the end; empty if it did not.
     """
 
     logs: Mapping[str, Floats]

@@ -23,7 +23,7 @@ SLENDER = 3.0  # times its thickness that a body without support is long before 
 ENOUGH = 4.0  # cells across that are advised
 #: Stiffness in bending of one hexahedron across, for Poisson's ratios of 0.49 and 0.25.
 SINGLE = "0.71 to 0.87"
-LARGEST = 20_000  # springs of a body that is looked at: some tenths of a second
+LARGEST = 20_000  # springs of a body that is examined: some tenths of a second
 
 
 def coarse(compiled: Compiled) -> Iterator[Diagnostic]:

@@ -47,7 +47,7 @@ def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
     """Return the warnings of every check.
 
     Args:
-        thorough: Whether to make also those that take time, or are of use only to whoever asks.
+        thorough: Whether to make also those that take time, or are useful on request only.
     """
     checks = (*CHECKS, *(THOROUGH if thorough else ()))
     return [finding for check in checks for finding in check(compiled)]

@@ -79,7 +79,7 @@ class BodyElements(Struct, frozen=True, eq=False):
         shape: As in ``geometry.elements.SHAPES``, or ``TRIANGLE``.
         nodes: Shape (element, node).
         material: What they are made of.
-        span: The entry that asks for them.
+        span: The entry that requires them.
         resistance: Energy by area that blades need [J/m²], shape (element,).
     """
 

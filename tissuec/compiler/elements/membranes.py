@@ -35,7 +35,7 @@ class WallBending(Struct, frozen=True, eq=False):
         beside: Numbers of their neighbours, or -1, shape (triangle, 3).
         stiffness: Of their folds [N m], shape (triangle, 3, 3).
         delay: Retardation time [s], shape (triangle,).
-        span: The entry that asks for it.
+        span: The entry that requires it.
     """
 
     body: str

@@ -118,7 +118,7 @@ class _Judgement(Struct, frozen=True):
 
 
 class DemandReader:
-    """Reads expectations that ask for errors."""
+    """Reads expectations about errors."""
 
     def __init__(self, scope: Scope, fit_problems: Mapping[str, ExpectableErrors]):
         self.scope, self.fit_problems, self.findings = scope, fit_problems, scope.findings

@@ -66,7 +66,7 @@ class Matter(Struct, frozen=True, eq=False):
         Springs of all directions have sections c L / E that add up to 6 V / L in a solid and to
         3 V / L in a wall, and cross an area by |cos| of their angle to its normal: by 1/2 and
         2/π on average. So an area is crossed by 3 and 6/π times as much section. Half of the
-        toughness is what they hold: a crack between springs needs twice as much to go on, and
+        toughness is what they hold: a crack between springs needs twice as much to grow, and
         the rest goes into vibrations.
         """
         if self.poisson is None:
@@ -156,7 +156,7 @@ class MatterReader:
     def __init__(self, drawing: Drawing, span: Span, findings: Findings):
         self.drawing, self.body = drawing, drawing.body
         self.span, self.findings = span, findings
-        self.fibres: Span = span  # what asks for their direction
+        self.fibres: Span = span  # the entry that needs their direction
         self._added = 0.0
         self._is_told = False  # that the mesh is not isotropic
 

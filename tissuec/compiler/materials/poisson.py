@@ -38,7 +38,7 @@ class Poisson(Struct, frozen=True):
     Attributes:
         of_springs: The part of their constants that springs have then.
         modulus: Bulk modulus with which cells keep their volume [Pa]; 0 with springs alone.
-        span: What asks for it.
+        span: The entry that requires it.
     """
 
     of_springs: float

@@ -60,7 +60,7 @@ class Conditions:
         self.needs_ledger = False
 
     def condition(self, node: s.Expression) -> Condition:
-        """Return a condition that looks at the present only; rejects pinned times."""
+        """Return a condition on the present only; rejects pinned times."""
         readings = self.readings(node)
         for reading in readings.values():
             if reading.measure is MEASURES[LEDGER]:

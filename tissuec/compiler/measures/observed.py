@@ -22,7 +22,7 @@ DIGITS = 8  # of measured values in messages: enough to see why "==" does not ho
 
 
 class ObservedMeasure(Struct, frozen=True, eq=False):
-    """One measure as a condition asks for it.
+    """One measure as a condition uses it.
 
     Attributes:
         time: Of an earlier snapshot [s]; None for the present one.

@@ -1,4 +1,4 @@
-"""Fields that a trajectory is asked for: ``trajectory with [pressure, …] every 10 ms``."""
+"""Fields that a trajectory records: ``trajectory with [pressure, …] every 10 ms``."""
 
 from collections.abc import Collection, Mapping, Sequence
 

@@ -32,7 +32,7 @@ def state_at_start(compiled: Compiled, *, settles: bool = False) -> State:
 
 
 class _InitialQueue:
-    """A queue for looking at 0 s only."""
+    """A queue for the events at 0 s only."""
 
     def add(self, time: float, action: Action) -> None:
         pass

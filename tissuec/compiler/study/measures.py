@@ -110,7 +110,7 @@ def compile_measures(
 def observing(
     plan: Plan, measures: Sequence[StudyMeasure], *, ledger: bool, whole: bool = False
 ) -> Plan:
-    """Return a plan that observes measures, and nothing else that nobody looks at.
+    """Return a plan that observes measures and nothing else.
 
     Args:
         plan: Of the scene.

@@ -7,7 +7,7 @@ import warnings
 def main() -> None:
     """Write all bundles, and print their sizes."""
     # For any processor, and without optimisation: that is left to those who load it. Numba
-    # looks at this when it is imported.
+    # reads this when it is imported.
     os.environ |= {"NUMBA_OPT": "0", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     from tissuec.engine.codegen.contents import export
 

@@ -238,7 +238,7 @@ class Companion:
 
         Args:
             ran: What the run did.
-            interrupt: Asked now and then; True ends the companion early.
+            interrupt: Called now and then; True ends the companion early.
             patience: How long the third run may take, in wall times of the run. Without an end,
                 the estimate depends on the run alone.
         """

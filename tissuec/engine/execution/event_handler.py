@@ -31,7 +31,7 @@ class EventHandler:
         run_state: Changed in place.
 
     Attributes:
-        failure: Why the run cannot go on, as a sentence; empty if it can.
+        failure: Why the run cannot continue, as a sentence; empty if it can.
     """
 
     failure = ""

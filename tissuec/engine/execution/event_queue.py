@@ -26,7 +26,7 @@ class ActionQueue(Struct, eq=False):
         near: Times that differ by less are one time [s].
         last: Time from which added actions are left out [s]: in a static run, what lasts until
             the end still acts in the equilibrium there.
-        entries: A heap of time [s], rank, number, and action; an action of None only asks for a
+        entries: A heap of time [s], rank, number, and action; an action of None only requests a
             step to land there.
         written: Times of the script, ascending [s]; an added time near one of them is it.
         count: How many entries there were.
@@ -57,7 +57,7 @@ class ActionQueue(Struct, eq=False):
             self._enter(time, _ADDED, action)
 
     def land(self, times: Floats) -> None:
-        """Ask for steps to land on times [s]."""
+        """Request that steps land on times [s]."""
         for time in times:
             self._enter(float(time), _ADDED, None)
 

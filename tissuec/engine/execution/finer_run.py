@@ -28,7 +28,7 @@ class Allowance:
         self._most, self._spent = most, 0.0
 
     def watch(self, time: float, ran: Statistics) -> None:
-        """Look at what a run has cost until a time [s]."""
+        """Measure what a run has cost until a time [s]."""
         self._spent = ran.cost
 
     @property

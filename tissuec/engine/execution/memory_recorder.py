@@ -100,7 +100,7 @@ class MemoryRecording:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
 
         The shapes are (frame,), (frame, node, 3) three times, and (frame, spring) twice. The
-        fields that a scene asks for follow the tension.
+        fields that a scene requests follow the tension.
         """
         return self._joined("frames")
 

@@ -1,11 +1,11 @@
 """From samples to frames, logs, the energy table and evaluated expectations.
 
-The times of everything that somebody asked for are joined into one ascending list; the engine
-delivers samples at these times in batches, each of which lies between two events. What nobody
-asked for at a time is not computed.
+The times of all outputs are joined into one ascending list; the engine delivers samples at
+these times in batches, each of which lies between two events. Only what is needed at a time is
+computed.
 
 Where an event changes what a log says, both sides of it are passed on beside the rows of the
-log, whose times remain as they were asked for.
+log, whose times remain as requested.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -152,7 +152,7 @@ class Recorder:
         takes_notes: Whether notes in the event log and doubts, which change nothing, are
             looked for.
         times: When samples are wanted [s], ascending, shape (sample,).
-        memory: What is needed to go on after an interruption.
+        memory: What is needed to continue after an interruption.
     """
 
     takes_notes: ClassVar[bool] = True

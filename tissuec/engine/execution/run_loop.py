@@ -151,7 +151,7 @@ class RunLoop:
         return (*self.engine.remarks, *notes(self.engine.statistics, run_state.state, kept))
 
     def _restart(self) -> None:
-        """Have the engine take over the state, which may ask for equilibrium from now on."""
+        """Have the engine take over the state, which may be in equilibrium from now on."""
         state = self.run_state.state
         if state.still_until > state.time and not self.plan.simulation.is_static:
             self._enter_phases()
@@ -193,7 +193,7 @@ class RunLoop:
             self.handler.look_for_doubts(always=True)
 
     def _is_watched(self) -> bool:
-        """Return whether states on the way to the next event must be looked at."""
+        """Return whether states on the way to the next event must be examined."""
         waits = self.run_state.waiting or self.recorder.awaits_jumps
         return bool(waits) or self.run_state.state.is_slipping
 

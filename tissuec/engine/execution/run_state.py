@@ -27,7 +27,7 @@ class RunState(Struct, eq=False):
         memory: What the recorder must know.
         initial, switched: Of the energy ledger [J].
         logged_events: The event log so far, each entry with its time [s].
-        looks: How often the net was looked at for an unstable equilibrium that it rests in.
+        looks: How often the net was examined for an unstable equilibrium that it rests in.
         engine: What the engine keeps; set for a checkpoint only.
     """
 

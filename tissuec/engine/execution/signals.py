@@ -18,7 +18,7 @@ SIGNALLED = 128  # exit codes of what ends by a signal count from here
 
 
 class Terminated(KeyboardInterrupt):
-    """A signal other than that of Ctrl-C asked the program to end."""
+    """A signal other than that of Ctrl-C ended the program."""
 
     def __init__(self, number: int):
         super().__init__(signal.Signals(number).name)

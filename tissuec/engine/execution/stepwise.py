@@ -55,7 +55,7 @@ class SavedRun(Struct, frozen=True, eq=False):
     """A run between two looks; it can be pickled.
 
     Attributes:
-        time: At which it is looked at [s].
+        time: At which it is observed [s].
         actions: What was ordered, with the times.
         bases: Where the run can go back to; the last one is after the last scheduled event.
         ahead: The end of the step in which the time lies; None where events interrupt it.
@@ -81,7 +81,7 @@ class StepwiseRun:
         saved: Where it begins; at 0 s by default.
 
     Attributes:
-        time: At which the run is looked at [s].
+        time: At which the run is observed [s].
         actions: What was ordered so far, in this order.
     """
 
@@ -146,7 +146,7 @@ class StepwiseRun:
 
         Raises:
             ValueError: The time is before the present one.
-            KeyboardInterrupt: A signal came; the run can go on from where it is.
+            KeyboardInterrupt: A signal came; the run can continue from where it is.
         """
         if time < self.time:
             raise ValueError(f"cannot step back from {self.time:g} s to {time:g} s")
@@ -193,7 +193,7 @@ class StepwiseRun:
         if saved.ahead is None:
             self._advance(saved.time)
 
-    # --- going on -----------------------------------------------------------------------------
+    # --- continuing ---------------------------------------------------------------------------
 
     def _advance(self, time: float) -> None:
         """Step to a time [s] with what was ordered so far."""

@@ -40,7 +40,7 @@ class Integrator(Protocol):
         conservative: Whether it is only for scenes without viscosity and drag.
         promises: Whether it estimates errors and so can keep a tolerance; one that does not
             needs a step, and a run with it books energies, to say what it adds to them.
-        stabilised: Whether a step takes as many stages as the fastest rate asks for.
+        stabilised: Whether a step takes as many stages as the fastest rate requires.
         evaluations: Force evaluations of a step, about.
         rows: Number of rows of ``Work.rows``.
         end_row: The one that belongs to the end of the step; row 1 belongs to its start.
@@ -56,7 +56,7 @@ class Integrator(Protocol):
             motion is expected to amplify errors in a step at most, as chaotic motions of
             compressed springs without viscosity do.
         looks: Pieces in which a step is searched for ruptures.
-        nearness: Part of its strength from which a spring is looked at closely.
+        nearness: Part of its strength from which a spring is examined closely.
         tableau: Its coefficients; None for a method that is none of Runge-Kutta or Nyström.
         dense_x, dense_v, embedded_x: Coefficients within a step, as ``Work`` holds them.
     """

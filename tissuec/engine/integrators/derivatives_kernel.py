@@ -1,6 +1,6 @@
 """Steps by a tableau with their derivatives: forwards, backwards, with many changes at once.
 
-Free nodes move as ``Tableau`` says; driven ones go on from where they are by what is
+Free nodes move as ``Tableau`` says; driven ones continue from where they are by what is
 prescribed, and others stay. Backwards, derivatives by the result become derivatives by the
 stages before it, from the last one to the first. (W. W. Hager, Numer. Math. 87:247, 2000, for
 the adjoint of Runge-Kutta methods.)

@@ -161,7 +161,7 @@ def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, fl
 
 @INTEGRATORS.member("rkc2")
 class Rkc2:
-    """RKC2: explicit, order 2, as many evaluations per step as stability asks for.
+    """RKC2: explicit, order 2, as many evaluations per step as stability requires.
 
     Runge-Kutta-Chebyshev (Sommeijer, Shampine & Verwer 1998). For large nets whose dashpots set
     the fastest rate: twice as many stages allow four times the step, without any matrix.

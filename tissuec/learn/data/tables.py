@@ -34,7 +34,7 @@ class Wanted(Struct, frozen=True, eq=False):
 
     Attributes:
         numbers: Of them in the table, from 0, each once.
-        spans: Where each is asked for.
+        spans: Where each is named.
         factor: What one of the unit of the axis is in SI.
         places: Of the columns of fits among these.
     """
@@ -141,7 +141,7 @@ class _Header:
         A factor before the unit is taken as written, so it never contradicts the file.
 
         Args:
-            column: As it is asked for; by its number, whatever its name says holds.
+            column: As the scene names it; by its number, whatever its name says holds.
             number: Its place in the table, from 0.
             dimension: Of what it holds.
         """

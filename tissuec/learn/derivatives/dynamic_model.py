@@ -64,7 +64,7 @@ class DynamicModel:
         return self._motion
 
     def freeze(self, theta: Floats) -> None:
-        """Keep what happens as it is for these numbers, once it is asked for.
+        """Keep the events for these numbers, once they are needed.
 
         Steps are chosen anew: those for a soft start are too long where the truth is stiff.
         """
@@ -160,7 +160,7 @@ class DynamicModel:
     # --- parts --------------------------------------------------------------------------------
 
     def _samples(self, theta: Floats) -> tuple[Floats, SampledStates]:
-        """Return the numbers of the net and the states that are looked at."""
+        """Return the numbers of the net and the observed states."""
         key = theta.tobytes()
         if self._known is None or self._known[0] != key:
             vector = self.shaping.vector(theta)

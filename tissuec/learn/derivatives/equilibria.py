@@ -1,6 +1,6 @@
 """The equilibria of a net along its script, frozen: what acts and which nodes are held.
 
-The net is brought to rest at each time that is looked at. Before an event, too, because what
+The net is brought to rest at each observed time. Before an event, too, because what
 is taken hold of stays where it is then, and blades cut what is there.
 """
 

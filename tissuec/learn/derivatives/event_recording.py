@@ -77,7 +77,7 @@ class EventRecorder:
             until = _before_knots(state, until)
             set_anew = (state.velocity != before).any(axis=1) | thrown
             legs.append(leg_of(state, until, changes, self.order, set_anew))
-            if until < stop:  # nobody asks for the state at the end
+            if until < stop:  # nothing needs the state at the end
                 self._go(legs[-1], state, vector)
             state.time = until
         return EventSchedule(tuple(legs))

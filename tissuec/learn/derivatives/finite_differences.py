@@ -223,15 +223,15 @@ class FiniteDifferenceModel:
 
 
 class ObservingRecorder(Recorder):
-    """A recorder that looks at a run as an experiment did.
+    """A recorder that observes a run as an experiment did.
 
     Args:
         plan: One without outputs.
         slots: The place of each series among the predictions.
-        stop: Rows that are later are not looked at [s].
+        stop: Later rows are ignored [s].
 
     Attributes:
-        found: Predictions in SI units, 0 where nothing was looked at, shape (number,).
+        found: Predictions in SI units, 0 where nothing was observed, shape (number,).
     """
 
     takes_notes = False
@@ -254,7 +254,7 @@ class ObservingRecorder(Recorder):
         self._places = [np.searchsorted(self.times, one.times - near) for one in series]
 
     def record(self, samples: Samples) -> None:
-        """Look at the next samples of ``times``."""
+        """Take the next samples of ``times``."""
         assert self._state is not None, "enter comes first"
         first, last = np.searchsorted(self.times, samples.time[[0, -1]])
         snapshot = self._snapshot(samples, self._state)

@@ -1,7 +1,7 @@
 """The motion of a net as a function of its numbers, with derivatives in both directions.
 
 Steps are those of a frozen schedule: equal ones on each leg, or, where a method takes large
-ones, equal ones between the times that are looked at. Between steps, places follow the cubic
+ones, equal ones between the observed times. Between steps, places follow the cubic
 through places and velocities at both ends. Backwards, only every √N-th state is kept; the rest
 is stepped again, one stretch after the other, so that N steps need the memory of 2 √N.
 (A. Griewank, A. Walther, Evaluating Derivatives, 2008, chapter 12.)
@@ -79,7 +79,7 @@ class Motion:
 
     Args:
         step: Largest step [s].
-        times: When the motion is looked at [s], ascending, shape (sample,).
+        times: When the motion is observed [s], ascending, shape (sample,).
 
     Attributes:
         steps, longest: How many steps there are, and how long the longest is [s].

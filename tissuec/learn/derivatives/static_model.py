@@ -202,7 +202,7 @@ class StaticModel:
     def _measured(
         self, theta: Floats
     ) -> Iterator[tuple[Equilibrium, list[tuple[Observable, slice]]]]:
-        """Yield all equilibria in order, with what is looked at in each and where it goes."""
+        """Yield all equilibria in order, with the observations in each and their places."""
         parts: list[list[tuple[Observable, slice]]] = [[] for _ in self._stands]
         for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
             for row, time in enumerate(rows):

@@ -266,7 +266,7 @@ def _of_intervals(session: LearnSession, resampled: Resampled | None) -> str:
 
 
 SURE = 0.999  # that something is not by chance, if it is reported
-PROBABLE = 4.0  # standard deviations with white noise, from which on it is looked at
+PROBABLE = 4.0  # standard deviations with white noise, from which on it is examined
 ALIKE = 1e-3  # of a column: what the parameters leave of it
 MOST = 0.5  # of the squares of residuals of a fit: what leaves less is always reported
 RIVAL = 0.8  # of the best explanation: as good

@@ -155,7 +155,7 @@ class _Fitting(NamedTuple):
     began: float
 
     def fitted(self, state: Path | None, *, fresh: bool) -> _Found:
-        """Fit the parameters of the scene, or go on with that.
+        """Fit the parameters of the scene, or continue to do so.
 
         Raises:
             PlaceError: The state cannot be kept there.

@@ -43,7 +43,7 @@ class PassEnd(NamedTuple):
 
 
 class Optimiser:
-    """The optimiser of a problem, by the method that it asks for or that its size allows.
+    """The optimiser of a problem, by the method that it states or that its size allows.
 
     Args:
         problem: The problem.
@@ -51,8 +51,8 @@ class Optimiser:
 
     Attributes:
         method: ``LEAST_SQUARES`` or ``LBFGS``.
-        rounds: How often a pass by least squares looks at the predictions at most.
-        is_blind: Whether nothing that the last pass looked at depended on any parameter.
+        rounds: How often a pass by least squares evaluates the predictions at most.
+        is_blind: Whether no prediction of the last pass depended on any parameter.
     """
 
     def __init__(self, problem: Problem, bounds: tuple[Floats, Floats]):
@@ -79,7 +79,7 @@ class Optimiser:
         Args:
             theta: Where it begins, dimensionless, shape (parameter,).
             before: E there.
-            tolerance: Relative decrease of E that is too small to go on.
+            tolerance: Relative decrease of E that is too small to continue.
             reach: How far it goes in any parameter.
         """
         problem, pull = self.problem, self.problem.faint
@@ -130,7 +130,7 @@ class Optimiser:
         columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
         self.is_blind = not columns.any()
         if self.is_blind:
-            return theta, None  # nothing that is looked at depends on anything
+            return theta, None  # no prediction depends on any parameter
         if not np.isfinite(columns).all():
             raise InfiniteError(problem.stop)
         problem.faint = np.maximum(FAINT * columns.max(), pull)

@@ -311,7 +311,7 @@ class Search:
         return replace(whole, theta=state.best, error=state.best_error)
 
     def _trust(self, rounds: int, rest: float) -> float:
-        """Return the factor of what was expected, after so many looks at the noise.
+        """Return the factor of what was expected, after so many estimates of the noise.
 
         Where errors count as they are, what was expected counts in units of what is left.
         """

@@ -67,7 +67,7 @@ def use_of(
     Args:
         key: Its lower-case name.
         tissue: The tissue, which has words.
-        quantities: Quantities asked of the rules.
+        quantities: Quantities that the rules are to conclude.
         program: The program that declares it.
     """
     written = {

@@ -90,7 +90,7 @@ class LearntVocabulary(Struct, frozen=True, eq=False):
 
     @property
     def errors(self) -> Errors:
-        """Return the errors that expectations can ask for, by name: the largest factor less 1.
+        """Return the errors that expectations can use, by name: the largest factor less 1.
 
         These are the errors of the fitted numbers, of those held out, and of each tissue.
         """

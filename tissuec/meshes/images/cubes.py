@@ -20,7 +20,7 @@ _CORNERS = np.array(
 _TIE = 1e-6  # of a cell: a smaller part of one at the end of a box is rounding
 _NEAR = 1e-3  # voxels from the face of one: rounding may decide
 _MOST_LOOKED_AT = 1000  # cells along an axis
-_LARGEST_BOX = 1 << 32  # cells that are looked at
+_LARGEST_BOX = 1 << 32  # cells that are examined
 _PER_CELL = 13  # springs of a cell inside: 3 edges, 6 diagonals of faces, rounded up
 
 
@@ -49,7 +49,7 @@ def cubes(image: LabelImage, values: tuple[int, ...], cell: float) -> RawMesh:
         cell: Edge of a cube [m].
 
     Raises:
-        FormatError: No cube has its centre in the body, or there are too many to look at.
+        FormatError: No cube has its centre in the body, or there are too many to examine.
     """
     low, shape = _box(image, values, cell)
     place, label = _sampled(image, values, cell, low, shape)

@@ -26,7 +26,7 @@ _CHOICES = {
 def read_bending(
     item: s.Assign | s.Sentence | s.Block, scope: Scope
 ) -> tuple[Bending | None, Span | None]:
-    """Return springs beside those of the tissue, or else what asks for a shell."""
+    """Return springs besides those of the tissue, or the entry that requires a shell."""
     example = "bending is soft, or bending = 20 %"
     if isinstance(item, s.Assign) and item.value.span.text.lower() in _CHOICES:
         schema.refuse_sign(item, scope, example=example)

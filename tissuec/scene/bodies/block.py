@@ -328,7 +328,7 @@ class _BodyReader:
     def _refuse_springs(
         self, made: MadeOfElements, bending: Bending | None, shell: Span | None
     ) -> Span | None:
-        """Report what a body of elements says of springs; return what asks for a shell."""
+        """Report entries for springs in a body of elements; return one that needs a shell."""
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
             head = self.once["mesh"]
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)

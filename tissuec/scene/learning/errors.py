@@ -7,6 +7,6 @@ ERROR = "error"
 
 
 def errors_in(node: s.Expression) -> list[s.Call]:
-    """Return the places where a condition asks for an error of learning."""
+    """Return the places where a condition uses an error of learning."""
     calls = (part for part in walk(node) if isinstance(part, s.Call))
     return [call for call in calls if call.function.key == ERROR]

@@ -109,7 +109,7 @@ class Library(Struct, frozen=True):
             return _listed(wanted, start, names)
         folder = _folder_of(used)
         same = [name for name in same if name.startswith(folder)] if folder else same
-        # Matter asks more of a body, so that only a preset of springs can be put in its place.
+        # Matter requires more of a body, so that only a preset of springs can replace it.
         same.sort(key=lambda name: name.startswith(MATTER))
         meant = " or ".join(f'"{name}"' for name in same[:2])
         return Hint(f"did you mean {meant}?", Edit(same[0], old=wanted))
@@ -156,7 +156,7 @@ def _listed(wanted: str, start: str, names: Sequence[str]) -> Hint:
 
 
 def _of_springs(names: Sequence[str]) -> str:
-    """Return the first preset, one of springs if there is one: matter asks more of a body."""
+    """Return the first preset, of springs if possible: matter requires more of a body."""
     return next((name for name in names if not name.startswith(MATTER)), names[0])
 
 

@@ -94,7 +94,7 @@ class Constants(Scope):
         return [item.name.text for item in self.declared.values()]
 
     def evaluate_all(self) -> None:
-        """Evaluate what nobody asked for, so that mistakes in it are reported too."""
+        """Evaluate unused definitions, so that mistakes in them are reported too."""
         for key in self.declared:
             with self.findings.item():
                 self.definitions.find(key)

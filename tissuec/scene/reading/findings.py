@@ -1,7 +1,7 @@
 """Collects diagnostics, so that one run reports many mistakes instead of the first.
 
 Consequences of a mistake are not reported: a name whose declaration is wrong is doubtful, and
-what asks for it is left aside in silence.
+uses of it are skipped without a message.
 """
 
 from collections.abc import Generator, Iterable
@@ -114,7 +114,7 @@ class Findings:
 
     @contextmanager
     def item(self) -> Generator[None]:
-        """Confine a rejection to one item, so that its neighbours are still looked at."""
+        """Confine a rejection to one item, so that its neighbours are still checked."""
         try:
             yield
         except Rejected:

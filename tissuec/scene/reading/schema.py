@@ -393,9 +393,7 @@ def _points_of_curve(entry: Entry, node: s.Expression, scope: Scope) -> list[s.E
 def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:
     if item.clauses:
         clause = item.clauses[0]
-        hint = Hint(
-            f'an entry ends with its value: remove "{clause.span.one_line}"', Edit("")
-        )
+        hint = Hint(f'an entry ends with its value: remove "{clause.span.one_line}"', Edit(""))
         scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span, hint=hint)
     if isinstance(item, s.Assign) and (item.keyword or item.bounds):
         scope.findings.reject(

@@ -43,7 +43,7 @@ class TissueWords(Struct, frozen=True):
         return {fact.property: fact.number for fact in self.facts}
 
     def warn_of_unasked_properties(self, own: Collection[str]) -> None:
-        """W205: no rule asks about a property of the tissue.
+        """W205: no rule uses a property of the tissue.
 
         Args:
             own: Properties that the tissue itself writes.
@@ -203,7 +203,7 @@ def _replaced(key: str, given: AssignedQuantity) -> set[str]:
 
 
 def _asked(answer: Inference | NoRule | None) -> set[str]:
-    """Return the properties that rules on a quantity ask about."""
+    """Return the properties that rules on a quantity use."""
     if answer is None:
         return set()
     fired = answer.fired if isinstance(answer, Inference) else ()

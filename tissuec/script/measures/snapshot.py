@@ -1,7 +1,7 @@
-"""A view of a run at one time, or at several: what conditions, logs and expectations look at.
+"""A view of a run at one time, or at several: what conditions, logs and expectations read.
 
 Arrays of a snapshot may have leading axes, written ``…``: a batch of samples between two events
-is one snapshot. What is not asked for is not computed.
+is one snapshot. Only what is needed is computed.
 """
 
 from collections.abc import Mapping
@@ -62,7 +62,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
     """The state at a time, and what follows from it.
 
     Attributes:
-        state: What is alive, held and set; its own state and time are not looked at. Where
+        state: What is alive, held and set; its own state and time are ignored. Where
             threads are drawn in, its rest lengths are those of this time, shape (…, spring).
         time: [s], shape (…).
         position, velocity: State [m], [m/s], shape (…, node, 3).
@@ -103,7 +103,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
     def node_force(self) -> Floats:
         """Return the sum of the inner forces on every node [N], shape (…, node, 3)."""
         found = observables.inner_forces(self.state, self.time, self.position, self.velocity)
-        vars(self).setdefault("tension", found.tension)  # which is asked for, too
+        vars(self).setdefault("tension", found.tension)  # which is needed, too
         return found.node
 
     @cached_property

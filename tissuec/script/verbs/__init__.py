@@ -2,8 +2,8 @@
 
 A verb is a class registered by its word. The annotations of its fields declare the parts of
 a sentence (``script.parts``), from which the compiler makes a frozen action that holds network
-indices and SI numbers; ``apply`` carries it out. What checks ask before a run, actions answer
-by methods of their own: ``Demanding``, ``Breaking`` and ``Shifting`` here, and ``Holding`` in
+indices and SI numbers; ``apply`` carries it out. Methods of their own give the facts that
+checks need before a run: ``Demanding``, ``Breaking`` and ``Shifting`` here, and ``Holding`` in
 ``holding``.
 """
 

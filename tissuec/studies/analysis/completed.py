@@ -20,7 +20,7 @@ class LeftOut(Struct, frozen=True):
     Attributes:
         planned: Runs of the whole study.
         failed: Those that did not come to an end.
-        empty: Those that came to an end, but have no value of what is asked for.
+        empty: Those that came to an end, but lack the requested value.
         missing: Those that are not done yet.
     """
 

@@ -156,7 +156,7 @@ class ElementSolid:
         np.add.at(total, self._nodes, each)
         return total
 
-    # --- what the reference asks for ----------------------------------------------------------
+    # --- what the reference needs -------------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""

@@ -95,7 +95,7 @@ class JetForce:
     def _forces(self, time: float, position: Floats, velocity: Floats) -> tuple[Beam, Floats]:
         """Return the beam and the forces on corners of triangles [N], (triangle, 3, 3).
 
-        The last ones are kept, as force and power are asked of one state.
+        The last ones are kept, as force and power are needed in one state.
         """
         state = time, position, velocity
         if self._state is None or not all(map(np.array_equal, self._state, state)):

@@ -169,7 +169,7 @@ class MembraneWall:
         inside = inside + 2.0 * (by_g * of_g + by_j * of_q)[:, None, None] * turned
         return inside, outside + (by_j - 2.0 / 3.0 * by_g) / across
 
-    # --- what the reference asks for ----------------------------------------------------------
+    # --- what the reference needs -------------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""

@@ -20,7 +20,7 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.lifetimes import FOREVER, Mask, sharpened_triangles
 
 MOST_NODES = 30_000
-"""Nodes of a body up to which it is divided without being asked: that takes 10 s."""
+"""Nodes of a body up to which it is divided by default: that takes 10 s."""
 
 _PAIRS = np.array(list(combinations(range(4), 2)))
 _MOSTLY = 0.5  # of the volume: a body is filled if springs join the corners of so much

@@ -121,8 +121,8 @@ class Instrument(Struct, frozen=True):
         name: Of the tool; empty where the scene has none.
         size: Of one unit of the mesh [m].
         life: In frames.
-        points: Four points that carry it: its origin, and those ``size`` from it along its z and
-            x, and by ``size`` times its setting along z.
+        points: Four points that carry it: its origin, and those at ``size`` from it along its z
+            and x, and at ``size`` times its setting along z.
     """
 
     kind: str

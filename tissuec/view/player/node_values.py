@@ -84,7 +84,7 @@ class FieldValues(Struct, frozen=True, eq=False):
 
 
 def chosen_field(nodes: DrawnNodes, options: Options) -> FieldValues | None:
-    """Return the field that options ask for, in their range; None for the tissues.
+    """Return the field of the options, in their range; None for the tissues.
 
     Args:
         nodes: Of the film.

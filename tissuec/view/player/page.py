@@ -393,7 +393,7 @@ def _web(name: str) -> str:
 
 
 def _colours() -> dict[str, str]:
-    """Return the colours that the style sheet asks for."""
+    """Return the colours of the style sheet."""
     return _looks() | {
         "accent": palette.SERIES[0],
         "accent_dark": palette.SERIES[4],

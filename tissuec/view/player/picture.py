@@ -151,7 +151,7 @@ class Painter:
         raster.draw(corners, shapes.colour[ahead], shapes.opacity[ahead], hides=hides)
 
     def _following(self, at: float) -> Camera:
-        """Return the camera, which follows where the film asks for that."""
+        """Return the camera, which follows if the film requires that."""
         framing = self.setting.framing
         if not framing.follows:
             return self.home

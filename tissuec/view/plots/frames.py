@@ -54,14 +54,14 @@ class ChosenFrame(NamedTuple):
 class FramesPlot(Struct, frozen=True):
     """The net at some moments: springs coloured by tension, or skins in the light.
 
-    Of solid bodies only the springs on the side that is looked at are drawn. Instruments are
+    Of solid bodies only the springs on the visible side are drawn. Instruments are
     silhouettes; squares mark fixed nodes, and dots nodes that are held otherwise.
 
     Attributes:
         times: When [s]; some moments that differ, from the first to the last, if none is named.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         section: A plane by which bodies are cut open, or its text; their outside if None.
-        show: "springs", "skin", or "surface" for the smooth one that a scene asked for.
+        show: "springs", "skin", or "surface" for the smooth one of a scene.
         field: What colours springs or skins; the tension of springs if None.
     """
 

@@ -79,7 +79,7 @@ class LogsPlot(Struct, frozen=True):
                 hint = alternatives(wanted, every, what="there are")
                 raise TissueError(f'there is no log "{wanted}"; {hint}')
             chosen.append(found)
-        # One that an unfinished run has not come to is left out, unless it is asked for.
+        # One that an unfinished run has not come to is left out, unless it is requested.
         begun = [name for name in every if any(_has_rows(run, name) for run in runs)]
         return chosen or begun or every
 
@@ -204,7 +204,7 @@ def _size(curves: Sequence[TimeCurve]) -> float:
 
 
 def _no_logs(trajectory: "Trajectory") -> str:
-    """Return the contents of a result without logs, and how to ask for logs."""
+    """Return the contents of a result without logs, and how to get logs."""
     frames = len(trajectory.times)
     held = [counted(frames, "frame")] if frames else []
     held += ["energies"] if trajectory.energies is not None else []

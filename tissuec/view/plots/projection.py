@@ -14,7 +14,7 @@ FRONT = -90.0, 0.0  # azimuth and elevation [deg]
 ACROSS, ABOVE = 24.0, 20.0  # [deg]: aslant, so that depth is seen
 SEEN = 0.01  # of the largest side: a motion that is seen
 FLAT = 1e-9  # of the largest side: what is thinner has no depth
-LOW = 0.12  # of the other sides: what is lower is looked at from higher above
+LOW = 0.12  # of the other sides: what is lower is viewed from higher above
 _STRAIGHT = ((0.0, 0.0), FRONT, (-90.0, 90.0))  # along x, y and z
 
 

@@ -146,7 +146,7 @@ def logs_of(run: "Trajectory", wanted: str = "") -> str:
 
     Args:
         run: The result.
-        wanted: What was asked for instead.
+        wanted: What was requested instead.
     """
     names = list(run.logs)
     if not names:

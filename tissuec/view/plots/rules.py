@@ -66,7 +66,7 @@ class Rules(Struct, frozen=True):
 
     Attributes:
         of: Quantities; all that rules conclude if none is named.
-        x, y: Properties; those that most rules ask about if not named.
+        x, y: Properties; those that most rules use if not named.
         at: Of other properties, such as "hardness=0.5" or "hardness=very soft"; the middle of
             the range if not named.
     """
@@ -155,7 +155,7 @@ class Rules(Struct, frozen=True):
         return RuleSurface(named, along_x, along_y, right, up, value, is_fallback, counted)
 
     def _fixed(self, vocabulary: "Vocabulary") -> dict[str, float]:
-        """Return values of properties that are asked for."""
+        """Return the requested values of properties."""
         fixed: dict[str, float] = {}
         for text in self.at:
             name, is_given, written = text.partition("=")
@@ -180,14 +180,14 @@ def _found(name: str, known: Sequence[str] | Mapping[str, Any], what: str) -> st
 
 
 def _asked(block: "RulesBlock", quantity: str) -> list[str]:
-    """Return the properties that rules on a quantity ask about, the most asked first."""
+    """Return the properties that rules on a quantity use, the most used first."""
     counts = Counter(
         name
         for rule in block.base.rules
         if any(conclusion.quantity == quantity for conclusion in rule.conclusions)
         for name in {atom.property for atom in atoms(rule.condition)}
     )
-    # Of those asked alike, the first in the order of rules, not of a set.
+    # Of those used alike, the first in the order of rules, not of a set.
     order = [atom.property for rule in block.base.rules for atom in atoms(rule.condition)]
     return sorted(counts, key=lambda key: (-counts[key], order.index(key)))
 

@@ -58,7 +58,7 @@ class StudyPlot(Struct, frozen=True):
 
         Raises:
             TissueError: There is nothing to draw.
-            ValueError: The study does not answer what is asked for.
+            ValueError: The study lacks what is requested.
         """
         raise NotImplementedError
 

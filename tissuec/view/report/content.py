@@ -157,7 +157,7 @@ class ReportContent:
 
     @property
     def promise(self) -> Promise:
-        """Whether positions are as accurate as the tolerance asks for."""
+        """Whether positions are as accurate as the tolerance requires."""
         return self.trajectory.promise
 
     @property

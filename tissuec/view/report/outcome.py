@@ -171,7 +171,7 @@ def mark(tone: Tone, word: str) -> Html:
 
 
 MOST = 2000  # rows; more make a page that no browser likes
-SHOWN = 8  # springs that are named without being asked for
+SHOWN = 8  # springs that are named by default
 NAMED = 400  # springs of one event that are named at all
 
 

@@ -11,7 +11,7 @@ from tissuec.view.report.head import head
 from tissuec.view.report.markup import Html, Section, element, link
 
 _HERE = Path(__file__).parent
-#: The page, and the player in it, may ask for nothing that is not in it.
+#: The page, and the player in it, may load nothing from outside.
 ALONE = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
 )

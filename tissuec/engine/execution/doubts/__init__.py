@@ -1,6 +1,6 @@
 """What makes the numbers of a run doubtful, watched while it runs.
 
-A watch is a class registered by its kind, in a file of its own. It looks at states of the run,
+A watch is a class registered by its kind, in a file of its own. It examines states of the run,
 ``LOOKS`` times at most and at the end, and yields findings; what becomes of them, in the event
 log, the result and all reports, is the same for every kind. Looking changes nothing.
 """
@@ -49,14 +49,14 @@ class Watch(Protocol):
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
-        """Return the watch of a run; None where it has nothing to look at."""
+        """Return the watch of a run; None where it has nothing to examine."""
         ...
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         """Yield doubts, and former ones that no longer hold, with a count of 0.
 
         Args:
-            state: What is alive and held; its positions are not looked at.
+            state: What is alive and held; its positions are ignored.
             position: Of all nodes [m], shape (node, 3).
         """
         ...
@@ -133,7 +133,7 @@ class DoubtMemory(Struct, eq=False):
 
 
 class Watcher:
-    """Looks at a run for all kinds of doubts.
+    """Examines a run for all kinds of doubts.
 
     Args:
         network, plan: Of the run.

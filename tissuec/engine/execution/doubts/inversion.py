@@ -105,7 +105,7 @@ class ElementOrientation:
 
 
 KIND = "inside out"
-# Part of the smallest height of a cell that its nodes move before it is looked at again: it
+# Part of the smallest height of a cell that its nodes move before it is examined again: it
 # cannot be inside out before nodes have moved by half of that height.
 CLOSE = 0.25
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # scenes without elements do not need them
     from tissuec.forces.membranes import Membranes
 
 KIND = "unstable law"
-LARGEST = 6.0  # stretch up to which laws are looked at
+LARGEST = 6.0  # stretch up to which laws are examined
 
 
 @WATCHES.member(KIND)
