@@ -64,6 +64,26 @@ def slopes(
     return np.array(found).reshape(-1, 3)
 
 
+def matrix_follows_from_forces(
+    field: Any, position: Floats, matrix: Floats, *, every: int, step: float, allowed: float
+) -> None:
+    """Check some columns of a matrix against differences of forces.
+
+    Args:
+        field: Whose forces these are.
+        position: Of all nodes [m], shape (node, 3).
+        matrix: Minus the derivative of the forces [N/m], shape (3 node, 3 node).
+        every: One in so many columns is checked.
+        step: Half of the difference in position [m].
+        allowed: Differences that are allowed, relative to the largest entry.
+    """
+    for column in range(0, len(matrix), every):
+        by_force = stiffness(field, position, column, step)
+        np.testing.assert_allclose(
+            matrix[:, column], by_force, atol=allowed * np.abs(matrix).max()
+        )
+
+
 def follow_from_the_energy(
     field: Any, position: Floats, *, every: int, force: float, matrix: float, rounding: float
 ) -> None:
@@ -85,11 +105,7 @@ def follow_from_the_energy(
         for each in (True, False)
     )
     np.testing.assert_allclose(exact, exact.T, atol=rounding * np.abs(exact).max())
-    for column in range(0, 3 * count, every):
-        by_force = stiffness(field, position, column, 1e-9)
-        np.testing.assert_allclose(
-            exact[:, column], by_force, atol=matrix * np.abs(exact).max()
-        )
+    matrix_follows_from_forces(field, position, exact, every=every, step=1e-9, allowed=matrix)
     lowest = float(np.linalg.eigvalsh(clamped)[0])
     assert lowest > -max(rounding, 1e-13) * np.abs(clamped).max()
 

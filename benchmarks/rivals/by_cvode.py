@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from benchmarks.rivals.driven import DrivenSolver
+from benchmarks.rivals.driven import DrivenSolver, check_solution
 from benchmarks.rivals.kernel import Kernel
-from tissuec.bench.solver import Deadline, SolverFailed
+from tissuec.bench.solver import Deadline
 from tissuec.model.network import Floats
 
 METHODS = ("BDF", "Adams")
@@ -38,7 +38,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
             deadline.check()
             kernel.fill(time, y, out)
 
-        band = min(kernel.half_band, len(kernel.initial) - 1)
+        band = kernel.half_band
         narrow = len(kernel.initial) * (3.0 * band + 1.0) <= LARGEST_BAND
         matrix = (
             {"linsolver": "lapackband", "lband": band, "uband": band}
@@ -59,8 +59,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
         inner = inner if len(inner) else 0.5 * (first + last)
         with _silence():
             found = solver.solve(np.concatenate([first, inner, last]), kernel.initial)
-        if not found.success or not np.isfinite(found.y).all():
-            raise SolverFailed(str(found.message))
+        check_solution(found)
         return found.y[np.searchsorted(found.t, times)], found.y[-1]
 
 

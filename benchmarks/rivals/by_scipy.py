@@ -5,9 +5,9 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.rivals.driven import DrivenSolver
+from benchmarks.rivals.driven import DrivenSolver, check_solution
 from benchmarks.rivals.kernel import Kernel
-from tissuec.bench.solver import Deadline, SolverFailed
+from tissuec.bench.solver import Deadline
 from tissuec.model.network import Floats
 
 EXPLICIT = ("RK23", "RK45", "DOP853")
@@ -41,13 +41,11 @@ class SciPySolver(DrivenSolver, frozen=True):
                 atol=self.scales.allowed(tolerance, kernel),
                 **self._matrix(kernel),
             )
-        if not found.success or not np.isfinite(found.y).all():
-            raise SolverFailed(str(found.message))
+        check_solution(found)
         return found.y.T[:-1], found.y[:, -1]
 
     def _matrix(self, kernel: Kernel) -> dict[str, Any]:
         """Return the options that describe the Jacobian to the method."""
         if self.method == "LSODA":
-            band = min(kernel.half_band, len(kernel.initial) - 1)
-            return {"lband": band, "uband": band}
+            return {"lband": kernel.half_band, "uband": kernel.half_band}
         return {"jac_sparsity": kernel.sparsity} if self.method in IMPLICIT else {}

@@ -1,14 +1,15 @@
 """Common code of solvers of other libraries, which are driven from event to event."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import numpy as np
 from msgspec import Struct
 
 from benchmarks.rivals.kernel import Kernel
 from benchmarks.rivals.scales import MotionScales
 from benchmarks.rivals.walk import walk
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.solver import Deadline, SolverRun
+from tissuec.bench.solver import Deadline, SolverFailed, SolverRun
 from tissuec.model.network import Floats
 
 FINEST = 1e-13
@@ -50,3 +51,16 @@ class DrivenSolver(Struct, frozen=True, eq=False):
             OutOfTime: The deadline has passed.
         """
         raise NotImplementedError
+
+
+def check_solution(found: Any) -> None:
+    """Check that a solver came to the end with finite numbers.
+
+    Args:
+        found: A result with ``success``, ``message`` and ``y``, as SciPy and CVODE return it.
+
+    Raises:
+        SolverFailed: It did not.
+    """
+    if not found.success or not np.isfinite(found.y).all():
+        raise SolverFailed(str(found.message))

@@ -105,9 +105,9 @@ class Kernel:
 
     @property
     def half_band(self) -> int:
-        """Return how far from its diagonal the Jacobian reaches."""
+        """How far from its diagonal the Jacobian reaches, within the matrix."""
         low, high = self._coupled
-        return 6 * int(np.abs(low - high).max(initial=0)) + 5
+        return min(6 * int(np.abs(low - high).max(initial=0)) + 5, len(self.initial) - 1)
 
     @property
     def sparsity(self) -> sparse.csr_matrix:

@@ -46,27 +46,28 @@ def solved(problem, tolerance=1e-9, method="dop853"):
     return EngineSolver(problem, method).solve(tolerance, Deadline(inf)).position
 
 
+def follows_the_script(kind, text, method, tolerance):
+    """Check a solver against the engine's; return its run."""
+    problem = problem_of(text)
+    truth = solved(problem)
+    solver = kind(problem, method, MotionScales.of(problem, truth))
+    run = solver.solve(tolerance, Deadline(inf))
+    # Errors per step add up; the methods of low order take the most steps.
+    assert problem.error(run.position, truth) < 1e-4
+    return run
+
+
 @pytest.mark.parametrize("method", [*EXPLICIT, *IMPLICIT])
 @pytest.mark.parametrize("text", [rod(), RESTING], ids=["driven by a script", "resting"])
 def test_solvers_of_scipy_follow_the_script(method, text):
-    problem = problem_of(text)
-    truth = solved(problem)
-    solver = SciPySolver(problem, method, MotionScales.of(problem, truth))
-    trial = solver.solve(1e-7, Deadline(inf))
-    assert trial.evaluations > 10
-    # Errors per step add up; the methods of low order take the most steps.
-    assert problem.error(trial.position, truth) < 1e-4
+    assert follows_the_script(SciPySolver, text, method, 1e-7).evaluations > 10
 
 
 @pytest.mark.skipif(find_spec("sksundae") is None, reason="needs scikit-sundae")
 @pytest.mark.parametrize("method", ["BDF", "Adams"])
 @pytest.mark.parametrize("text", [rod(), RESTING], ids=["driven by a script", "resting"])
 def test_cvode_follows_the_script(method, text):
-    problem = problem_of(text)
-    truth = solved(problem)
-    solver = CvodeSolver(problem, method, MotionScales.of(problem, truth))
-    trial = solver.solve(1e-8, Deadline(inf))
-    assert problem.error(trial.position, truth) < 1e-4
+    follows_the_script(CvodeSolver, text, method, 1e-8)
 
 
 @pytest.mark.skipif(find_spec("mujoco") is None, reason="needs MuJoCo")

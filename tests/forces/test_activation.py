@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import fsolve
 
 import tissuec
-from tests.derivatives import forces, slopes, stiffness
+from tests.derivatives import forces, matrix_follows_from_forces, slopes
 from tests.validate.scenes import compiled_scene, validated
 from tests.whole_runs import same_when_resumed
 from tissuec.forces.activation import UNLIMITED, Activation, activated
@@ -67,11 +67,7 @@ def test_forces_and_matrix_follow_from_the_potential(name, limits):
     assert np.abs(turning).max() < 1e-12 * np.abs(position).max() * np.abs(found).sum()
     count = len(position)
     matrix = field.matrix(0.0, position, np.arange(count), count).toarray()
-    for column in range(0, 3 * count, 17):
-        by_force = stiffness(field, position, column, 1e-6)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=1e-6 * np.abs(matrix).max()
-        )
+    matrix_follows_from_forces(field, position, matrix, every=17, step=1e-6, allowed=1e-6)
     positive = field.matrix(0.0, position, np.arange(count), count, exact=False).toarray()
     assert np.linalg.eigvalsh(positive).min() > -1e-10 * np.abs(matrix).max()
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.derivatives import agree, forces, slopes, stiffness
+from tests.derivatives import agree, forces, matrix_follows_from_forces, slopes
 from tests.validate.scenes import compiled_scene
 from tissuec.forces.pressed_faces import FORMS, faces_of
 from tissuec.forces.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
@@ -63,11 +63,7 @@ def test_forces_and_matrix_of_a_closed_surface_follow_from_its_volume(name, caps
     count = len(position)
     matrix = field.slopes(0.0, position, np.arange(count), count).toarray()
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
-    for column in range(0, 3 * count, 17):
-        by_force = stiffness(field, position, column, 1e-6)
-        np.testing.assert_allclose(
-            matrix[:, column], by_force, atol=1e-7 * np.abs(matrix).max()
-        )
+    matrix_follows_from_forces(field, position, matrix, every=17, step=1e-6, allowed=1e-7)
 
 
 def test_pressure_of_a_closed_wall_is_that_of_an_enclosed_volume():

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.findings import finding_of
 from tests.inelastic.scenes import ran, rod
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.provenance import explain_tissue
-from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
@@ -39,10 +39,7 @@ def inelastic(
 
 
 def refused(text):
-    with pytest.raises(CompileError) as caught:
-        compiled_scene(text)
-    (finding,) = caught.value.diagnostics
-    return finding
+    return finding_of(compiled_scene, text)
 
 
 def test_a_number_for_a_length_is_shared_out_by_lengths():

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.findings import finding_of
 from tests.growth import calls_grow_in_proportion, grows_in_proportion
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -38,9 +39,7 @@ def test_composed_and_decomposed_letters_become_equal():
     [(b"ab\r\n\xff", 3), ("é\n".encode() + b"\xe9 = 1", 2), (b"a\0b", 1), ("a\ud800", 1)],
 )
 def test_what_is_no_text_is_reported_at_its_place(raw, place):
-    with pytest.raises(CompileError) as caught:
-        normalise(raw, "x")
-    (finding,) = caught.value.diagnostics
+    finding = finding_of(normalise, raw, "x")
     assert (finding.code, finding.span.start) == ("TIS114", place)
 
 

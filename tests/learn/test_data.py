@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.examples import examples
+from tests.findings import finding_of
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.core.text_tables import columns
@@ -352,9 +353,9 @@ def test_a_fit_without_columns_is_refused_in_a_table(folder):
 
 def test_a_missing_file_is_told_with_one_like_it(tmp_path):
     (tmp_path / "bench_01.csv").write_text(CART)
-    with pytest.raises(CompileError) as caught:
-        read_experiment(data(tmp_path / "bench_1.csv"), fit_problem(FORCE), NET)
-    (finding,) = caught.value.diagnostics
+    finding = finding_of(
+        read_experiment, data(tmp_path / "bench_1.csv"), fit_problem(FORCE), NET
+    )
     assert finding.code == "TIS604" and "no such file" in finding.message
     assert "bench_01.csv" in finding.hint
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from tests.findings import finding_of
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.core.text_tables.columns import BadRow, read_columns
@@ -161,9 +162,7 @@ BAD_CELLS = [
 @pytest.mark.parametrize(("cell", "said"), BAD_CELLS)
 def test_a_cell_that_is_no_number_is_answered_with_what_it_should_be(cell, said, tmp_path):
     text = f"t_s\tForce\n0\t1\n1\t{cell}\n2\t3\n"
-    with pytest.raises(CompileError) as caught:
-        experiment(tmp_path, text, fit("force", "Force"))
-    (found,) = caught.value.diagnostics
+    found = finding_of(experiment, tmp_path, text, fit("force", "Force"))
     assert (
         found.message == f'line 3 of bench.csv, column "Force": "{cell}" is not a finite number'
     )
@@ -186,9 +185,7 @@ def test_no_thousands_begin_with_a_zero(tmp_path):
 @pytest.mark.parametrize("mark", ["-9999", "-999.25", "-999.0", "99999", "1e30", "-32768"])
 def test_numbers_that_stand_for_gaps_are_asked_about(mark, tmp_path):
     text = f"t_s,Force\n0,1\n1,2.5\n2,{mark}\n3,4\n"
-    with pytest.raises(CompileError) as caught:
-        experiment(tmp_path, text, fit("force", "Force"))
-    (found,) = caught.value.diagnostics
+    found = finding_of(experiment, tmp_path, text, fit("force", "Force"))
     assert found.message.startswith('line 4 of bench.csv, column "Force": ')
     assert "leave a gap empty" in found.hint
     mended = experiment(tmp_path, text.replace(mark, ""), fit("force", "Force"))
@@ -204,9 +201,7 @@ def test_numbers_among_others_are_measured(values, tmp_path):
 
 def test_columns_of_one_name_are_told_by_their_numbers(tmp_path):
     text = "t_s,Force,Force\n0,1,2\n1,3,4\n2,5,7\n"
-    with pytest.raises(CompileError) as caught:
-        experiment(tmp_path, text, fit("force", "Force"))
-    (found,) = caught.value.diagnostics
+    found = finding_of(experiment, tmp_path, text, fit("force", "Force"))
     assert found.hint == 'name one by its number: "2" or "3"'
     assert experiment(tmp_path, text, fit("force", "3")).series[0].values.tolist() == [2, 4, 7]
 
@@ -220,9 +215,7 @@ COUNTED = {
 
 @pytest.mark.parametrize("name", COUNTED)
 def test_numbers_of_rows_are_no_times(name, tmp_path):
-    with pytest.raises(CompileError) as caught:
-        experiment(tmp_path, COUNTED[name], fit("force", "tip_x"))
-    (found,) = caught.value.diagnostics
+    found = finding_of(experiment, tmp_path, COUNTED[name], fit("force", "tip_x"))
     assert "counts rows; the time between them is missing" in found.message
     assert 'time using column "' in found.hint
     column_name = found.hint.partition('column "')[2].partition('"')[0]

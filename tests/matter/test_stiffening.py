@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.findings import finding_of
 from tests.matter.test_bodies import SHEET, THREAD, text_of
 from tests.matter.test_laws_of_elements import MODULUS, scene, tension
-from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.learn.derivatives.refusals import refusal as refusal_of
 from tissuec.learn.fit.learning import learn
@@ -102,10 +102,7 @@ def tissues(text):
 
 
 def refusal(text):
-    with pytest.raises(CompileError) as caught:
-        tissues(text)
-    (found,) = caught.value.diagnostics
-    return found
+    return finding_of(tissues, text)
 
 
 def test_rules_conclude_it():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.findings import finding_of
 from tests.scene.breaking import (
     breaks_alike_when_resumed,
     first_ruptures,
@@ -12,7 +13,6 @@ from tests.scene.breaking import (
     the_reference_breaks_alike,
 )
 from tests.whole_runs import carried_out, same_on_threads
-from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import wishes
 from tissuec.pipeline import check_request, compile_request
@@ -320,9 +320,7 @@ def test_threads_break_the_same_elements_at_the_same_times(threads_in_small_nets
 
 
 def refusal(limit, **parts):
-    with pytest.raises(CompileError) as caught:
-        compile_request(scene(limit, **parts))
-    (found,) = caught.value.diagnostics
+    found = finding_of(compile_request, scene(limit, **parts))
     return f"{found.code}: {found.message}", found.hint
 
 

@@ -6,6 +6,7 @@ from click.testing import CliRunner
 
 import tissuec
 from tests.every import every
+from tests.findings import finding_of
 from tests.whole_runs import carried_out
 from tissuec.analysis.bodies import properties_of
 from tissuec.cli import group
@@ -61,9 +62,7 @@ def elements(of: Compiled) -> SolidElements:
 
 
 def refusal(body="made of elements", **parts) -> tuple[str, str]:
-    with pytest.raises(CompileError) as caught:
-        compile_request(scene(body, **parts))
-    (found,) = caught.value.diagnostics
+    found = finding_of(compile_request, scene(body, **parts))
     return f"{found.code}: {found.message}", found.hint
 
 
@@ -84,9 +83,7 @@ def test_a_region_of_single_springs_makes_a_net_of_the_whole_body():
 
 @pytest.mark.parametrize("what", ["reach is second neighbours", "kind is diamond"])
 def test_entries_of_springs_in_a_solid_of_matter_lead_to_made_of_springs(what):
-    with pytest.raises(CompileError) as caught:
-        compile_request(scene("", mesh=what))
-    (found,) = caught.value.diagnostics
+    found = finding_of(compile_request, scene("", mesh=what))
     assert [note.message for note in found.notes] == [
         "a tissue with a Young's modulus is made of elements"
     ]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene
-from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
@@ -82,16 +82,12 @@ body third like net { }
     ],
 )
 def test_likeness_that_cannot_be(text, code, words):
-    with pytest.raises(CompileError) as caught:
-        bodies(text)
-    (found,) = caught.value.diagnostics
+    found = finding_of(bodies, text)
     assert found.code == code and words in str(found)
 
 
 def test_a_mistake_is_reported_where_it_is_and_not_in_the_copies():
     text = SCENE.replace("tissue is gel\n", "tissue is gal\n")
     text = text.replace("BODIES", "body a like rib { }\nset far = nodes of a where x > 1 mm")
-    with pytest.raises(CompileError) as caught:
-        compiled_scene(text)
-    (found,) = caught.value.diagnostics
+    found = finding_of(compiled_scene, text)
     assert found.code == "TIS301" and found.span.line == 7

@@ -1,11 +1,11 @@
 """``repeat``: the same as its copies written out, and findings with the line and the index."""
 
 import numpy as np
-import pytest
 
+from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out
-from tissuec.core.errors import CompileError, as_dict
+from tissuec.core.errors import as_dict
 from tissuec.core.source import Source
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
@@ -115,9 +115,7 @@ def test_a_mistake_in_one_copy_is_reported_with_its_index():
     text = WOUND.replace("BODY", """
 repeat i from 1 to 5 { set bite i = nodes of lip where within 1 mm of (i * 10 mm, 0 mm, 0 mm) }
 """)  # fmt: skip
-    with pytest.raises(CompileError) as caught:
-        compiled_scene(text)
-    (found,) = caught.value.diagnostics
+    found = finding_of(compiled_scene, text)
     assert found.code == "TIS302" and '"bite 5" is empty' in found.message
     assert found.span.line == 9 and "where i = 5" in str(found)
     assert as_dict(found)["notes"][-1]["message"] == "where i = 5"
@@ -127,9 +125,7 @@ def test_a_mistake_in_all_copies_is_reported_once():
     text = WOUND.replace(
         "BODY", "repeat i from 1 to 5 { set b i = nodes of lib where x > 1 mm }"
     )
-    with pytest.raises(CompileError) as caught:
-        compiled_scene(text)
-    (found,) = caught.value.diagnostics
+    found = finding_of(compiled_scene, text)
     assert "where i = 1" in str(found) and "bodies: lip, other lip" in found.hint
 
 

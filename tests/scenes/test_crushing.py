@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec.compiler.provenance import explain_tissue
-from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -157,9 +157,7 @@ def test_the_result_file_holds_limits_and_tells_crushed_from_torn(tmp_path):
 
 
 def test_a_negative_crushing_force_is_refused_with_its_place():
-    with pytest.raises(CompileError) as caught:
-        compiled_scene(scene(limit="crushing force = -3 N"))
-    (finding,) = caught.value.diagnostics
+    finding = finding_of(compiled_scene, scene(limit="crushing force = -3 N"))
     assert (finding.code, finding.message) == (
         "TIS308", "crushing force must be above 0 N, not -3 N",
     )  # fmt: skip

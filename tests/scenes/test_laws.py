@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.core.errors import CompileError
+from tests.findings import finding_of
 from tissuec.core.source import Source
 from tissuec.laws import LINEAR
 from tissuec.pipeline import compile_request
@@ -28,10 +28,7 @@ def compiled(tissues, *, tissue="special", body="", first=10):
 
 
 def refused(tissues, **more):
-    with pytest.raises(CompileError) as caught:
-        compiled(tissues, **more)
-    (found,) = caught.value.diagnostics
-    return found
+    return finding_of(compiled, tissues, **more)
 
 
 def test_a_formula_says_what_the_law_of_that_name_does():
@@ -173,9 +170,9 @@ def test_springs_of_a_table_have_no_section_for_a_stress():
     text = FRAME.format(tissues="law elastin { stress of e = 3 kPa * e }", tissue="plain",
                         body="", first=10)  # fmt: skip
     start, end = text.index("table springs"), text.index("environment")
-    with pytest.raises(CompileError) as caught:
-        compile_request(Request(Source("scene.tis", text[:start] + table + text[end:])))
-    (found,) = caught.value.diagnostics
+    found = finding_of(
+        compile_request, Request(Source("scene.tis", text[:start] + table + text[end:]))
+    )
     assert found.code == "TIS306"
     assert "in the tissue" in found.hint
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene, validated
-from tissuec.core.errors import CompileError
 from tissuec.laws import LINEAR
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
@@ -46,10 +46,7 @@ def pulls(compiled):
 
 
 def finding(text):
-    with pytest.raises(CompileError) as caught:
-        compiled_scene(text)
-    (found,) = caught.value.diagnostics
-    return found
+    return finding_of(compiled_scene, text)
 
 
 def test_each_spring_has_the_law_of_its_row_or_that_of_the_tissue():
