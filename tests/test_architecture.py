@@ -48,7 +48,7 @@ RARE = (
     "tissuec.lang.classify", "tissuec.compiler.forces", "tissuec.compiler.learning.problems",
     "tissuec.compiler.materials.matter",
     "tissuec.matter", "tissuec.meshes.repair", "tissuec.meshes.filling",
-    "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.view.plots",
+    "tissuec.learn", "tissuec.validate", "tissuec.analysis.bench", "tissuec.view.plots",
     "tissuec.engine.integrators.derivatives_kernel",
     "tissuec.view.player", "tissuec.view.report", "tissuec.lsp", "tissuec.view.compare",
     "scipy.sparse.csgraph", "numba",

@@ -386,11 +386,11 @@ def study(
         PlaceError: The table cannot be written there.
         TypeError, ValueError: ``vary`` or ``workers`` is not understood.
     """
+    from tissuec.core.workers.selection import workers_of
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.study import prepare, run_study
     from tissuec.studies.writing import sentences_of
     from tissuec.view.study_table import with_methods
-    from tissuec.workers.selection import workers_of
 
     more, crew = arguments.several(sentences, "sentences"), workers_of(workers, scheduler)
     request = _request(scene, params or {}, libraries)

@@ -15,8 +15,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from benchmarks.rivals.walk import state_at_start
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.solver import Deadline, SolverFailed, SolverRun
+from tissuec.analysis.bench.problem import BenchProblem
+from tissuec.analysis.bench.solver import Deadline, SolverFailed, SolverRun
 from tissuec.mechanics.state import State
 from tissuec.model.topology import join_nodes_of
 

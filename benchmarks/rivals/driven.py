@@ -8,8 +8,8 @@ from msgspec import Struct
 from benchmarks.rivals.kernel import Kernel
 from benchmarks.rivals.scales import MotionScales
 from benchmarks.rivals.walk import walk
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.solver import Deadline, SolverFailed, SolverRun
+from tissuec.analysis.bench.problem import BenchProblem
+from tissuec.analysis.bench.solver import Deadline, SolverFailed, SolverRun
 from tissuec.model.network import Floats
 
 FINEST = 1e-13

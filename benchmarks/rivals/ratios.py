@@ -7,8 +7,8 @@ from math import exp, log
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.bench import BenchResult, seconds
-from tissuec.bench.points import MeasuredPoint
+from tissuec.analysis.bench.bench import BenchResult, seconds
+from tissuec.analysis.bench.points import MeasuredPoint
 from tissuec.core.report import FactTable, Part, Report
 from tissuec.script.plan import AUTOMATIC
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import tissuec
+from tissuec.core.workers.processes import Processes
+from tissuec.core.workers.workers import LOST, OwnProcess
 from tissuec.learn.fit import evaluations, learning
 from tissuec.learn.fit.bootstrap import intervals, resampled
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.fit.session import prepare
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
-from tissuec.workers.processes import Processes
-from tissuec.workers.workers import LOST, OwnProcess
 
 SWING = """language 1
 tissue gum {{ spring constant = {c} N/m; viscosity = {d} mN*s/m; mass = 2 g }}

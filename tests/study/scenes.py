@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from tissuec.core.source import Source
+from tissuec.core.workers.workers import OwnProcess
 from tissuec.scene.request import Request
 from tissuec.studies.study import PreparedStudy, StudyResult, prepare, run_study
-from tissuec.workers.workers import OwnProcess
 
 #: The words of a tissue.
 WORDS = """described in soft tissue

@@ -12,10 +12,10 @@ import pytest
 
 from tests.study.scenes import carried_out, prepared
 from tissuec.core.errors import TissueError
+from tissuec.core.workers import cluster, portions
+from tissuec.core.workers.cluster import Cluster
+from tissuec.core.workers.selection import workers_of
 from tissuec.studies.study import run_study
-from tissuec.workers import cluster, portions
-from tissuec.workers.cluster import Cluster
-from tissuec.workers.selection import workers_of
 
 MANY = ("vary lift = 2 mm to 9 mm in 20 steps",)  # times two tissues: 40 runs
 

@@ -286,7 +286,7 @@ def test_a_scheduler_that_nobody_reaches_is_told_before_a_table_is_begun(
     call, tmp_path, monkeypatch
 ):
     pytest.importorskip("distributed", reason="the extra cluster is not installed")
-    from tissuec.workers import cluster
+    from tissuec.core.workers import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     for address in ("tcp://127.0.0.1:9", "nonsense"):

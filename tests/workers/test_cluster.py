@@ -5,8 +5,8 @@ from concurrent.futures import Future
 import pytest
 
 from tissuec.core.errors import TissueError
-from tissuec.workers.cluster import Cluster
-from tissuec.workers.portions import WorkerDied
+from tissuec.core.workers.cluster import Cluster
+from tissuec.core.workers.portions import WorkerDied
 
 
 class KilledWorker(Exception):

@@ -13,10 +13,10 @@ import pytest
 
 from tests.workers import deeds
 from tissuec.core.errors import TissueError
-from tissuec.workers import portions, processes
-from tissuec.workers.processes import Processes, ProcessExecutor
-from tissuec.workers.selection import workers_of
-from tissuec.workers.workers import LOST, OwnProcess
+from tissuec.core.workers import portions, processes
+from tissuec.core.workers.processes import Processes, ProcessExecutor
+from tissuec.core.workers.selection import workers_of
+from tissuec.core.workers.workers import LOST, OwnProcess
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="kills by signals")
 
@@ -123,7 +123,7 @@ def interrupt_soon(ready, found):
 def test_no_process_outlives_a_killed_parent(tmp_path):
     script = (
         "from tests.workers import deeds\n"
-        "from tissuec.workers.processes import Processes\n"
+        "from tissuec.core.workers.processes import Processes\n"
         f"list(Processes(2).map(deeds.busy, {str(tmp_path)!r}, [1, 2]))\n"
     )
     parent = subprocess.Popen([sys.executable, "-c", script])
@@ -164,7 +164,8 @@ def test_sockets_have_short_names_whatever_the_temporary_folder(tmp_path):
     folder = tmp_path / ("x" * 120)
     folder.mkdir()
     code = (
-        "from tissuec.workers.processes import Processes; from tests.workers import deeds\n"
+        "from tissuec.core.workers.processes import Processes\n"
+        "from tests.workers import deeds\n"
         "with Processes(2) as workers: print(sorted(workers.map(deeds.doubled, 1, range(3))))"
     )
     done = subprocess.run(

@@ -37,12 +37,12 @@ from tissuec.results import wording
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.core.source import Source
+    from tissuec.core.workers.workers import Workers
     from tissuec.learn.fit.expectations import DemandVerdict
     from tissuec.learn.fit.outcome import Learnt
     from tissuec.scene.learning.model import VocabularyFit
     from tissuec.scene.request import Request
     from tissuec.script.fit_problem import FitProblem
-    from tissuec.workers.workers import Workers
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
 KEPT = ".learning"  # after the name of a preset: the state of an interrupted fit
@@ -105,7 +105,7 @@ def command(
     order = _FitOrder(again=again, **options)
 
     def each() -> Iterator[Report]:
-        from tissuec.workers.selection import workers_of
+        from tissuec.core.workers.selection import workers_of
 
         with workers_of(workers, scheduler) as crew:
             for block in blocks:

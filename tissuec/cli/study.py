@@ -83,11 +83,11 @@ def command(
     done; 1 an expectation of the study failed; 2 the text is wrong; 3 no run could be computed;
     130 interrupted.
     """
+    from tissuec.core.workers.selection import workers_of
     from tissuec.results.errors import PlaceError
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.report import study_report
     from tissuec.studies.study import prepare, run_study
-    from tissuec.workers.selection import workers_of
 
     try:
         prepared = prepare(given.request(scene), name, sentences=_sentences(options))

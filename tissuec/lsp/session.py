@@ -11,10 +11,10 @@ from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
-from tissuec import __version__
 from tissuec.core.errors import Diagnostic
 from tissuec.core.memory import Memory
 from tissuec.core.source import Span
+from tissuec.core.version import __version__
 from tissuec.lang.known_statements import MOST_STATEMENTS
 from tissuec.lsp import navigation
 from tissuec.lsp.documents import OpenDocuments

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from tissuec import __version__
+from tissuec.core.version import __version__
 from tissuec.lsp.highlighting import grammar
 from tissuec.lsp.textmate import SCOPE, SCOPES
 from tissuec.scene.program.library import SUFFIX

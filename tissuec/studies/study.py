@@ -21,6 +21,7 @@ from tissuec.core.errors import Diagnostic, TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.version import __version__
+from tissuec.core.workers.workers import Lost, Workers
 from tissuec.engine.execution.signals import ending
 from tissuec.lang import syntax as s
 from tissuec.pipeline import compile_program
@@ -40,7 +41,6 @@ from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_hdf5
 from tissuec.studies.trial import Job, PlannedRun, failed, row_of
 from tissuec.studies.writing import with_sentences
-from tissuec.workers.workers import Lost, Workers
 
 KILLED = "its worker process died"
 RUNS = ".runs"  # after the name of a table: the folder of results

@@ -16,6 +16,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.recompiling import Recompiler
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.workers.workers import CommonCache
 from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats
 from tissuec.results.doubts import kinds
@@ -25,7 +26,6 @@ from tissuec.scene.request import Request
 from tissuec.scene.study.model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
 from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
-from tissuec.workers.workers import CommonCache
 
 RESULT = "run_{:05d}.vtkhdf"
 _NOTHING = math.nan

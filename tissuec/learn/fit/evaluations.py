@@ -12,12 +12,12 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError
+from tissuec.core.workers.workers import CommonCache, Lost, OwnProcess, Workers
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel, Runs
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.rule_revision import CandidateScene
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.model.network import Floats
-from tissuec.workers.workers import CommonCache, Lost, OwnProcess, Workers
 
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.core.workers.workers import OwnProcess, Workers
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.assessment import assess, estimates, relative_error
 from tissuec.learn.fit.bootstrap import Resampled, intervals
@@ -33,7 +34,6 @@ from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import FitProblem
-from tissuec.workers.workers import OwnProcess, Workers
 
 SAMPLED = (0.25, 1.0)  # parts of the data on which random starts are judged
 

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 from tissuec.core.errors import TissueError
 from tissuec.core.version import __version__
-from tissuec.workers.workers import LOST, Common, Item, Lost, Result, Work
+from tissuec.core.workers.workers import LOST, Common, Item, Lost, Result, Work
 
 PORTION = 0.3  # of work at a time [s]
 MOST_AT_ONCE = 64  # items in a portion

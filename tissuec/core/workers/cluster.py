@@ -9,8 +9,8 @@ from typing import Any, Self
 from tissuec.core.errors import TissueError, TissueWarning
 from tissuec.core.progress import minutes
 from tissuec.core.version import __version__
-from tissuec.workers.portions import WorkerDied, carried_out, handed_out
-from tissuec.workers.workers import Common, Item, Lost, Result, Work
+from tissuec.core.workers.portions import WorkerDied, carried_out, handed_out
+from tissuec.core.workers.workers import Common, Item, Lost, Result, Work
 
 PATIENCE = 10.0  # for an answer of a scheduler [s]
 LOOK = 5.0  # at the number of workers, which may come and go [s]

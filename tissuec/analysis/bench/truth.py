@@ -6,9 +6,9 @@ from math import inf
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.points import MeasuredPoint, Tell
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.solver import (
+from tissuec.analysis.bench.points import MeasuredPoint, Tell
+from tissuec.analysis.bench.problem import BenchProblem
+from tissuec.analysis.bench.solver import (
     BenchSolver,
     Deadline,
     EngineSolver,

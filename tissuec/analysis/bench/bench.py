@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.points import MeasuredPoint, MissingPoint, Tell, measure
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.solver import BenchSolver, EngineSolver
-from tissuec.bench.truth import BestSolution, Judges, find_truth, no_judges
+from tissuec.analysis.bench.points import MeasuredPoint, MissingPoint, Tell, measure
+from tissuec.analysis.bench.problem import BenchProblem
+from tissuec.analysis.bench.solver import BenchSolver, EngineSolver
+from tissuec.analysis.bench.truth import BestSolution, Judges, find_truth, no_judges
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives

@@ -5,7 +5,7 @@ from typing import Protocol
 
 from msgspec import Struct
 
-from tissuec.bench.problem import BenchProblem, PositionRecorder
+from tissuec.analysis.bench.problem import BenchProblem, PositionRecorder
 from tissuec.compiled.loading import time_of_translating
 from tissuec.core.errors import TissueError
 from tissuec.engine.execution.run import run

@@ -6,8 +6,14 @@ from statistics import median
 
 from msgspec import Struct
 
-from tissuec.bench.problem import BenchProblem
-from tissuec.bench.solver import BenchSolver, Deadline, OutOfTime, SolverFailed, SolverRun
+from tissuec.analysis.bench.problem import BenchProblem
+from tissuec.analysis.bench.solver import (
+    BenchSolver,
+    Deadline,
+    OutOfTime,
+    SolverFailed,
+    SolverRun,
+)
 from tissuec.core.errors import counted
 from tissuec.model.network import Floats
 

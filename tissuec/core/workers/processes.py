@@ -23,8 +23,8 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.version import __version__
-from tissuec.workers.portions import WorkerDied, carried_out, handed_out
-from tissuec.workers.workers import Common, Item, Lost, Result, Work
+from tissuec.core.workers.portions import WorkerDied, carried_out, handed_out
+from tissuec.core.workers.workers import Common, Item, Lost, Result, Work
 
 TRIALS, PAUSE = 4, 0.2  # of starting a process, and between them, ever longer [s]
 MANY_OBJECTS = 50_000  # more, before cycles among them are searched for: few are garbage

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from tissuec.core import arguments
 from tissuec.core.processors import permitted
-from tissuec.workers.workers import OwnProcess, Workers
+from tissuec.core.workers.workers import OwnProcess, Workers
 
 
 def workers_of(
@@ -24,12 +24,12 @@ def workers_of(
         TissueError: The scheduler cannot be used.
     """
     if scheduler is not None:
-        from tissuec.workers.cluster import Cluster, warn  # late: few use dask
+        from tissuec.core.workers.cluster import Cluster, warn  # late: few use dask
 
         return Cluster(scheduler, tell or warn)
     count = permitted() if count is None else arguments.count(count, "workers")
     if count == 1:
         return OwnProcess()
-    from tissuec.workers.processes import Processes
+    from tissuec.core.workers.processes import Processes
 
     return Processes(count)
