@@ -5,14 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tissuec.forces.bristle_kernel import OVER, SLIDES, SLIPS, cut_bristles
+from tissuec.forces.bristle_kernel import AHEAD, OVER, SLIDES, SLIPS, cut_bristles
 
 RATE, SLIP = 100.0, 0.02  # [1/s], [m]
 WAY = np.array([0.6, 0.0, 0.8])
 BESIDE = np.array([0.8, 0.0, -0.6])
 
 
-def cut(length, growth, slid, turn=0.0):
+def cut(length, growth, slid, turn=0.0, rounded=None):
     """Cut a bristle along ``WAY``; return its length vector [m], its rate, whether it slips.
 
     Args:
@@ -20,12 +20,14 @@ def cut(length, growth, slid, turn=0.0):
         growth: Rate along itself [m/s].
         slid: Whether it slipped in the step, 0 or 1.
         turn: Rate across itself [m/s].
+        rounded: What is left of the rate along itself where it slips [m/s].
     """
-    bent = np.zeros((1, SLIDES + 1))
-    bent[0, SLIPS], bent[0, SLIDES] = SLIP, slid
+    bent = np.zeros((1, AHEAD + 1))
+    bent[0, SLIPS], bent[0, SLIDES], bent[0, AHEAD] = SLIP, slid, growth
     v, a = np.zeros(6), np.zeros(6)
     v[3:] = RATE * length * WAY
-    a[3:] = RATE * (growth * WAY + turn * BESIDE)
+    along = growth if rounded is None else rounded
+    a[3:] = RATE * (along * WAY + turn * BESIDE)
     cut_bristles(v, a, SimpleNamespace(bent=bent, memory=np.array([1]), rate=RATE))
     assert not v[:3].any() and not a[:3].any()
     return v[3:] / RATE, a[3:] / RATE, bent[0, SLIDES]
@@ -51,6 +53,14 @@ def test_what_slips_follows_the_limit_where_pressure_rises(growth):
     assert slips == 1.0
     assert bristle == pytest.approx(OVER * SLIP * WAY, rel=1e-12)
     assert rate == pytest.approx(0.2 * BESIDE, abs=1e-15)
+
+
+@pytest.mark.parametrize("rounded", [-1e-17, 1e-17])
+def test_rounding_of_a_rate_that_is_cut_is_no_turning_back(rounded):
+    bristle, rate, slips = cut(0.015, 0.5, 1.0, rounded=rounded)
+    assert slips == 1.0
+    assert bristle == pytest.approx(OVER * SLIP * WAY, rel=1e-12)
+    assert np.abs(rate).max() < 1e-16
 
 
 @pytest.mark.parametrize(("growth", "slid"), [(-0.5, 1.0), (-1e-6, 1.0), (0.5, 0.0)])

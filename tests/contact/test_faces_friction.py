@@ -12,7 +12,7 @@ from tissuec.forces.contact import Contact
 STEEP = np.arctan(0.5)
 
 
-def slide(degrees, duration, *, method="automatic", tolerance="1e-4", more=""):
+def slide(degrees, duration, *, method="automatic", tolerance="1e-4", cell="20 mm", more=""):
     """Run a block of gel on a slope, by how much that is steeper than atan 0.5 [°]."""
     angle = STEEP + np.radians(degrees)
     x, z = 9.81 * np.sin(angle), 9.81 * np.cos(angle)
@@ -22,7 +22,7 @@ tissue gel {{
   retardation time = 10 ms
 }}
 body block {{
-  mesh is lattice {{ cell = 20 mm; box from (0, 0, 0) mm to (20, 20, 20) mm }}
+  mesh is lattice {{ cell = {cell}; box from (0, 0, 0) mm to (20, 20, 20) mm }}
   tissue is gel
 }}
 tool slope {{ kind is plane; point = (0, 0, 0) mm; normal = (0, 0, 1) }}
@@ -129,6 +129,12 @@ def test_above_the_angle_it_slides_as_coulomb_says(method):
     angle = STEEP + np.radians(2.0)
     expected = 9.81 * (np.sin(angle) - 0.5 * np.cos(angle))
     assert acceleration == pytest.approx(expected, rel=2e-3)
+
+
+def test_points_that_slide_evenly_take_no_short_steps():
+    """Their bristles neither grow nor turn, so that only rounding is left of their rates."""
+    played = slide(2.0, 0.4, tolerance="1e-3", cell="10 mm")
+    assert played.outcome.statistics.accepted < 2000  # and not 200,000
 
 
 @pytest.mark.parametrize(("push", "share"), [(0.2, 5e-4), (2.0, 2.5e-3)])

@@ -19,9 +19,10 @@ from tissuec.forces.contact_rows_kernel import BENDS, LOST, end_of_surface
 from tissuec.forces.friction_kernel import drag_along
 from tissuec.kernels.records import ContactTable, Floats
 
-# Columns of ``bent`` after the rates: length at which a bristle slips [m]; whether it does.
-SLIPS, SLIDES = 3, 4
-BACK = 1e-9  # part of its rate: a bristle that shrinks by more turns back
+# Columns of ``bent`` after the rates: length at which a bristle slips [m]; whether it does;
+# the rate u·e at which it would grow if it did not [m/s]. (Where it slips, rounding is all that
+# is left of that rate, and its sign says nothing.)
+SLIPS, SLIDES, AHEAD = 3, 4, 5
 OVER = 1.0 + 1e-9  # times the length: what slips stays on the far side of the corner of the law
 
 
@@ -48,7 +49,7 @@ def bend(
         u0, u1, u2: Sum of these times velocities along the surfaces [W].
     """
     bent, rate, memory = touches.bent, touches.rate, 3 * touches.memory[k]
-    bent[k, 0] = bent[k, 1] = bent[k, 2] = bent[k, SLIPS] = 0.0
+    bent[k, 0] = bent[k, 1] = bent[k, 2] = bent[k, SLIPS] = bent[k, AHEAD] = 0.0
     if grip <= 0.0:
         return
     stiffness = touches.stiffness[k]
@@ -64,7 +65,8 @@ def bend(
     length, slip = sqrt(z0 * z0 + z1 * z1 + z2 * z2), 0.0
     if length > 0.0:
         e0, e1, e2 = z0 / length, z1 / length, z2 / length
-        slip = bent[k, SLIDES] * max(d0 * e0 + d1 * e1 + d2 * e2, 0.0)
+        bent[k, AHEAD] = d0 * e0 + d1 * e1 + d2 * e2
+        slip = bent[k, SLIDES] * max(bent[k, AHEAD], 0.0)
         d0, d1, d2 = d0 - slip * e0, d1 - slip * e1, d2 - slip * e2
         length = max(length - lag * slip, 0.0)
         z0, z1, z2 = length * e0, length * e1, length * e2
@@ -101,11 +103,10 @@ def cut_bristles(v: Floats, a: Floats, touches: ContactTable) -> None:
         if size <= 0.0:
             continue
         e0, e1, e2 = v[i] / size, v[i + 1] / size, v[i + 2] / size
-        longer = a[i] * e0 + a[i + 1] * e1 + a[i + 2] * e2
-        pace = sqrt(a[i] * a[i] + a[i + 1] * a[i + 1] + a[i + 2] * a[i + 2])
-        if OVER * size >= most or (slid > 0.0 and longer >= -BACK * pace):
+        if OVER * size >= most or (slid > 0.0 and bent[k, AHEAD] >= 0.0):
             v[i], v[i + 1], v[i + 2] = most * e0, most * e1, most * e2
             if most > 0.0:
+                longer = a[i] * e0 + a[i + 1] * e1 + a[i + 2] * e2
                 bent[k, SLIDES], lost = 1.0, max(longer, 0.0)
                 a[i] -= lost * e0
                 a[i + 1] -= lost * e1

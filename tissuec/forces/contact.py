@@ -50,7 +50,7 @@ from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
-from tissuec.forces.bristle_kernel import SLIDES
+from tissuec.forces.bristle_kernel import AHEAD
 from tissuec.forces.contact_kernel import touch
 from tissuec.forces.contact_points import ContactPoints
 from tissuec.forces.contact_points_kernel import PLACING, ContactPointTable, touch_points
@@ -712,7 +712,7 @@ class Contact(Field, frozen=True, dict=True):
             at=np.zeros((most, PLACES), dtype=np.int64),
             memory=place[memory],
             home=home,
-            bent=np.zeros((len(home), 3 if self.between is None else SLIDES + 1)),
+            bent=np.zeros((len(home), 3 if self.between is None else AHEAD + 1)),
             lag=np.zeros(1),
             bends=np.zeros(3, dtype=np.int64),
             listed=around.ravel(),

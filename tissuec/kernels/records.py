@@ -85,8 +85,8 @@ class ContactTable(NamedTuple):
     at: IntegerRows  # places of their nodes and three points among coordinates, and the pair
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
-    # Scratch, their rates [m/s²], shape as ``home``; if bristles are cut, two more columns, see
-    # ``forces.bristle_kernel``.
+    # Scratch, their rates [m/s²], shape as ``home``; if bristles are cut, with further columns,
+    # see ``forces.bristle_kernel``.
     bent: Rows
     # Time for which an implicit stage solves for them [s], 0 where they are given, shape (1,)
     lag: Floats

@@ -30,11 +30,13 @@ class Touching(Struct, frozen=True):
         force: On all nodes [N], shape (node, 3).
         lost: Power that damping and friction take out [W].
         bristle_rates: Of the velocities that are bristles [m/s²], shape (m, 3).
+        ahead: Rates u·e at which bristles of faces would grow unless they slip [m/s], (m,).
     """
 
     force: Floats
     lost: float
     bristle_rates: Floats
+    ahead: Floats
 
 
 class ContactForce:
@@ -91,17 +93,18 @@ class ContactForce:
         touched.press(factor, force)
         spent = (factor - 1.0) * touched.by_surface(touched.pressure * deepening)
         lost, rates = float(spent.sum()), np.zeros((len(of.memory), 3))
+        ahead = np.zeros(len(rates))
         if len(rates):
-            lost += self._rub(touched, deepening, factor, velocity, bent, force, rates)
-        return Touching(force if points is None else points.T @ force, lost, rates)
+            lost += self._rub(touched, deepening, factor, velocity, bent, force, rates, ahead)
+        return Touching(force if points is None else points.T @ force, lost, rates, ahead)
 
     def _rub(
         self, touched: "_Touched", deepening: Floats, factor: Floats, velocity: Floats,
-        bent: Floats, force: Floats, rates: Floats,
+        bent: Floats, force: Floats, rates: Floats, ahead: Floats,
     ) -> float:  # fmt: skip
         """Add the forces of friction, set the rates of bristles; return the power lost [W].
 
-        ``bent`` are the velocities that are bristles [m/s], shape (m, 3).
+        ``bent`` are the velocities that are bristles [m/s], shape (m, 3). Sets ``ahead``, too.
         """
         of = self._of
         k, w, count = of.stiffness, of.layer, len(of.nodes)
@@ -122,7 +125,8 @@ class ContactForce:
             way = np.where(rubs, np.minimum(1.0, 2.0 * pressed / (k * w)), 0.0)[:, None] * u
             size = np.sqrt((z * z).sum(axis=1))
             unit = z / _divisor(size)[:, None]
-            slips = np.where(self._slides, np.maximum(0.0, (way * unit).sum(axis=1)), 0.0)
+            ahead[:] = (way * unit).sum(axis=1)
+            slips = np.where(self._slides, np.maximum(0.0, ahead), 0.0)
             rates[:] = of.rate * (way - slips[:, None] * unit)
             bears = grip / _divisor(size)
             pull = -np.where(slips > 0.0, bears, np.minimum(k, bears))[:, None] * z
@@ -159,9 +163,8 @@ class ContactForce:
         each = touched.whole(touched.friction * factor * touched.pressure)
         grip = _sums(touched.node_of_surface, each, len(of.nodes))
         most = of.rate * grip / of.stiffness
-        bent, rates = velocity[of.memory], self.at(position, velocity, pairs).bristle_rates
+        bent, onwards = velocity[of.memory], self.at(position, velocity, pairs).ahead >= 0.0
         size = np.sqrt((bent * bent).sum(axis=1))
-        onwards = (rates * bent).sum(axis=1) >= -1e-9 * size * np.linalg.norm(rates, axis=1)
         slips = (most > 0.0) & (size > 0.0) & ((size >= most) | (self._slides & onwards))
         part = np.where(slips, most, np.minimum(size, most)) / _divisor(size)
         self._slides = slips
