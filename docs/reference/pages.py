@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from docs.reference import commands, curves, language, vocabulary
+from docs.reference import commands, curves, language, results, vocabulary
 from tissuec.core.markdown import places, replace_places
 from tissuec.core.resources import grammar
 from tissuec.lsp import vscode as editor
@@ -22,6 +22,7 @@ def contents(texts: Mapping[Path, str]) -> dict[str, str]:
     """
     homes = {place: page.name for page, text in texts.items() for place in places(text)}
     parts = language.parts() | commands.parts() | vocabulary.parts() | curves.parts()
+    parts |= results.parts()
     for word, sections in language.members().items():
         own = {name: text for name, text in sections.items() if f"{word} {name}" in homes}
         parts |= {f"{word} {name}": text for name, text in own.items()}

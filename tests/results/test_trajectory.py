@@ -10,9 +10,10 @@ import pytest
 
 from tests.results.conftest import CUT, example_of_a_tube
 from tissuec.results import layout
-from tissuec.results.checksums import SUMS, sums_as_text, sums_of_text
+from tissuec.results.checksums import sums_as_text, sums_of_text
 from tissuec.results.errors import ResultError
 from tissuec.results.info import summary
+from tissuec.results.schema import SUMS
 from tissuec.results.trajectory import Trajectory
 
 
@@ -118,13 +119,13 @@ def test_a_log_has_both_sides_of_an_event_beside_its_rows(path, example):
 def without_jumps(path):
     """Make a result one of a version that kept no jumps."""
     with h5py.File(path, "r+") as file:
-        sums = sums_of_text(file[SUMS][()].decode())
+        sums = sums_of_text(file[SUMS.path][()].decode())
         for name in [name for name in sums if "/jumps/" in name]:
             del file[name], sums[name]
         for group in (*file["tissuec/logs"].values(), file["tissuec/energies"]):
             del group["jumps"]
-        del file[SUMS]
-        file[SUMS] = np.bytes_(sums_as_text(sums))
+        del file[SUMS.path]
+        file[SUMS.path] = np.bytes_(sums_as_text(sums))
 
 
 def test_a_result_without_jumps_is_read_as_it_was_written(path, example):

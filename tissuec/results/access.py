@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.results import hdf5
-from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_of_text
+from tissuec.results.checksums import DatasetSum, crc_of, sums_of_text
+from tissuec.results.datasets import TEXT, DatasetSpec
 from tissuec.results.errors import ResultError
 from tissuec.results.finite import all_numbers
+from tissuec.results.schema import SUMS
 
 T = TypeVar("T", str, int, float, bool)
 #: What h5py raises where a file is not as HDF5 demands.
@@ -138,8 +140,8 @@ def read_sums(file: h5py.File, name: str) -> dict[str, DatasetSum]:
     Raises:
         ValueError: The table is larger than the file; it becomes a ``ResultError``.
     """
-    found = dataset(ResultGroup(file, name, {}), SUMS)
-    with reading(name, SUMS):
+    found = dataset(ResultGroup(file, name, {}), SUMS.path)
+    with reading(name, SUMS.path):
         if not _is_there(found.raw.id):
             raise ValueError("it is larger than the file")
         return sums_of_text(_decoded(found.raw[()]))
@@ -202,6 +204,27 @@ def texts(parent: ResultGroup, path: str) -> list[str]:
     data = array(parent, path)
     with reading(parent.file, path):
         return [_decoded(entry) for entry in data]
+
+
+class Contents(dict[str, Any]):
+    """Contents of datasets by name: lists of texts, and arrays; what is missing is damage."""
+
+    def __init__(self, parent: ResultGroup, datasets: Mapping[str, DatasetSpec]):
+        super().__init__(
+            (name, texts(parent, one.path) if one.kind == TEXT else array(parent, one.path))
+            for name, one in datasets.items()
+            if one.path in parent
+        )
+        self._parent, self._datasets = parent, datasets
+
+    def __missing__(self, name: str) -> NoReturn:
+        damaged(self._parent.file, f'"{self._datasets[name].path}" is missing')
+
+    def rows(self, *names: str) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows of some datasets, as plain values."""
+        columns = (self[name] for name in names)
+        plain_columns = (one if isinstance(one, list) else one.tolist() for one in columns)
+        return zip(*plain_columns, strict=True)
 
 
 def json(parent: ResultGroup, path: str) -> Any:

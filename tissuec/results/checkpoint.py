@@ -17,11 +17,11 @@ from tissuec.core.version import __version__
 from tissuec.model.network import Network
 from tissuec.results import access
 from tissuec.results.access import Dataset, ResultGroup
-from tissuec.results.arrays import ARRAYS, array_of
+from tissuec.results.arrays import array_of
 from tissuec.results.errors import ResultError
+from tissuec.results.schema import CHECKPOINT, NETWORK
 from tissuec.results.store import Store, member_name
 
-CHECKPOINT = "/tissuec/checkpoint"
 FORMAT = 4  # another number for any other entries
 Value = NDArray[Any] | int | float | bool | str
 
@@ -47,7 +47,7 @@ class Checkpoint(Struct, frozen=True, eq=False):
 def scene_digest(text: str, network: Network) -> str:
     """Return the SHA-256 of a scene and of the arrays that it was compiled to."""
     total = sha256(text.encode())
-    for name in ARRAYS:
+    for name in NETWORK:
         value = array_of(network, name)
         total.update(f"{name} {value.dtype.str} {value.shape}".encode())
         total.update(np.ascontiguousarray(value).data)
@@ -61,23 +61,22 @@ def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
         ValueError: A value is no number, text or array of numbers.
     """
     names = {member_name(name): name for name in checkpoint.state}
-    for former in set(store.group(f"{CHECKPOINT}/state")) - set(names):
-        store.remove(f"{CHECKPOINT}/state/{former}")
+    state = CHECKPOINT["state/{name}"]
+    for former in set(store.group(state.path.rpartition("/")[0])) - set(names):
+        store.remove(state.of(name=former).path)
     for member, name in names.items():
         value = checkpoint.state[name]
         if not isinstance(value, str) and np.asarray(value).dtype.kind not in "biuf":
             raise ValueError(f'"{name}" is not a number, text or array of numbers')
-        store.array(f"{CHECKPOINT}/state/{member}", value, "part of the state for resuming")
-        store.label(f"{CHECKPOINT}/state/{member}", name=name)
-    for name, text, description in (
-        ("rows", json.dumps(checkpoint.rows), "rows of every growing dataset, as JSON"),
-        ("version", json.dumps([FORMAT, __version__]), "of this format and of tissuec"),
-        ("scene", checkpoint.scene, "SHA-256 of the scene and the network"),
-    ):
-        store.array(f"{CHECKPOINT}/{name}", text, description)
-    store.array(f"{CHECKPOINT}/alive", checkpoint.alive, "which springs were alive")
-    store.array(
-        f"{CHECKPOINT}/wall_time", checkpoint.wall_time, "how long it had taken", unit="s"
+        store.array(state.of(name=member), value)
+        store.label(state.of(name=member).path, name=name)
+    store.arrays(
+        CHECKPOINT,
+        rows=json.dumps(checkpoint.rows),
+        version=json.dumps([FORMAT, __version__]),
+        scene=checkpoint.scene,
+        alive=checkpoint.alive,
+        wall_time=checkpoint.wall_time,
     )
 
 
@@ -87,9 +86,9 @@ def read_checkpoint(file: ResultGroup) -> Checkpoint | None:
     Raises:
         ResultError: Another version of tissuec wrote it, or it is not as it was written.
     """
-    if CHECKPOINT not in file:
+    if CHECKPOINT.path not in file:
         return None
-    group = access.group(file, CHECKPOINT)
+    group = access.group(file, CHECKPOINT.path)
     _check_version(group)
     members = access.group(group, "state")
     values = [access.dataset(members, member) for member in members]

@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-SUMS = "/tissuec/checksums"
-
 
 class DatasetSum(NamedTuple):
     """Kind, shape and checksum of a dataset.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tissuec.core.hints import alternatives
 from tissuec.results.export import find_log, moments_of, names_of
 from tissuec.results.frame_arrays import OverFrames
+from tissuec.results.frame_columns import MOTION
 from tissuec.results.logs import Log
 from tissuec.results.shapes import ExportedShape
 from tissuec.results.trajectory import Trajectory
@@ -21,11 +22,6 @@ if TYPE_CHECKING:
 
 EVENTS = "events"
 TIME = "time [s]"
-#: Arrays over frames, with their axes behind that of time and what they are.
-ARRAYS = {
-    "position": (("node", "axis"), "positions of nodes"),
-    "velocity": (("node", "axis"), "velocities of nodes"),
-}
 
 
 def to_pandas(trajectory: Trajectory, names: Sequence[str]) -> "pandas.DataFrame":
@@ -104,14 +100,12 @@ def to_xarray(trajectory: Trajectory, names: Sequence[str], frames: slice) -> "x
 
 def _arrays(trajectory: Trajectory) -> dict[str, tuple[OverFrames, tuple[str, ...], str]]:
     """Return arrays over frames by name, with axes behind that of time and texts."""
-    found: dict[str, tuple[OverFrames, tuple[str, ...], str]] = {
-        name: (getattr(trajectory, name), axes, text) for name, (axes, text) in ARRAYS.items()
-    }
-    for channel in trajectory.channels:
+    found: dict[str, tuple[OverFrames, tuple[str, ...], str]] = {}
+    for channel in (*MOTION, *trajectory.channels):
         axes = (channel.at, "axis") if channel.width > 1 else (channel.at,)
         gone = channel.at in ("spring", "triangle")
         text = f"{channel.text}; NaN after a {channel.at} is gone" if gone else channel.text
-        found[channel.key] = trajectory.fields[channel.name], axes, text
+        found[channel.key] = trajectory.frames_of(channel), axes, text
     return found
 
 

@@ -15,6 +15,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
+from tissuec.results.frame_columns import MOTION
 from tissuec.results.hdf5 import open_file
 from tissuec.results.logs import Log
 from tissuec.results.recording import Event
@@ -93,12 +94,9 @@ def _plain_table(trajectory: Trajectory, name: str) -> Any:
 def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:
     """Return the net in one frame; IndexError if there is no such frame."""
     cells = trajectory.cells(frame)
-    points: dict[str, NDArray[Any]] = {
-        "position": trajectory.position[frame],
-        "velocity": trajectory.velocity[frame],
-    }
+    points: dict[str, NDArray[Any]] = {}
     own: dict[str, tuple[slice, NDArray[Any]]] = {}
-    for channel in trajectory.channels:
+    for channel in (*MOTION, *trajectory.channels):
         if channel.at in ("spring", "triangle"):
             rows = cells.line_rows if channel.at == "spring" else cells.triangle_rows
             own[channel.stored] = rows, trajectory.shown(channel.name, frame)[0]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.finite import check_finite, check_shape, check_times
+from tissuec.results.frame_columns import POSITION
 from tissuec.results.mesh import Cells
 from tissuec.results.polydata import PolyDataFrames
 from tissuec.results.recording import Recording
@@ -27,8 +28,7 @@ class FrameRecorder:
         self, network: Network, recording: Recording, file: PolyDataFrames, tools: ToolTable
     ):
         mesh = file.mesh
-        self._network, self._channels = network, recording.fields
-        self._tools = tools
+        self._network, self._tools = network, tools
         self._sizes: dict[Place, int] = {
             "node": network.node_count,
             "spring": network.spring_count,
@@ -49,7 +49,7 @@ class FrameRecorder:
     @property
     def is_due(self) -> bool:
         """Return whether enough frames wait for a batch."""
-        return self.waiting >= self._file.batch
+        return self.waiting >= self._file.columns.batch
 
     def flushed(self) -> None:
         """Reset the number of waiting frames."""
@@ -68,24 +68,15 @@ class FrameRecorder:
         if not self._file.parts.count:  # a file without any frame opens in viewers, too
             self._file.parts.draw(self._cells)
 
-    def append(
-        self,
-        time: ArrayLike,
-        position: ArrayLike,
-        velocity: ArrayLike,
-        fields: Mapping[str, ArrayLike],
-    ) -> None:
+    def append(self, time: ArrayLike, numbers: Mapping[str, ArrayLike]) -> None:
         """Add frames, all or none of them; see `ResultWriter.frames`.
 
         Args:
             time: Times [s], shape (frame,).
-            position: Of all nodes [m], shape (frame, node, 3).
-            velocity: Of all nodes [m/s], shape (frame, node, 3).
-            fields: Numbers of all fields by name, in their units, shape (frame, node, …) or
-                alike.
+            numbers: Of all channels by name, in their units, shape (frame, node, …) or alike.
 
         Raises:
-            ValueError: The topology is not set, a field is missing, a shape is wrong, or an
+            ValueError: The topology is not set, a channel is missing, a shape is wrong, or an
                 entry is not finite.
         """
         if not len(self._mesh.nodes):
@@ -93,47 +84,38 @@ class FrameRecorder:
         if self.alive is None or self._cells is None:
             raise ValueError("state the topology before the first frame")
         times = check_times(time, after=self._last_time)
-        place = self._shown(position, times, "position", "node", (3,))
-        speed = self._shown(velocity, times, "velocity", "node", (3,))
-        numbers = {one: self._of_channel(one, fields, times) for one in self._channels}
-        shapes = self._tools.checked(np.asarray(position), times)
+        found = {one: self._shown(one, numbers, times) for one in self._file.columns.channels}
+        shapes = self._tools.checked(np.asarray(numbers[POSITION.name]), times)
         if len(times):
-            self._file.append(self._cells, times, place, speed, numbers)
+            self._file.append(self._cells, times, found)
             self._tools.append(shapes)
             self._last_time = float(times[-1])
             self.waiting += len(times)
 
-    def _of_channel(
-        self, channel: FieldChannel, fields: Mapping[str, ArrayLike], times: Floats
-    ) -> NDArray[Any]:
-        """Return the numbers of a field that frames show, shape (frame, shown, …)."""
-        if channel.name not in fields:
-            raise ValueError(f"frames need the {channel.name} of each {channel.at}")
-        return self._shown(fields[channel.name], times, channel.name, channel.at, channel.row)
-
     def _shown(
-        self, data: ArrayLike, times: Floats, name: str, at: Place, row: tuple[int, ...]
+        self, channel: FieldChannel, given: Mapping[str, ArrayLike], times: Floats
     ) -> NDArray[Any]:
-        """Return the checked numbers of what frames show, shape (frame, shown, …).
+        """Return the checked numbers of a channel that frames show, shape (frame, shown, …).
 
         Args:
-            data: Of the whole network.
+            channel: The channel.
+            given: Numbers of the whole network by the names of channels.
             times: Of the frames [s].
-            name: Of the quantity.
-            at: What has numbers.
-            row: Shape of the numbers of one of them.
         """
-        data = np.asarray(data)
-        check_shape(data, (len(times), self._sizes[at], *row), name)
+        name, at = channel.name, channel.at
+        if name not in given:
+            raise ValueError(f"frames need the {name} of each {at}")
+        data = np.asarray(given[name])
+        check_shape(data, (len(times), self._sizes[at], *channel.row), name)
         if at == "node":
             chosen, numbers = self._nodes, self._mesh.nodes
         else:
             numbers = self._numbers(at)
             chosen = slice(None) if len(numbers) == data.shape[1] else numbers
         # Frames that do not wait for others are written before anybody changes them.
-        waits = self._file.batch > 1
+        waits = self._file.columns.batch > 1
         with np.errstate(over="ignore"):  # such a number is reported as not finite
-            found = data[:, chosen].astype(self._file.kind, copy=waits)
+            found = data[:, chosen].astype(self._file.columns.kind, copy=waits)
         check_finite(found, name, times, self._network, numbers, at)
         return found
 

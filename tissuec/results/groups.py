@@ -5,22 +5,20 @@ from collections.abc import Sequence
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
 from tissuec.results.recording import NamedGroup
+from tissuec.results.schema import REGIONS, SETS
 from tissuec.results.store import Store, member_name
-
-SETS = "/tissuec/sets"
-REGIONS = "/tissuec/regions"
 
 
 def write_groups(store: Store, groups: Sequence[NamedGroup]) -> None:
     """Write sets, and regions under the names of their bodies."""
     for number, group in enumerate(groups):
-        name = member_name(group.name)
-        path = f"{REGIONS}/{member_name(group.body)}/{name}" if group.body else f"{SETS}/{name}"
-        of = f" of {group.body}" if group.body else ""
-        text = f"network numbers of the {group.what} of: {group.name}{of}"
-        store.array(path, group.indices, text, compress=True)
+        title = f"{group.name} of {group.body}" if group.body else group.name
+        names = {"name": member_name(group.name), "body": member_name(group.body)}
+        dataset = REGIONS["{body}/{name}"] if group.body else SETS["{name}"]
+        dataset = dataset.of(what=group.what, title=title, **names)
+        store.array(dataset, group.indices)
         attributes = {key: getattr(group, key) for key in ("name", "what", "body")}
-        store.label(path, **attributes, number=number)  # the place in the scene's order
+        store.label(dataset.path, **attributes, number=number)  # the place in the scene's order
 
 
 def read_groups(file: ResultGroup) -> tuple[NamedGroup, ...]:
@@ -41,6 +39,6 @@ def read_groups(file: ResultGroup) -> tuple[NamedGroup, ...]:
             )
 
     for place in (SETS, REGIONS):
-        if place in file:
-            visit(access.group(file, place))
+        if place.path in file:
+            visit(access.group(file, place.path))
     return tuple(found[number] for number in sorted(found))

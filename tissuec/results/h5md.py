@@ -14,15 +14,14 @@ import h5py
 import numpy as np
 
 from tissuec.core.version import __version__
+from tissuec.results.datasets import DatasetSpec
 from tissuec.results.fields import FieldChannel
+from tissuec.results.frame_columns import MOTION, column_of
 from tissuec.results.hdf5 import add_virtual, set_attribute
+from tissuec.results.schema import PARTICLES
 from tissuec.results.store import describe
 
 GROUPS = ("h5md", "particles")
-_VIEWS = {
-    "position": ("/VTKHDF/Points", "m"),
-    "velocity": ("/VTKHDF/PointData/velocity", "m/s"),
-}
 
 
 def add_views(
@@ -48,27 +47,22 @@ def add_views(
     box = particles.create_group("box")
     box.attrs["dimension"] = 3
     set_attribute(box, "boundary", ["none"] * 3, h5py.string_dtype("ascii", 4))
-    describe(particles.create_dataset("mass", data=mass), "kg", "mass of each node")
-    describe(particles.create_dataset("id", data=ids), "", "id of each node")
+    for name, data in (("mass", mass), ("id", ids)):
+        _add(particles, PARTICLES[name], name, data)
     steps: Any = file["VTKHDF/Steps"]
     frames, nodes = int(steps.attrs["NSteps"]), len(mass)
     if not frames or not nodes:
         return  # HDF5 has no virtual datasets without content
     step = np.arange(frames)
-    shown = [(name, path, unit, (3,)) for name, (path, unit) in _VIEWS.items()]
-    shown += [
-        (one.key, f"/VTKHDF/PointData/{one.stored}", one.unit, one.row)
-        for one in fields
-        if one.at == "node"
-    ]
-    for name, path, unit, row in shown:
-        view = particles.create_group(name)
-        view.attrs["unit"] = unit
-        source: Any = file[path]
-        value = add_virtual(view, "value", source, (frames, nodes, *row))
-        value.attrs["description"] = f"{name} of each node [{unit}]"
+    for channel in (*MOTION, *(one for one in fields if one.at == "node")):
+        view = particles.create_group(channel.key)
+        view.attrs["unit"] = channel.unit
+        source: Any = file[column_of(channel).path]
+        value = add_virtual(view, "value", source, (frames, nodes, *channel.row))
+        declared = PARTICLES["{field}/value"].of(field=channel.key, unit=channel.unit)
+        value.attrs["description"] = declared.text
         view["time"] = steps["Values"]  # the same dataset under a second name
-        describe(view.create_dataset("step", data=step), "", "number of each frame")
+        _add(view, PARTICLES["{field}/step"], "step", step)
 
 
 def remove_views(file: h5py.File) -> None:
@@ -76,6 +70,10 @@ def remove_views(file: h5py.File) -> None:
     for name in GROUPS:
         if name in file:
             del file[name]
+
+
+def _add(group: h5py.Group, declared: DatasetSpec, name: str, data: np.ndarray) -> None:
+    describe(group.create_dataset(name, data=data), declared.unit, declared.text)
 
 
 def _write_head(group: h5py.Group, author: str) -> None:

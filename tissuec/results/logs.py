@@ -12,7 +12,7 @@ from tissuec.model.network import Floats
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
 from tissuec.results.recording import AXES
-from tissuec.results.tables import JUMPS, read_channel, read_channels
+from tissuec.results.tables import read_channel, read_channels
 
 MOST_NAMED = 6  # columns
 _FROM_ITS_LOWEST = "gravity"  # energy, whose zero is where the net was drawn
@@ -80,10 +80,10 @@ class Log:
         `time` and `value` are not changed by them: at the time of an event they hold what is
         after it.
         """
-        if JUMPS not in self._group:
+        if "jumps" not in self._group:
             none = np.zeros((0, len(self.columns)))
             return Jumps(np.zeros(0), none, none)
-        group = access.group(self._group, JUMPS)
+        group = access.group(self._group, "jumps")
         return Jumps(*(access.array(group, name) for name in Jumps._fields))
 
     def with_jumps(self) -> tuple[Floats, Floats]:

@@ -15,10 +15,9 @@ from tissuec.core.plugins import plugins
 from tissuec.core.version import __version__
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
+from tissuec.results.schema import MANIFEST
 from tissuec.results.store import Store
 
-MANIFEST = "/tissuec/manifest"
-SCENE = "/tissuec/scene"
 PACKAGES = ("numpy", "scipy", "llvmlite", "h5py")
 RUNNING = "unfinished: the run is still in progress or was killed"
 _LONGEST_ATTRIBUTE = (
@@ -64,7 +63,7 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     """Write the manifest as JSON, and its entries as attributes for plain HDF5 tools."""
     entries: dict[str, Any] = as_data(manifest)
     text = json.dumps(entries, ensure_ascii=False, indent=1)
-    store.array(MANIFEST, text, "origin of this result, as JSON")
+    store.array(MANIFEST[""], text)
     attributes: dict[str, Any] = {}
     for name, value in {**entries, **entries.get("versions", {})}.items():
         if name in ("unit", "description", "versions"):
@@ -73,9 +72,9 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
         entry = value if plain else json.dumps(value, ensure_ascii=False)
         if len(str(entry).encode()) <= _LONGEST_ATTRIBUTE:
             attributes[name.replace("\0", "")] = entry
-    store.label(MANIFEST, **attributes)
+    store.label(MANIFEST.path, **attributes)
 
 
 def read_manifest(file: ResultGroup) -> dict[str, Any]:
     """Return the manifest of ``file``."""
-    return access.json(file, MANIFEST)
+    return access.json(file, MANIFEST.path)

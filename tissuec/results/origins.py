@@ -7,14 +7,9 @@ import numpy as np
 from tissuec.core.source import Source, Span
 from tissuec.model.network import Origin, Provenance
 from tissuec.results import access
-from tissuec.results.access import ResultGroup
+from tissuec.results.access import Contents, ResultGroup
+from tissuec.results.schema import ORIGINS, ORIGINS_OF
 from tissuec.results.store import Store
-
-ORIGINS = "/tissuec/network/origins"
-_TABLE = {
-    "text": "name of the text of each origin",
-    "how": "how the value is given: written, rules, table, …",
-}
 
 
 def write_origins(store: Store, provenance: Mapping[str, Provenance]) -> None:
@@ -23,18 +18,15 @@ def write_origins(store: Store, provenance: Mapping[str, Provenance]) -> None:
     if not every:
         return
     rows = {origin: row for row, origin in enumerate(every)}
-    columns = {
-        "text": [origin.span.source.name for origin in every],
-        "how": [origin.how for origin in every],
-    }
-    for name, texts in columns.items():
-        store.texts(f"{ORIGINS}/{name}", texts, _TABLE[name])
-    spans = np.array([(origin.span.start, origin.span.end) for origin in every])
-    store.array(f"{ORIGINS}/span", spans, "its first character and the one after its last")
+    store.arrays(
+        ORIGINS,
+        text=[origin.span.source.name for origin in every],
+        how=[origin.how for origin in every],
+        span=[(origin.span.start, origin.span.end) for origin in every],
+    )
     for name, one in provenance.items():
         row = np.array([rows[origin] for origin in one.origins], dtype=np.int32)
-        text = f"row of the origin of each entry of {name}"
-        store.array(f"{ORIGINS}/of/{name}", row[one.index], text, compress=True)
+        store.array(ORIGINS_OF["{array}"].of(array=name), row[one.index])
 
 
 def read_origins(file: ResultGroup, texts: Mapping[str, Source]) -> dict[str, Provenance]:
@@ -43,14 +35,11 @@ def read_origins(file: ResultGroup, texts: Mapping[str, Source]) -> dict[str, Pr
     Args:
         texts: The scene and what it uses, by name.
     """
-    if ORIGINS not in file:
+    if ORIGINS.path not in file:
         return {}
-    group = access.group(file, ORIGINS)
-    columns = access.texts(group, "text"), access.texts(group, "how")
-    spans = access.array(group, "span").tolist()
     origins = tuple(
         Origin(Span(texts.get(text) or Source(text, ""), *span), how)
-        for text, how, span in zip(*columns, spans, strict=True)
+        for text, how, span in Contents(file, ORIGINS).rows("text", "how", "span")
     )
-    of = access.group(group, "of")
+    of = access.group(file, ORIGINS_OF.path)
     return {str(name): Provenance(access.array(of, str(name)), origins) for name in of}

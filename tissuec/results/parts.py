@@ -1,5 +1,6 @@
 """Topologies in the file: each *part* of the VTKHDF group is one set of cells."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -8,24 +9,18 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.model.network import Indices
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
+from tissuec.results.datasets import DatasetSpec
 from tissuec.results.mesh import Cells
-from tissuec.results.store import CHUNK, FEW, LARGE, GrowingDataset, Store
-
-ROOT = "/VTKHDF"
-KINDS = ("Vertices", "Lines", "Polygons", "Strips")
-SPRINGS = "/tissuec/lines/spring"  # network number of every line, all parts one after another
-_TEXTS = {
-    "NumberOfCells": "cells of each part",
-    "NumberOfConnectivityIds": "point numbers of each part",
-    "Offsets": "where each cell begins in Connectivity; one entry more than cells",
-    "Connectivity": "points of the cells",
-}
+from tissuec.results.schema import CELL_TABLE, FRAMES, KINDS, LINES, ROOT
+from tissuec.results.store import LARGE, ColumnTable, Store
 
 
 class CellTables:
     """The cells of all parts of one PolyData group, written from the start or gone on with.
 
     Args:
+        store: The file.
+        datasets: Of the group.
         cells: About how many a part has.
 
     Attributes:
@@ -33,32 +28,19 @@ class CellTables:
         first_ids: How many point numbers of each kind stand before the last part.
     """
 
-    def __init__(self, store: Store, root: str, cells: int):
+    def __init__(self, store: Store, datasets: Mapping[str, DatasetSpec], cells: int):
         self._store = store
-        column = store.column
-        chunk = _chunk_of(cells)
-        self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part", chunk=FEW)
-        self._cells = {
-            kind: {
-                name: column(
-                    f"{root}/{kind}/{name}",
-                    "i8",
-                    f"{text} ({kind})",
-                    chunk=FEW if name.startswith("NumberOf") else chunk,
-                    compress=chunk == LARGE and not name.startswith("NumberOf"),
-                    in_parts=name == "Connectivity",
-                )
-                for name, text in _TEXTS.items()
-            }
-            for kind in KINDS
-        }
+        names = ["NumberOfPoints", *(f"{kind}/{name}" for kind in KINDS for name in CELL_TABLE)]
+        self._table = ColumnTable(
+            store, {name: _sized(datasets[name], cells) for name in names}
+        )
         self.first_cells: list[int] = []
         self.first_ids: list[int] = []
 
     @property
     def count(self) -> int:
         """Return how many parts there are, those that wait included."""
-        return self._points.rows
+        return self._table["NumberOfPoints"].rows
 
     def add(self, points: int, *tables: NDArray[Any]) -> None:
         """Append a part.
@@ -68,13 +50,13 @@ class CellTables:
             *tables: Point indices, without a unit, of the cells of one of `KINDS`, shape (cell,
                 width).
         """
-        rows: dict[GrowingDataset, ArrayLike] = {self._points: [points]}
-        for columns, table in zip(self._cells.values(), tables, strict=True):
-            rows[columns["NumberOfCells"]] = [len(table)]
-            rows[columns["NumberOfConnectivityIds"]] = [table.size]
-            rows[columns["Offsets"]] = np.arange(len(table) + 1) * table.shape[1]
-            rows[columns["Connectivity"]] = table.reshape(-1)
-        self._store.append(rows)
+        rows: dict[str, ArrayLike] = {"NumberOfPoints": [points]}
+        for kind, table in zip(KINDS, tables, strict=True):
+            rows[f"{kind}/NumberOfCells"] = [len(table)]
+            rows[f"{kind}/NumberOfConnectivityIds"] = [table.size]
+            rows[f"{kind}/Offsets"] = np.arange(len(table) + 1) * table.shape[1]
+            rows[f"{kind}/Connectivity"] = table.reshape(-1)
+        self._table.append(rows)
         self.locate(*tables)
 
     def locate(self, *tables: NDArray[Any]) -> None:
@@ -85,11 +67,11 @@ class CellTables:
                 width).
         """
         self.first_cells, self.first_ids = [], []
-        for columns, table in zip(self._cells.values(), tables, strict=True):
+        for kind, table in zip(KINDS, tables, strict=True):
             # Every part has one offset more than it has cells.
-            before = columns["Offsets"].rows - self.count - len(table)
-            self.first_cells.append(before)
-            self.first_ids.append(columns["Connectivity"].rows - table.size)
+            offsets = self._table[f"{kind}/Offsets"].rows
+            self.first_cells.append(offsets - self.count - len(table))
+            self.first_ids.append(self._table[f"{kind}/Connectivity"].rows - table.size)
 
 
 class Parts(CellTables):
@@ -102,21 +84,12 @@ class Parts(CellTables):
     def __init__(
         self, store: Store, nodes: int, spring_ids: Indices, shown: NDArray[np.integer]
     ):
-        super().__init__(store, ROOT, len(shown))
+        super().__init__(store, FRAMES, len(shown))
         self._nodes = nodes
         self._ids = spring_ids
-        chunk = _chunk_of(len(shown))
-        self._spring_id = store.column(
-            f"{ROOT}/CellData/spring_id",
-            "i8",
-            "id of each line's spring; -1 at other cells",
-            chunk=chunk,
-            compress=chunk == LARGE,
-        )
-        text = "network number of each line's spring"
-        self._springs = store.column(
-            SPRINGS, "i8", text, chunk=chunk, compress=chunk == LARGE, in_parts=True
-        )
+        spring_id, springs = FRAMES["CellData/spring_id"], LINES["spring"]
+        self._spring_id = store.column(_sized(spring_id, len(shown)))
+        self._springs = store.column(_sized(springs, len(shown)))
         self.drawn: Cells | None = None
         if self.count:
             self.drawn = read_cells(store.content, self.count - 1, shown)
@@ -137,9 +110,9 @@ class Parts(CellTables):
         self.drawn = cells
 
 
-def _chunk_of(cells: int) -> int:
-    """Return the rows that are allocated at once in columns of what each cell has."""
-    return LARGE if cells >= LARGE else CHUNK
+def _sized(dataset: DatasetSpec, cells: int) -> DatasetSpec:
+    """Return a column with the rows that are allocated at once for so many cells."""
+    return dataset.of(chunk=LARGE) if dataset.packed and cells >= LARGE else dataset
 
 
 def read_cells(file: ResultGroup, part: int, springs: NDArray[np.integer]) -> Cells:
@@ -155,9 +128,10 @@ def read_cells(file: ResultGroup, part: int, springs: NDArray[np.integer]) -> Ce
         for kind, width in zip(KINDS, (1, 2, 3), strict=False)
     )
     first = int(access.array(file, f"{ROOT}/Lines/NumberOfCells")[:part].sum())
-    drawn = access.dataset(file, SPRINGS)[first : first + len(lines)]
+    springs_of_lines = access.dataset(file, LINES["spring"].path)
+    drawn = springs_of_lines[first : first + len(lines)]
     if len(drawn) < len(lines) or not np.isin(drawn, springs).all():
-        access.damaged(file.file, f'"{SPRINGS}" names springs that there are not')
+        access.damaged(file.file, f'"{springs_of_lines.path}" names springs that there are not')
     return Cells(vertices, lines, triangles, drawn)
 
 

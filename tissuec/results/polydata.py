@@ -14,44 +14,40 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.model.network import Floats, Network
-from tissuec.results.field_table import CELLS
 from tissuec.results.fields import FieldChannel
+from tissuec.results.frame_columns import POINTS, FrameColumns
 from tissuec.results.hdf5 import set_attribute
 from tissuec.results.mesh import Cells, RecordedMesh
-from tissuec.results.parts import ROOT, Parts
+from tissuec.results.parts import Parts
 from tissuec.results.recording import Recording
-from tissuec.results.store import GrowingDataset, Store
-
-POINTS = ("node", "cell")  # of what points have numbers: of cells, the means around them
-FRAME_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
-_CHUNK_FRAMES = 64
-_EACH = "each node, frame after frame"
-
-
-def frames_of_a_chunk(nodes: int) -> int:
-    """Return how many frames are written, and allocated in the file, at once."""
-    return min(_CHUNK_FRAMES, max(1, FRAME_ROWS // max(1, nodes)))
+from tissuec.results.schema import ROOT
+from tissuec.results.store import ColumnTable, GrowingDataset, Store
 
 
 class PolyDataFrames:
-    """The group ``/VTKHDF`` of a result file, written from the start or gone on with."""
+    """The group ``/VTKHDF`` of a result file, written from the start or gone on with.
+
+    Attributes:
+        columns: Of the frames.
+        parts: Their topologies.
+    """
 
     def __init__(
         self, store: Store, network: Network, recording: Recording, mesh: RecordedMesh
     ):
-        self.mesh, self._channels, self._volumes = mesh, recording.fields, recording.cells
-        self.kind = np.dtype("f4" if recording.single else "f8")
-        count = len(mesh.nodes)
-        self.batch = frames_of_a_chunk(count)  # frames
+        self.mesh, self._volumes = mesh, recording.cells
+        self.columns = columns = FrameColumns(recording, mesh)
         self._store = store
         fresh = "VTKHDF" not in store.file
         if fresh:
             write_head(store.group(ROOT))
-        self.parts = Parts(store, count, network.springs.ids, mesh.springs)
-        self._frame_columns(max(1, count), max(1, len(mesh.springs) + len(mesh.triangles)))
-        self._steps = self._step_columns()
+        self.parts = Parts(store, len(mesh.nodes), network.springs.ids, mesh.springs)
+        self._numbers = {one: store.column(data) for one, data in columns.numbers.items()}
+        self._whole = {one: store.column(data) for one, data in columns.whole.items()}
+        node_id = store.column(columns.node_id)
+        self._steps = ColumnTable(store, columns.steps)
         if fresh:
-            store.append({self._node_id: network.node_ids[mesh.nodes]})
+            store.append({node_id: network.node_ids[mesh.nodes]})
 
     @property
     def count(self) -> int:
@@ -60,82 +56,17 @@ class PolyDataFrames:
 
     def last_time(self) -> float:
         """Return the time of the last frame in the file [s]; minus infinity if it has none."""
-        values = self._steps["Values"].dataset
-        return float(values[-1]) if len(values) else -np.inf
-
-    def _frame_columns(self, nodes: int, cells: int) -> None:
-        def points(name: str, unit: str, text: str, row: tuple[int, ...]) -> GrowingDataset:
-            chunk = min(nodes * self.batch, FRAME_ROWS)
-            return self._store.column(
-                f"/VTKHDF/{name}",
-                self.kind,
-                text,
-                unit=unit,
-                row=row,
-                chunk=chunk,
-                in_parts=True,
-            )
-
-        self._position = points("Points", "m", f"position of {_EACH}", (3,))
-        self._velocity = points("PointData/velocity", "m/s", f"velocity of {_EACH}", (3,))
-        self._numbers = {
-            one: points(f"PointData/{one.stored}", one.unit, _text_of(one), one.row)
-            if one.at in POINTS
-            else self._store.column(
-                f"/VTKHDF/CellData/{one.stored}",
-                self.kind,
-                _text_of(one),
-                unit=one.unit,
-                chunk=min(cells * self.batch, 3 * FRAME_ROWS),
-                in_parts=True,
-            )
-            for one in self._channels
-        }
-        self._whole = {
-            one: self._cell_column(one) for one in self._channels if one.at == "cell"
-        }
-        self._node_id = self._store.column(
-            "/VTKHDF/PointData/node_id", "i8", "id of each node, the same in all frames"
-        )
-
-    def _cell_column(self, channel: FieldChannel) -> GrowingDataset:
-        """Return the column of the numbers of cells, of which points have the means."""
-        assert self._volumes is not None
-        chunk = min(self._volumes.total * self.batch, 3 * FRAME_ROWS)
-        text = f"{channel.text}, frame after frame"
-        return self._store.column(
-            f"{CELLS}/{channel.key}", self.kind, text, unit=channel.unit, chunk=chunk,
-            in_parts=True,
-        )  # fmt: skip
-
-    def _step_columns(self) -> dict[str, GrowingDataset]:
-        steps = step_columns(self._store, ROOT)
-        data = [("Point", "velocity"), ("Point", "node_id"), ("Cell", "spring_id")]
-        data += [
-            ("Point" if one.at in POINTS else "Cell", one.stored) for one in self._channels
-        ]
-        for group, name in data:
-            path = f"{ROOT}/Steps/{group}DataOffsets/{name}"
-            text = f"where each frame begins in {group}Data/{name}"
-            steps[name] = self._store.column(path, "i8", text)
-        return steps
+        return self._steps.last("Values")
 
     def append(
-        self,
-        cells: Cells,
-        time: Floats,
-        position: NDArray[Any],
-        velocity: NDArray[Any],
-        numbers: Mapping[FieldChannel, NDArray[Any]],
+        self, cells: Cells, time: Floats, numbers: Mapping[FieldChannel, NDArray[Any]]
     ) -> None:
         """Add frames that all show ``cells``.
 
         Args:
             cells: What is drawn.
             time: [s], shape (frame,).
-            position: Of the mesh's nodes [m], shape (frame, node, 3).
-            velocity: Of these [m/s], shape (frame, node, 3).
-            numbers: Of nodes, lines, triangles or cells by field, in its unit, shape (frame,
+            numbers: Of nodes, lines, triangles or cells by channel, in its unit, shape (frame,
                 node, …) or alike.
         """
         if not cells.same_as(self.parts.drawn):
@@ -144,8 +75,6 @@ class PolyDataFrames:
         rows: dict[GrowingDataset, ArrayLike] = {
             self._steps[name]: data for name, data in steps.items()
         }
-        rows[self._position] = position.reshape(-1, 3)
-        rows[self._velocity] = velocity.reshape(-1, 3)
         for channel, data in numbers.items():
             shown = self._at_points_or_cells(channel, data, cells)
             rows[self._numbers[channel]] = shown.reshape(-1, *channel.row)
@@ -156,20 +85,19 @@ class PolyDataFrames:
     def _at_points_or_cells(
         self, channel: FieldChannel, data: NDArray[Any], cells: Cells
     ) -> NDArray[Any]:
-        """Return the numbers of a field at points, or at all cells of VTK."""
+        """Return the numbers of a channel at points, or at all cells of VTK."""
         if channel.at == "node":
             return data
         if channel.at == "cell":
             assert self._volumes is not None
             return np.nan_to_num(self._volumes.at_nodes(data, self.mesh.nodes))
-        every = np.zeros((len(data), cells.total), dtype=self.kind)
+        every = np.zeros((len(data), cells.total), dtype=self.columns.kind)
         every[:, cells.line_rows if channel.at == "spring" else cells.triangle_rows] = data
         return every
 
     def _offsets(self, cells: int, frames: int) -> dict[str, NDArray[Any]]:
         """Return the rows of ``Steps`` for frames that are about to be added."""
-        nodes = len(self.mesh.nodes)
-        points = nodes * np.arange(self.count, self.count + frames)
+        points = len(self.mesh.nodes) * np.arange(self.count, self.count + frames)
         same = np.zeros(frames, dtype=np.int64)
         return {
             "PartOffsets": same + (self.parts.count - 1),
@@ -177,41 +105,20 @@ class PolyDataFrames:
             "PointOffsets": points,
             "CellOffsets": np.tile(self.parts.first_cells, (frames, 1)),
             "ConnectivityIdOffsets": np.tile(self.parts.first_ids, (frames, 1)),
-            "velocity": points,
             "node_id": same,
+            "spring_id": same + self.parts.first_identity,
             **{
                 one.stored: points
                 if one.at in POINTS
                 else self._numbers[one].rows + cells * np.arange(frames)
-                for one in self._channels
+                for one in self.columns.channels
+                if one.stored in self._steps
             },
-            "spring_id": same + self.parts.first_identity,
         }
 
     def show(self) -> None:
         """Let readers see the frames, after their rows were handed to HDF5."""
         self._store.label(f"{ROOT}/Steps", NSteps=self.count)
-
-
-def _text_of(channel: FieldChannel) -> str:
-    """Return the description of a field's numbers in VTK."""
-    if channel.at == "node":
-        return f"{channel.text}, frame after frame"
-    elsewhere = "nodes without cells" if channel.at == "cell" else "other cells"
-    text = channel.at_nodes if channel.at == "cell" else channel.text
-    return f"{text}, frame after frame; 0 at {elsewhere}"
-
-
-def step_columns(store: Store, root: str) -> dict[str, GrowingDataset]:
-    """Return the times of the frames of a PolyData group, and where each begins."""
-    column = store.column
-    steps = {"Values": column(f"{root}/Steps/Values", "f8", "time of each frame", unit="s")}
-    for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
-        steps[name] = column(f"{root}/Steps/{name}", "i8", f"{name} of each frame")
-    for name in ("CellOffsets", "ConnectivityIdOffsets"):
-        text = f"{name} of each frame: vertices, lines, polygons, strips"
-        steps[name] = column(f"{root}/Steps/{name}", "i8", text, row=(4,))
-    return steps
 
 
 def write_type(group: h5py.Group, kind: str) -> None:

@@ -12,14 +12,14 @@ from math import ceil, floor
 from typing import NamedTuple
 
 from tissuec.model.network import Network
-from tissuec.results.fields import Place
+from tissuec.results.datasets import DatasetSpec
+from tissuec.results.frame_columns import FrameColumns
 from tissuec.results.mesh import RecordedMesh
-from tissuec.results.polydata import FRAME_ROWS, POINTS, frames_of_a_chunk
-from tissuec.results.recording import ENERGIES, MOST_JUMPING, Recording
-from tissuec.results.sides import MOST_EVENTS, side_rows_of_a_chunk
-from tissuec.results.store import CHUNK, LARGE
-from tissuec.results.tables import rows_of_a_chunk
-from tissuec.results.tools import TOOL_CHUNK
+from tissuec.results.recording import LogChannel, Recording
+from tissuec.results.schema import ERRORS, LINES, LOGS, TOOL_FRAMES
+from tissuec.results.sides import MOST_EVENTS, SideColumns
+from tissuec.results.store import LARGE
+from tissuec.results.tables import ENERGY, datasets_of
 from tissuec.script.plan import Output, SurfaceOutput
 
 EMPTY_FILE = 145_000  # bytes of groups, attributes and first rows, measured
@@ -67,16 +67,15 @@ def file_size(
     ):
         total += count * (size if count < LARGE else packed)
     mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
-    word = 4 if recording.single else 8
-    fields = _Fields(recording, mesh, word)
-    total += sum(_frames(network, fields, moments(duration, output.every), 1 + events.cuts))
-    total += sum(_sides(network, fields, min(events.times, MOST_EVENTS)))
+    columns = FrameColumns(recording, mesh)
+    total += sum(_frames(network, columns, moments(duration, output.every), 1 + events.cuts))
+    total += sum(_sides(network, columns, min(events.times, MOST_EVENTS)))
     for log, channel in zip(output.logs, recording.logs, strict=True):
-        total += _log(moments(duration, log.every), len(channel.columns))
+        total += _log(moments(duration, log.every), channel)
     if recording.energies:
-        total += _log(moments(duration, output.energy), len(ENERGIES))
+        total += _log(moments(duration, output.energy), ENERGY)
     for surface in output.surfaces:
-        total += _surface(network, surface, duration, word)
+        total += _surface(network, surface, duration, 4 if recording.single else 8)
     return total
 
 
@@ -85,93 +84,49 @@ def moments(duration: float, every: float) -> int:
     return floor(duration / every * (1.0 + 1e-12)) + 1 if every < float("inf") else 0
 
 
-def column(rows: int, row: int, chunk: int) -> int:
-    """Return the size of a column [bytes].
-
-    Args:
-        rows: Number of rows.
-        row: Size of a row [bytes].
-        chunk: Rows that are allocated at once.
-    """
-    chunks = ceil(rows / chunk)
-    return chunks * chunk * row + ceil(chunks / TREE_CHUNKS) * TREE
+def column(rows: int, dataset: DatasetSpec) -> int:
+    """Return the size of a column with so many rows [bytes]."""
+    chunks = ceil(rows / dataset.chunk)
+    return chunks * dataset.chunk * dataset.row_bytes + ceil(chunks / TREE_CHUNKS) * TREE
 
 
-class _Fields(NamedTuple):
-    """What is recorded of the net; ``word`` is the size of a number [bytes]."""
-
-    recording: Recording
-    mesh: RecordedMesh
-    word: int
-
-    def places(self, at: Place) -> int:
-        """Return how many nodes, springs, triangles or cells have numbers."""
-        if at == "cell":
-            return 0 if self.recording.cells is None else self.recording.cells.total
-        shown = {"node": "nodes", "spring": "springs", "triangle": "triangles"}
-        return len(getattr(self.mesh, shown[at]))
-
-
-def _frames(network: Network, fields: _Fields, frames: int, parts: int) -> Iterator[int]:
+def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) -> Iterator[int]:
     """Yield the bytes of the columns that hold frames.
 
     Args:
         network: The network.
-        fields: What is recorded.
-        frames: How many.
+        columns: Of the frames.
+        frames: How many there are.
         parts: How many topologies they have.
     """
-    mesh, word, places = fields.mesh, fields.word, fields.places
+    mesh = columns.mesh
     nodes, lines, triangles = len(mesh.nodes), len(mesh.springs), len(mesh.triangles)
     if not frames or not nodes:
         return
-    cells = lines + triangles
-    batch = frames_of_a_chunk(nodes)
-    channels = fields.recording.fields
-    for width in (3, 3, *(one.width for one in channels if one.at in POINTS)):
-        yield column(nodes * frames, width * word, min(nodes * batch, FRAME_ROWS))
-    of_cells = [places("cell") for one in channels if one.at == "cell"]
-    for rows in (*of_cells, *(cells for one in channels if one.at not in POINTS)):
-        yield column(rows * frames, word, min(rows * batch, 3 * FRAME_ROWS) or 1)
-    tools = network.node_count - network.body_nodes
-    yield column(tools * frames, 3 * word, TOOL_CHUNK)
-    for _ in range(7 + len(channels) + 4):  # of the steps; of two estimates of the error
-        yield column(frames, 8, CHUNK)
-    for _ in range(2):
-        yield column(frames, 4 * 8, CHUNK)
-    yield column(nodes, 8, CHUNK)
+    for dataset, rows in columns.rows():
+        yield column(rows * frames, dataset)
+    tools = TOOL_FRAMES["position"].of(kind=columns.kind)
+    yield column((network.node_count - network.body_nodes) * frames, tools)
+    for dataset in (ERRORS["time"], ERRORS["value"]) * 2:  # and those of the companion run
+        yield column(frames, dataset)
+    yield column(nodes, columns.node_id)
     if lines < LARGE:
+        cells = lines + triangles
         for rows in (cells, lines, 2 * lines, lines, 3 * triangles, triangles):
-            yield column(parts * rows, 8, CHUNK)
+            yield column(parts * rows, LINES["spring"])
 
 
-def _sides(network: Network, fields: _Fields, events: int) -> Iterator[int]:
-    """Yield the bytes of the columns that hold both sides of events.
-
-    Args:
-        network: The network.
-        fields: What is recorded.
-        events: How many.
-    """
-    word, tools = fields.word, network.node_count - network.body_nodes
-    if events and fields.places("node"):
-        nodes = fields.places("node") + tools
-        for rows, row in (
-            *((nodes, 3 * word) for _ in ("position", "velocity")),
-            *(
-                (fields.places(one.at) + tools * (one.at == "node"), one.width * word)
-                for one in fields.recording.fields
-            ),
-            (network.spring_count // 8 + 1, 1),
-        ):
-            yield column(2 * events * rows, row, side_rows_of_a_chunk(rows))
+def _sides(network: Network, columns: FrameColumns, events: int) -> Iterator[int]:
+    """Yield the bytes of the columns that hold both sides of so many events."""
+    if events and len(columns.mesh.nodes):
+        for dataset, rows in SideColumns(network, columns).rows():
+            yield column(2 * events * rows, dataset)
 
 
-def _log(rows: int, width: int) -> int:
-    jumps = JUMPS if width <= MOST_JUMPING else 0
-    return (
-        LOG + jumps + column(rows, 8, CHUNK) + column(rows, 8 * width, rows_of_a_chunk(width))
-    )
+def _log(rows: int, channel: LogChannel) -> int:
+    log = datasets_of(LOGS, channel)
+    jumps = JUMPS if channel.has_jumps else 0
+    return LOG + jumps + column(rows, log["time"]) + column(rows, log["value"])
 
 
 def _surface(network: Network, surface: SurfaceOutput, duration: float, word: int) -> int:

@@ -1,21 +1,24 @@
 """The open HDF5 file while it is written: columns that grow, and commits that hold or fail."""
 
 import shutil
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.results import access
-from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_as_text
+from tissuec.results.checksums import DatasetSum, crc_of, sums_as_text
+from tissuec.results.datasets import TEXT, DatasetSpec
 from tissuec.results.errors import PlaceError, ResultError
-from tissuec.results.hdf5 import TEXT, add_text, change_attribute, open_file
+from tissuec.results.hdf5 import TEXT as H5_TEXT
+from tissuec.results.hdf5 import add_text, change_attribute, open_file
 from tissuec.results.journal import JournaledFile
 from tissuec.results.places import busy
+from tissuec.results.schema import SUMS
 from tissuec.results.wording import size
 
 # Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
@@ -26,8 +29,6 @@ LEAST_COMPRESSED = 1024  # numbers
 # Numbers of springs and nodes from which all that repeats itself is compressed: lists of
 # springs to a twentieth or less, at 100 MiB/s or more.
 LARGE = 1 << 16
-CHUNK = 256  # rows that are allocated at once
-FEW = 32  # the same where most files have few rows
 
 
 class GrowingDataset:
@@ -68,6 +69,36 @@ class GrowingDataset:
             if self.crc is not None:
                 self.crc = crc_of(rows, self.crc)
             self._waiting.clear()
+
+
+class ColumnTable(Mapping[str, GrowingDataset]):
+    """Columns that take rows together, by name."""
+
+    def __init__(self, store: "Store", datasets: Mapping[str, DatasetSpec]):
+        self._store = store
+        self._columns = {name: store.column(one) for name, one in datasets.items()}
+
+    def __getitem__(self, name: str) -> GrowingDataset:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def last(self, name: str) -> float:
+        """Return the last number in the file of a column; minus infinity without any."""
+        rows = self[name].dataset
+        return float(rows[-1]) if len(rows) else -np.inf
+
+    def append(self, rows: Mapping[str, ArrayLike]) -> None:
+        """Add rows to columns: to all of them or, if one does not fit, to none.
+
+        Args:
+            rows: Rows by name, in the units of the columns, shape (row, …).
+        """
+        self._store.append({self[name]: data for name, data in rows.items()})
 
 
 class Store:
@@ -162,80 +193,48 @@ class Store:
             self._groups[path] = self.file.require_group(path)
         return self._groups[path]
 
-    def _make(self, path: str, unit: str, description: str, **kind: Any) -> h5py.Dataset:
+    def _make(self, dataset: DatasetSpec, **kind: Any) -> h5py.Dataset:
         """Add a dataset, as h5py makes it from arguments."""
-        parent, _, name = path.rpartition("/")
-        dataset = self.group(parent or "/").create_dataset(name, **kind)
-        describe(dataset, unit, description)
-        self._made.add(path)
-        return dataset
+        parent, _, name = dataset.path.rpartition("/")
+        made = self.group(parent or "/").create_dataset(name, **kind)
+        describe(made, dataset.unit, dataset.text)
+        self._made.add(dataset.path)
+        return made
 
-    def column(
-        self,
-        path: str,
-        kind: str | np.dtype,
-        description: str,
-        *,
-        unit: str = "",
-        row: tuple[int, ...] = (),
-        chunk: int = CHUNK,
-        compress: bool = False,
-        in_parts: bool = False,
-    ) -> GrowingDataset:
-        """Return the column at ``path``; a new one if there is none.
-
-        Args:
-            path: Its path in the file.
-            kind: Type of its entries.
-            description: What it contains.
-            unit: Its unit.
-            row: Shape of a row.
-            chunk: Rows that are allocated at once.
-            compress: Whether to compress it.
-            in_parts: Whether it is read in parts: then HDF5 keeps a checksum of each chunk.
-        """
+    def column(self, column: DatasetSpec) -> GrowingDataset:
+        """Return the column of a declaration; a new one if there is none."""
+        path = column.path
         if path in self:
             dataset = self._growing(path)
         else:
+            is_large = column.packed == "large" and column.chunk >= LARGE
+            compress = is_large or (column.in_parts and self.compresses)
             dataset = self._make(
-                path,
-                unit,
-                description,
-                shape=(0, *row),
+                column,
+                shape=(0, *column.row),
                 # HDF5 wants room in every chunk, also for rows without any number.
-                maxshape=(None, *(length or None for length in row)),
-                chunks=(chunk, *(max(1, length) for length in row)),
-                dtype=kind,
-                fletcher32=in_parts,
-                **(COMPRESSED if compress or (in_parts and self.compresses) else {}),
+                maxshape=(None, *(length or None for length in column.row)),
+                chunks=(column.chunk, *(max(1, length) for length in column.row)),
+                dtype=H5_TEXT if column.kind == TEXT else column.kind,
+                fletcher32=column.in_parts,
+                **(COMPRESSED if compress else {}),
             )
         found = self._sums.get(path)
-        crc = found.crc if found else None if in_parts else 0
-        column = self.columns[path] = GrowingDataset(dataset, crc)
-        return column
+        crc = found.crc if found else None if column.in_parts else 0
+        grown = self.columns[path] = GrowingDataset(dataset, crc)
+        return grown
 
-    def array(
-        self,
-        path: str,
-        value: object,
-        description: str,
-        *,
-        unit: str = "",
-        compress: bool = False,
-    ) -> None:
-        """Write a dataset of fixed size, or text; a previous one is replaced.
+    def array(self, dataset: DatasetSpec, value: object) -> None:
+        """Write a dataset as a whole: entries, a text, or a list of texts.
 
-        One of the same shape and type is overwritten in place, so that the file does not grow
-        when the same things are written again.
-
-        Args:
-            path: Its path in the file.
-            value: The entries or the text.
-            description: What it contains.
-            unit: Its unit.
-            compress: Whether to compress it, if it is large enough.
+        A previous one is replaced. One of the same shape and type is overwritten in place, so
+        that the file does not grow when the same things are written again.
         """
-        data = _fixed_text(value) if isinstance(value, str) else np.asarray(value)
+        if dataset.kind == TEXT and not isinstance(value, str):
+            self._texts(dataset, list(cast("Sequence[str]", value)))
+            return
+        data = _fixed_text(value) if isinstance(value, str) else _entries(dataset, value)
+        path = dataset.path
         former = self.file.get(path) if path in self else None
         self._sums[path] = DatasetSum(str(data.dtype), data.shape, crc_of(data))
         kind = data.shape, data.dtype
@@ -244,20 +243,20 @@ class Store:
             return
         if former is not None:
             del self.file[path]
-        filters: Any = COMPRESSED if compress and data.size >= LEAST_COMPRESSED else {}
-        self._make(path, unit, description, data=data, **filters)
+        least = {"large": LARGE, "most": 0}.get(dataset.packed, np.inf)
+        compress = data.size >= LEAST_COMPRESSED and len(data) >= least
+        self._make(dataset, data=data, **(COMPRESSED if compress else {}))
 
-    def texts(self, path: str, texts: Sequence[str], description: str) -> None:
-        """Write a list of texts.
-
-        Args:
-            path: Path in the file.
-            texts: The texts.
-            description: What they are.
-        """
+    def _texts(self, dataset: DatasetSpec, texts: Sequence[str]) -> None:
         size = (len(texts),)
-        self._make(path, "", description, data=list(texts), dtype=TEXT, shape=size)
-        self._sums[path] = DatasetSum("object", size, crc_of(np.array(texts, dtype=object)))
+        self._make(dataset, data=texts, dtype=H5_TEXT, shape=size)
+        crc = crc_of(np.array(texts, dtype=object))
+        self._sums[dataset.path] = DatasetSum("object", size, crc)
+
+    def arrays(self, group: Mapping[str, DatasetSpec], **values: object) -> None:
+        """Write datasets of a group as wholes, by name."""
+        for name, value in values.items():
+            self.array(group[name], value)
 
     def append(self, rows: Mapping[GrowingDataset, ArrayLike]) -> None:
         """Add rows to columns: to all of them or, if one does not fit, to none.
@@ -300,8 +299,8 @@ class Store:
         for path, column in self.columns.items():
             kind = str(column.dataset.dtype)
             self._sums[path] = DatasetSum(kind, column.dataset.shape, column.crc)
-        self.array(SUMS, sums_as_text(self._sums), "kind, shape and CRC-32 of all datasets")
-        del self._sums[SUMS]
+        self.array(SUMS[""], sums_as_text(self._sums))
+        del self._sums[SUMS.path]
 
     def _commit(self) -> None:
         needed = self._disk.pending
@@ -350,6 +349,11 @@ class Store:
     def row_counts(self) -> dict[str, int]:
         """Return how many rows each column has."""
         return {path: column.rows for path, column in self.columns.items()}
+
+
+def _entries(dataset: DatasetSpec, value: object) -> NDArray[Any]:
+    """Return the entries of a dataset in its type."""
+    return np.asarray(value, dtype=dataset.kind or None)
 
 
 def _fixed_text(text: str) -> NDArray[Any]:

@@ -5,25 +5,28 @@ surface has: a torn one has fewer triangles and, at times, fewer points than the
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.geometry.surfaces import SURFACES
+from tissuec.geometry.surfaces import SURFACES as MEMBERS
 from tissuec.geometry.surfaces.refinement import Refinement
 from tissuec.geometry.surfaces.skin import BodySkin, Skin
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
+from tissuec.results.datasets import DatasetSpec
 from tissuec.results.finite import check_finite, check_shape, check_times
+from tissuec.results.frame_columns import steps_of
 from tissuec.results.parts import CellTables, read_table
-from tissuec.results.polydata import step_columns, write_head
+from tissuec.results.polydata import write_head
 from tissuec.results.recording import SurfaceChannel
-from tissuec.results.store import GrowingDataset, Store, member_name
+from tissuec.results.schema import SURFACES
+from tissuec.results.store import ColumnTable, GrowingDataset, Store, member_name
 
-SURFACE_ROOT = "/tissuec/surfaces"
+SURFACE_ROOT = SURFACES.path.rpartition("/")[0]
 _MOST_AT_ONCE = 1 << 17  # points: 3 MB of positions
 _CHUNK_ROWS = 8192
 
@@ -48,19 +51,19 @@ class SurfaceTable:
         number: int,
         single: bool,
     ):
-        self.path = f"{SURFACE_ROOT}/{member_name(channel.body)}"
+        datasets = SURFACES.of(body=member_name(channel.body))
+        self.path = datasets["Points"].path.rpartition("/")[0]
         self._store, self._network = store, network
-        self._kind = np.dtype("f4" if single else "f8")
+        self._kind = "f4" if single else "f8"
         body = next((body for body in network.bodies if body.name == channel.body), None)
         if body is None:
             raise ValueError(
                 f'there is no body "{channel.body}" whose surface could be computed'
             )
         self._body = BodySkin.of(network, body)
-        self._smoothing = SURFACES[channel.kind](**channel.entries)
-        self._begin(channel, number)
-        steps = self._columns["Values"].dataset
-        self._last_time = float(steps[-1]) if len(steps) else -np.inf
+        self._smoothing = MEMBERS[channel.kind](**channel.entries)
+        self._begin(datasets, channel, number)
+        self._last_time = self._columns.last("Values")
         self._drawn: Indices | None = None
         if self._cells.count:
             self._drawn = read_triangles(store.content, self.path, -1)
@@ -68,7 +71,9 @@ class SurfaceTable:
         self._skin: Skin | None = None
         self._map: Refinement | None = None
 
-    def _begin(self, channel: SurfaceChannel, number: int) -> None:
+    def _begin(
+        self, datasets: Mapping[str, DatasetSpec], channel: SurfaceChannel, number: int
+    ) -> None:
         if self.path not in self._store.file:
             group = self._store.group(self.path)
             write_head(group)
@@ -76,19 +81,11 @@ class SurfaceTable:
             self._store.label(
                 self.path, name=channel.body, number=number, kind=channel.kind, entries=entries
             )
-        self._cells = CellTables(
-            self._store, self.path, self._body.size(self._smoothing.subdivisions)
-        )
-        self._columns = step_columns(self._store, self.path)
-        self._points = self._store.column(
-            f"{self.path}/Points",
-            self._kind,
-            "position of each point of the surface, frame after frame",
-            unit="m",
-            row=(3,),
-            chunk=min(_CHUNK_ROWS, 16 * self._body.size(self._smoothing.subdivisions)),
-            in_parts=True,
-        )
+        size = self._body.size(self._smoothing.subdivisions)
+        self._cells = CellTables(self._store, datasets, size)
+        self._columns = ColumnTable(self._store, steps_of(datasets))
+        points = datasets["Points"].of(kind=self._kind, chunk=min(_CHUNK_ROWS, 16 * size))
+        self._points = self._store.column(points)
 
     def set_topology(self, alive: NDArray[np.bool_]) -> None:
         """Set which springs exist in the frames to come, shape (spring,)."""

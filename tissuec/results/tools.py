@@ -1,7 +1,6 @@
 """Tools in the file: where the nodes of their shapes are, and who holds what."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from math import inf
 from typing import Any
 
@@ -10,15 +9,12 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.results import access
-from tissuec.results.access import ResultGroup
+from tissuec.results.access import Contents, ResultGroup
 from tissuec.results.finite import check_finite
-from tissuec.results.store import FEW, TEXT, Store
+from tissuec.results.schema import HOLDS, TOOL_FRAMES
+from tissuec.results.store import ColumnTable, Store
 
 FIX = "fix"  # the holder of fixed nodes
-TOOL_FRAMES = "/tissuec/tools/position"
-HOLDS = "/tissuec/holds"
-TOOL_CHUNK = 1024
 
 
 class HoldInterval(Struct, frozen=True, eq=False):
@@ -50,20 +46,12 @@ def with_ends(holds: Sequence[HoldInterval]) -> Iterator[tuple[HoldInterval, flo
 class ToolTable:
     """Positions of the nodes of tools in each frame; nothing is written without such nodes."""
 
-    def __init__(self, store: Store, network: Network, kind: np.dtype):
+    def __init__(self, store: Store, network: Network, kind: str):
         self._store, self._network, self._kind = store, network, kind
         self._nodes = np.arange(network.body_nodes, network.shown_nodes)
         self._position = None
         if len(self._nodes):
-            self._position = store.column(
-                TOOL_FRAMES,
-                kind,
-                "position of each node of the shapes of tools, frame after frame",
-                unit="m",
-                row=(3,),
-                chunk=TOOL_CHUNK,
-                in_parts=True,
-            )
+            self._position = store.column(TOOL_FRAMES["position"].of(kind=kind))
 
     def checked(self, position: NDArray[Any], time: Floats) -> NDArray[Any]:
         """Return the positions of the nodes of tools as they are recorded [m].
@@ -93,13 +81,7 @@ class HoldTable:
     """One row for each time that a holder takes nodes or lets go of some."""
 
     def __init__(self, store: Store, network: Network):
-        self._store, self._bodies = store, network.body_nodes
-        column = partial(store.column, chunk=FEW)
-        self._time = column(f"{HOLDS}/time", "f8", "start time of each hold", unit="s")
-        self._holder = column(f"{HOLDS}/holder", TEXT, 'who holds: "fix", a tool or a set')
-        self._first = column(f"{HOLDS}/first_node", "i8", "where its nodes begin in nodes")
-        self._count = column(f"{HOLDS}/node_count", "i8", "how many nodes are held; 0: none")
-        self._nodes = store.column(f"{HOLDS}/nodes", "i8", "network numbers of the nodes held")
+        self._table, self._bodies = ColumnTable(store, HOLDS), network.body_nodes
         self._held = {hold.holder: hold.nodes for hold in read_holds(store.content)}
 
     def set(self, time: float, holders: Mapping[str, Indices]) -> None:
@@ -118,26 +100,17 @@ class HoldTable:
                 self._append(HoldInterval(time, holder, nodes))
 
     def _append(self, hold: HoldInterval) -> None:
-        self._store.append(
-            {
-                self._time: [hold.time],
-                self._holder: [hold.holder],
-                self._first: [self._nodes.rows],
-                self._count: [len(hold.nodes)],
-                self._nodes: hold.nodes,
-            }
-        )
+        rows = {"time": [hold.time], "holder": [hold.holder], "nodes": hold.nodes}
+        first, count = [self._table["nodes"].rows], [len(hold.nodes)]
+        self._table.append(rows | {"first_node": first, "node_count": count})
 
 
 def read_holds(file: ResultGroup) -> tuple[HoldInterval, ...]:
     """Return who held what since when, in order."""
-    group = access.group(file, HOLDS)
-    nodes = access.array(group, "nodes")
-    names = ("time", "first_node", "node_count")
-    numbers = [access.array(group, name).tolist() for name in names]
+    found = Contents(file, HOLDS)
     return tuple(
-        HoldInterval(time, holder, nodes[first : first + count])
-        for time, first, count, holder in zip(
-            *numbers, access.texts(group, "holder"), strict=True
+        HoldInterval(time, holder, found["nodes"][first : first + count])
+        for time, holder, first, count in found.rows(
+            "time", "holder", "first_node", "node_count"
         )
     )

@@ -14,17 +14,18 @@ from tissuec.core.source import Source
 from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
-from tissuec.results.arrays import RECORDING, read_network
+from tissuec.results.arrays import read_channels_of_frames, read_network, read_volume_cells
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
+from tissuec.results.datasets import GroupSpec
 from tissuec.results.doubts import Doubt, doubts_of
 from tissuec.results.errors import ResultError
-from tissuec.results.field_table import CELLS, read_channels_of_frames, read_volume_cells
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.frame_arrays import CellFrames, Frames, Numbers, OverFrames
+from tissuec.results.frame_columns import POSITION, VELOCITY, column_of
 from tissuec.results.groups import read_groups
 from tissuec.results.layout import open_result
 from tissuec.results.logs import Log, Logs
-from tissuec.results.manifest import SCENE, read_manifest
+from tissuec.results.manifest import read_manifest
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.names import members
 from tissuec.results.origins import read_origins
@@ -32,10 +33,19 @@ from tissuec.results.parts import read_cells
 from tissuec.results.places import temporary_folder
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult, NamedGroup
+from tissuec.results.schema import (
+    CELLS,
+    COMPANION,
+    ENERGIES,
+    ERRORS,
+    RECORDING,
+    SCENE,
+    TOOL_FRAMES,
+)
 from tissuec.results.sides import Sides
 from tissuec.results.surface_series import Surfaces
-from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
-from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
+from tissuec.results.tables import read_events
+from tissuec.results.tools import HoldInterval, read_holds
 from tissuec.results.volume_cells import VolumeCells
 
 
@@ -129,7 +139,7 @@ class Trajectory:
     @property
     def position(self) -> Frames:
         """Positions [m], shape (frame, node, 3)."""
-        return self._frames("Points")
+        return self._at_points(POSITION)
 
     @property
     def tools(self) -> Frames | None:
@@ -137,10 +147,11 @@ class Trajectory:
 
         None where no tool has a shape.
         """
-        if TOOL_FRAMES not in self._file or not self.network.tools:
+        path = TOOL_FRAMES["position"].path
+        if path not in self._file or not self.network.tools:
             return None
         nodes = sum(2 * len(tool.shapes) for tool in self.network.tools)
-        rows = access.dataset(self._file, TOOL_FRAMES)
+        rows = access.dataset(self._file, path)
         return Frames(rows, self._frame_count, nodes)
 
     @cached_property
@@ -157,17 +168,16 @@ class Trajectory:
     @property
     def velocity(self) -> Frames:
         """Velocities [m/s], shape (frame, node, 3)."""
-        return self._frames("PointData/velocity")
+        return self._at_points(VELOCITY)
 
     @property
     def force(self) -> OverFrames:
         """Sums of the spring forces on the nodes [N], shape (frame, node, 3)."""
         return self.fields["force"]
 
-    def _frames(self, name: str) -> Frames:
-        return Frames(
-            access.dataset(self._file, f"VTKHDF/{name}"), self._frame_count, len(self.nodes)
-        )
+    def _at_points(self, channel: FieldChannel) -> Frames:
+        data = access.dataset(self._file, column_of(channel).path)
+        return Frames(data, self._frame_count, len(self.nodes), channel.row)
 
     @property
     def tension(self) -> OverFrames:
@@ -196,19 +206,19 @@ class Trajectory:
         `volume_cells`. They are NaN of springs and triangles from the frame on in which these
         are gone.
         """
-        return {one.name: self._field(one) for one in self.channels}
+        return {one.name: self.frames_of(one) for one in self.channels}
 
-    def _field(self, channel: FieldChannel) -> OverFrames:
+    def frames_of(self, channel: FieldChannel) -> OverFrames:
+        """Return the numbers of a channel over frames, as `fields` has them."""
         count = self._frame_count
         if channel.at == "node":
-            data = access.dataset(self._file, f"VTKHDF/PointData/{channel.stored}")
-            return Frames(data, count, len(self.nodes), channel.row)
+            return self._at_points(channel)
         if channel.at == "cell":
-            data = access.dataset(self._file, f"{CELLS}/{channel.key}")
+            data = access.dataset(self._file, CELLS["{field}"].of(field=channel.key).path)
             return Frames(data, count, self._places(channel.at), ())
         steps = access.group(self._file, "VTKHDF/Steps")
         return CellFrames(
-            access.dataset(self._file, f"VTKHDF/CellData/{channel.stored}"),
+            access.dataset(self._file, column_of(channel).path),
             access.array(steps, f"CellDataOffsets/{channel.stored}")[:count],
             self.parts,
             self._places(channel.at),
@@ -223,8 +233,7 @@ class Trajectory:
             channel: Of a field of nodes, or of cells, of which nodes have the mean, or 0.
             frame: Number of the frame.
         """
-        data = access.dataset(self._file, f"VTKHDF/PointData/{channel.stored}")
-        return Frames(data, self._frame_count, len(self.nodes), channel.row)[frame]
+        return self._at_points(channel)[frame]
 
     def _lines_in(self, cells: Cells) -> tuple[slice, Indices]:
         return cells.line_rows, np.searchsorted(self.springs, cells.springs)
@@ -297,12 +306,12 @@ class Trajectory:
     @cached_property
     def nodes(self) -> Indices:
         """Network numbers of the recorded nodes, ascending, shape (node,)."""
-        return access.array(self._file, f"{RECORDING}/nodes")
+        return access.array(self._file, RECORDING["nodes"].path)
 
     @cached_property
     def springs(self) -> Indices:
         """Network numbers of the recorded springs, ascending, shape (spring,)."""
-        return access.array(self._file, f"{RECORDING}/springs")
+        return access.array(self._file, RECORDING["springs"].path)
 
     @property
     def node_ids(self) -> Indices:
@@ -414,12 +423,12 @@ class Trajectory:
     @cached_property
     def energies(self) -> Log | None:
         """The energies over time [J]; None if they were not recorded."""
-        return Log(self._file, ENERGY_PATH) if ENERGY_PATH in self._file else None
+        return self._log(ENERGIES)
 
     @cached_property
     def errors(self) -> Log | None:
         """The errors of positions at the frames, as estimated by steps [m]; None without."""
-        return Log(self._file, ERROR_PATH) if ERROR_PATH in self._file else None
+        return self._log(ERRORS)
 
     @cached_property
     def promise(self) -> Promise:
@@ -434,7 +443,10 @@ class Trajectory:
     @property
     def companion(self) -> Log | None:
         """How far the run was from one with smaller steps until a time [m]; None without."""
-        return Log(self._file, COMPANION_PATH) if COMPANION_PATH in self._file else None
+        return self._log(COMPANION)
+
+    def _log(self, group: GroupSpec) -> Log | None:
+        return Log(self._file, group.path) if group.path in self._file else None
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -475,7 +487,7 @@ class Trajectory:
     @cached_property
     def text(self) -> str:
         """The scene as it was run."""
-        return access.text(self._file, SCENE)
+        return access.text(self._file, SCENE.path)
 
     def save(self, path: Path | str) -> Path:
         """Copy the file to another place, with the views of its surfaces, and return its path.

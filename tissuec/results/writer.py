@@ -28,7 +28,6 @@ from tissuec.results.h5md import add_views, remove_views
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
-    SCENE,
     first_manifest,
     read_manifest,
     write_manifest,
@@ -39,20 +38,11 @@ from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames
 from tissuec.results.recording import Event, EventSide, NamedGroup, Recording
-from tissuec.results.sides import SIDES, SideTable
+from tissuec.results.schema import COMPANION, ENERGIES, ERRORS, SCENE, SIDES
+from tissuec.results.sides import SideTable
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
-from tissuec.results.tables import (
-    COMPANION_PATH,
-    EventTable,
-    JumpTable,
-    LogTable,
-    companion_table,
-    energy_tables,
-    error_table,
-    jump_tables,
-    log_tables,
-)
+from tissuec.results.tables import DISTANCE, ENERGY, ERROR, EventTable, LogTable, log_tables
 from tissuec.results.tools import HoldTable, ToolTable
 
 _MOST_WAITING = 8 << 20  # [byte]
@@ -99,7 +89,7 @@ class ResultWriter:
         store = Store(partial_path(Path(path)), "create")
         try:
             mark_layout(store.file)
-            store.array(SCENE, scene_text, "the scene as it was run")
+            store.array(SCENE[""], scene_text)
             write_network(store, network)
             write_origins(store, network.provenance)
             write_groups(store, groups)
@@ -145,12 +135,12 @@ class ResultWriter:
 
     def _take_up(self, store: Store, checkpoint: Checkpoint) -> None:
         """Set up all that a file holds; what a run that had ended said is left out."""
-        if COMPANION_PATH in store.file:
-            store.remove(COMPANION_PATH)
+        if COMPANION.path in store.file:
+            store.remove(COMPANION.path)
         remove_views(store.file)
-        if SIDES in store.file and f"{SIDES}/time" not in checkpoint.rows:
-            store.remove(SIDES)
-        source = Source(store.path.name, access.text(store.content, SCENE))
+        if SIDES.path in store.file and SIDES["time"].path not in checkpoint.rows:
+            store.remove(SIDES.path)
+        source = Source(store.path.name, access.text(store.content, SCENE.path))
         network, recording = read_network(store.content, source), read_recording(store.content)
         mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
         check_views(store.path, [channel.body for channel in recording.surfaces])
@@ -179,14 +169,13 @@ class ResultWriter:
         self._store, self._scene = store, scene
         store.compresses = recording.compress
         self._polydata = PolyDataFrames(store, network, recording, mesh)
-        tools = ToolTable(store, network, self._polydata.kind)
+        tools = ToolTable(store, network, self._polydata.columns.kind)
         self._frames = FrameRecorder(network, recording, self._polydata, tools)
-        self._sides = SideTable(store, network, recording, mesh, self._polydata.kind)
+        self._sides = SideTable(store, network, self._polydata.columns)
         self._holds = HoldTable(store, network)
-        self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
-        self._jumps: dict[str, JumpTable] = jump_tables(store, recording.logs)
-        self._energies = energy_tables(store) if recording.energies else None
-        self._errors = error_table(store)
+        self._logs = log_tables(store, recording.logs)
+        self._energies = LogTable(store, ENERGIES, ENERGY) if recording.energies else None
+        self._errors = LogTable(store, ERRORS, ERROR)
         self._events = EventTable(store)
         self._surfaces = {
             channel.body: SurfaceTable(
@@ -249,7 +238,7 @@ class ResultWriter:
             ResultError: There is no space on the disk.
         """
         self._check_open()
-        self._frames.append(time, position, velocity, fields)
+        self._frames.append(time, {**fields, "position": position, "velocity": velocity})
         self._flush_if_due()
 
     def awaits_sides(self, time: float, apart: float) -> bool:
@@ -298,39 +287,36 @@ class ResultWriter:
         Raises:
             ValueError: There is no such log.
         """
-        self._check_open()
-        if channel not in self._logs:
-            raise ValueError(f'no log is called "{channel}"')
-        self._logs[channel].append(time, rows)
+        self._log(channel).append(time, rows)
         self._flush_if_due()
 
     def log_jump(self, channel: str, time: float, before: ArrayLike, after: ArrayLike) -> None:
         """Add the rows of a log on both sides of an event, shape (column,) each.
 
         Raises:
-            ValueError: There is no such log.
+            ValueError: There is no such log, or it is too wide for jumps.
         """
-        self._check_open()
-        if channel not in self._jumps:
-            raise ValueError(f'no jumps are recorded of "{channel}"')
-        self._jumps[channel].append(time, before, after)
+        self._log(channel).jump(time, before, after)
         self._flush_if_due()
+
+    def _log(self, channel: str) -> LogTable:
+        self._check_open()
+        if channel not in self._logs:
+            raise ValueError(f'no log is called "{channel}"')
+        return self._logs[channel]
 
     def energies(self, time: ArrayLike, rows: ArrayLike) -> None:
         """Add rows of energies [J], shape (moment, 6), in the order of `ENERGIES`."""
-        self._check_open()
-        table, _ = self._energy_tables()
-        table.append(time, rows)
+        self._energy_table().append(time, rows)
         self._flush_if_due()
 
     def energy_jump(self, time: float, before: ArrayLike, after: ArrayLike) -> None:
         """Add the energies on both sides of an event that changed them [J], shape (6,) each."""
-        self._check_open()
-        _, jumps = self._energy_tables()
-        jumps.append(time, before, after)
+        self._energy_table().jump(time, before, after)
         self._flush_if_due()
 
-    def _energy_tables(self) -> tuple[LogTable, JumpTable]:
+    def _energy_table(self) -> LogTable:
+        self._check_open()
         if self._energies is None:
             raise ValueError("no energies are recorded")
         return self._energies
@@ -345,7 +331,7 @@ class ResultWriter:
         """Add how far the companion run was from this one [m], if at all, shape (moment, 1)."""
         self._check_open()
         if np.size(time):
-            companion_table(self._store).append(time, rows)
+            LogTable(self._store, COMPANION, DISTANCE).append(time, rows)
 
     def event(
         self, time: float, kind: str, springs: Sequence[int], cause: str, place: str

@@ -18,6 +18,7 @@ from tissuec.model.network import Floats
 from tissuec.results.blocks.layout import Cloud, Kind
 from tissuec.results.blocks.moment import Facts, Moment
 from tissuec.results.fields import FieldChannel
+from tissuec.results.frame_columns import VELOCITY, column_of
 from tissuec.results.means import mean_at
 from tissuec.results.trajectory import Trajectory
 
@@ -106,7 +107,7 @@ DERIVED: tuple[BlockField, ...] = (
     ),
     BlockField(
         "velocity", "m/s", 3, "points", NODES, "velocity of each node", lambda m: m.velocity,
-        source="PointData/velocity",
+        source=column_of(VELOCITY).path,
     ),
     BlockField(
         "strain", "", 6, "points", ("body",),
@@ -179,6 +180,7 @@ def fields_of(trajectory: Trajectory) -> tuple[BlockField, ...]:
 def _recorded(channel: FieldChannel) -> Iterator[BlockField]:
     """Yield the fields of blocks that show a field of frames."""
     name, unit, text = channel.stored, channel.unit, channel.text
+    source = column_of(channel).path
 
     def numbers(moment: Moment) -> Floats:
         return moment.recorded[channel.name]
@@ -191,14 +193,12 @@ def _recorded(channel: FieldChannel) -> Iterator[BlockField]:
 
     if channel.at in ("node", "cell"):
         text = text if channel.at == "node" else f"{channel.at_nodes}; 0 without any"
-        source = f"PointData/{name}"
         yield BlockField(
             name, unit, channel.width, "points", NODES, text, numbers, source=source
         )
         return
     mean = f"{text}, as the mean of those of the block at each node; 0 without any"
     if channel.at == "spring":
-        source = f"CellData/{name}"
         yield BlockField(channel.key, unit, 1, "points", SPRINGS, mean, mean_of_lines)
         yield BlockField(name, unit, 1, "lines", SPRINGS, text, numbers, source=source)
     else:

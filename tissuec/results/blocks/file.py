@@ -38,19 +38,25 @@ from tissuec.results.hdf5 import (
     soft_link,
 )
 from tissuec.results.layout import BLOCKS
-from tissuec.results.parts import KINDS
 from tissuec.results.polydata import write_type
+from tissuec.results.schema import FRAMES, KINDS, ROOT
 from tissuec.results.shapes import cannot_write
 from tissuec.results.store import LIBVER, describe
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
 
-ROOT = "/VTKHDF"
 _COPIES = "/tissuec"
 _TEXT = h5py.string_dtype("ascii")
 _MOST_WAITING = 1 << 20  # [byte] of a column
 _POSITION = BlockField(
-    "Points", "m", 3, "points", (), "position", lambda m: m.position, source="Points"
+    "Points",
+    "m",
+    3,
+    "points",
+    (),
+    "position",
+    lambda m: m.position,
+    source=FRAMES["Points"].path,
 )
 
 
@@ -361,7 +367,7 @@ class _BlocksWriter:
         """
         if not field.source or self.frames < 2:
             return None
-        path = f"{ROOT}/{field.source}"
+        path = field.source
         if isinstance(owner, ResultBlock):
             steps = f"{ROOT}/Steps/CellDataOffsets/{field.name}"
             starts = access.array(self.trajectory.content, steps)[: self.frames]

@@ -1,0 +1,139 @@
+"""Declarations of datasets and groups of a result file, as ``schema`` lists them."""
+
+from collections.abc import Iterator, Mapping
+from math import prod
+from typing import Any, Literal, Self
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+TEXT = "text"
+FLOAT = "float"  # f8, or f4 where a scene asks for single precision
+CHUNK = 256  # rows that are allocated at once
+FEW = 32  # the same where most files have few rows
+
+
+class DatasetSpec(Struct, frozen=True):
+    """A dataset, or all that differ in names only.
+
+    Path, text and unit have places for these names, such as ``{name}``.
+
+    Attributes:
+        axes: What is counted along each axis, or the fixed length of one; one value or text
+            has none.
+        text: What it contains.
+        unit: In SI; "" without one.
+        kind: Of its entries, as NumPy names it, `TEXT` or `FLOAT`.
+        chunk: Rows that are allocated at once where rows come during a run; 0 where all is
+            written at once.
+        in_parts: Whether it is read in parts: then HDF5 keeps a checksum of each chunk.
+        packed: What is compressed: nothing, that of "large" nets, or "most", which is all but
+            the smallest.
+        path: In the file.
+    """
+
+    axes: tuple[str | int, ...]
+    text: str
+    unit: str = ""
+    kind: str = "f8"
+    chunk: int = 0
+    in_parts: bool = False
+    packed: Literal["", "large", "most"] = ""
+    path: str = ""
+
+    @property
+    def row(self) -> tuple[int, ...]:
+        """Return the shape of a row."""
+        return tuple(axis for axis in self.axes[1:] if isinstance(axis, int))
+
+    @property
+    def row_bytes(self) -> int:
+        """Return the size of a row [bytes]."""
+        return prod(self.row) * np.dtype(self.kind).itemsize
+
+    def of(
+        self,
+        *,
+        row: tuple[int, ...] | None = None,
+        kind: str = "",
+        chunk: int = 0,
+        **names: str,
+    ) -> Self:
+        """Return the dataset with names in their places; places without a name remain.
+
+        Args:
+            row: Another shape of a row.
+            kind: Another type of its entries.
+            chunk: Another number of rows that are allocated at once.
+            **names: What takes the places in path, text and unit.
+        """
+        known = _Names(names)
+        path, text, unit = (
+            one.format_map(known) if "{" in one else one
+            for one in (self.path, self.text, self.unit)
+        )
+        return replace(
+            self,
+            path=path,
+            text=text,
+            unit=unit,
+            axes=self.axes if row is None else (*self.axes[:1], *row),
+            kind=kind or self.kind,
+            chunk=chunk or self.chunk,
+        )
+
+
+class _Names(dict[str, str]):
+    """Names by their places; a place without a name remains."""
+
+    def __missing__(self, place: str) -> str:
+        return f"{{{place}}}"
+
+
+class GroupSpec(Mapping[str, DatasetSpec]):
+    """The datasets of a group by name.
+
+    Attributes:
+        path: Of the group.
+        about: What it contains.
+        when: Which files have it; "" if all have.
+
+    Args:
+        datasets: By name, or by path from the group; "" is the group itself, as one dataset.
+        chunk, packed: Of all datasets that do not say their own.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        about: str,
+        datasets: Mapping[str, DatasetSpec],
+        *,
+        when: str = "",
+        chunk: int = 0,
+        packed: Literal["", "large", "most"] = "",
+    ):
+        self.path, self.about, self.when = path, about, when
+        self._datasets = {
+            name: replace(
+                one,
+                path=f"{path}/{name}".rstrip("/"),
+                chunk=one.chunk or chunk,
+                packed=one.packed or packed,
+            )
+            for name, one in datasets.items()
+        }
+
+    def __getitem__(self, name: str) -> DatasetSpec:
+        return self._datasets[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._datasets)
+
+    def __len__(self) -> int:
+        return len(self._datasets)
+
+    def of(self, **changes: Any) -> dict[str, DatasetSpec]:
+        """Return all datasets with names in their places; see `DatasetSpec.of`."""
+        return {name: one.of(**changes) for name, one in self.items()}

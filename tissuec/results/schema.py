@@ -1,0 +1,455 @@
+"""The datasets of a result file, each declared once.
+
+Writing takes paths, types, units and descriptions from here, reading the paths, the predicted
+size the bytes of rows, and the manual its tables.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec.structs import replace
+
+from tissuec.results.datasets import CHUNK, FEW, FLOAT, TEXT, DatasetSpec, GroupSpec
+
+ROOT = "/VTKHDF"
+KINDS = ("Vertices", "Lines", "Polygons", "Strips")  # of cells
+_TURN = "just before and just after each event, in turn"
+_ENDS = "and the one after the last"
+
+
+def _array(axes: str, text: str, unit: str = "", kind: str = "f8", **more: Any) -> DatasetSpec:
+    """Return a dataset whose axes are given by names and lengths."""
+    counted = (int(axis) if axis.isdecimal() else axis for axis in axes.split())
+    return DatasetSpec(tuple(counted), text, unit, kind, **more)
+
+
+def _integers(axes: str, text: str, **more: Any) -> DatasetSpec:
+    return _array(axes, text, kind="i8", **more)
+
+
+def _texts(axes: str, text: str, **more: Any) -> DatasetSpec:
+    return _array(axes, text, kind=TEXT, **more)
+
+
+# --- the run --------------------------------------------------------------------------------
+
+SCENE = GroupSpec(
+    "/tissuec/scene", "the text of the scene", {"": _texts("", "the scene as it was run")}
+)
+MANIFEST = GroupSpec(
+    "/tissuec/manifest",
+    "as JSON and as attributes: what the scene says "
+    "[about itself](language/text.md#authors-and-licence) (`about`, `author`, `laboratory`, "
+    "`licence`, `cite`), inputs and `--set` values, the texts and tables that the scene uses, "
+    "start time, versions, digest of the text, the method and the reason for its choice, "
+    "outcome, and the result of each expectation with the measured value",
+    {"": _texts("", "origin of this result, as JSON")},
+)
+SUMS = GroupSpec(
+    "/tissuec/checksums",
+    "type, shape and CRC-32 of each dataset, as JSON preceded by its own CRC-32. Frame data "
+    "has no entry here (`null`); each of its chunks has a Fletcher-32 checksum",
+    {"": _texts("", "kind, shape and CRC-32 of all datasets")},
+)
+CHECKPOINT = GroupSpec(
+    "/tissuec/checkpoint",
+    "the state from which an interrupted run can be resumed",
+    {
+        "state/{name}": _array("", "part of the state for resuming", kind=""),
+        "rows": _texts("", "rows of every growing dataset, as JSON"),
+        "version": _texts("", "of this format and of tissuec"),
+        "scene": _texts("", "SHA-256 of the scene and the network"),
+        "alive": _array("spring", "which springs were alive", kind="bool"),
+        "wall_time": _array("", "how long it had taken", "s"),
+    },
+    when="runs that were interrupted, or took longer than five seconds",
+)
+RECORDING = GroupSpec(
+    "/tissuec/recording",
+    "which nodes, springs and further fields the frames contain",
+    {
+        "nodes": _integers("node", "network numbers of the nodes in the frames"),
+        "springs": _integers("spring", "network numbers of the springs in the frames"),
+        "fields": _texts("field", "fields that frames contain, as JSON"),
+    },
+    packed="large",
+)
+
+# --- the network ----------------------------------------------------------------------------
+
+NETWORK = GroupSpec(
+    "/tissuec/network",
+    "the net before the run. Joints follow the bodies, in the order of the scene; the nodes of "
+    "bodies are followed by those of tools that have a shape",
+    {
+        "position": _array("node 3", "drawn position of each node", "m"),
+        "velocity": _array("node 3", "initial velocity of each node", "m/s"),
+        "mass": _array("node", "mass of each node", "kg"),
+        "ends": _array("spring 2", "node pair of each spring, numbered from 0", kind="i4"),
+        "stiffness": _array("spring", "spring constant of each spring", "N/m"),
+        "damping": _array("spring", "viscosity of each spring", "N*s/m"),
+        "rest": _array("spring", "rest length of each spring", "m"),
+        "strength": _array(
+            "spring", "breaking force of each spring; infinite: it never ruptures", "N"
+        ),
+        "crush": _array(
+            "spring", "crushing force of each spring; infinite: pressure does not break it", "N"
+        ),
+        "law": _array("spring", "law of each spring, as a number among the laws", kind="i4"),
+        "skin": _array("triangle 3", "triangles of the bodies' surfaces, as nodes", kind="i4"),
+        "node_ids": _integers("node", "id of each node, as the scene numbers them"),
+        "spring_ids": _integers("spring", "id of each spring, as the scene numbers them"),
+    },
+    packed="large",
+)
+HIDDEN = GroupSpec(
+    "/tissuec/network/hidden",
+    "nodes behind all others that only store state. With friction there is one for each node "
+    "of a body; its velocity is the deflection of the bristles times a rate",
+    {"": _integers("2", f"first internal node, which only stores state, {_ENDS}")},
+)
+LAWS = GroupSpec(
+    "/tissuec/network/laws",
+    "the laws of springs",
+    {
+        "name": _texts("law", "name of each law"),
+        "elastic": _texts("law", "force by e, c and rest"),
+        "viscous": _texts("law", "force by e, w, d and rest"),
+    },
+)
+BODIES = GroupSpec(
+    "/tissuec/network/bodies",
+    "the bodies of the network",
+    {
+        "nodes": _integers("body 2", f"first node {_ENDS} of each body"),
+        "springs": _integers("body 2", f"first spring {_ENDS} of each body"),
+        "grid": _integers(
+            "body 3",
+            "rows, columns, and 1 if the last column is joined to the first; 0 without a grid",
+        ),
+        "elements": _integers("body", "number of finite elements of each body"),
+        "thread": _integers(
+            "body 5",
+            "of each body that is a thread: its first piece and the spring after its last one, "
+            "the springs that its knot holds and slips by, and 1 if it is a loop",
+        ),
+        "thread_radius": _array(
+            "body", "radius of each body that is a thread; 0 of the others", "m"
+        ),
+        "name": _texts("body", "name of each body"),
+    },
+)
+JOINTS = GroupSpec(
+    "/tissuec/network/joints",
+    "the joints of the network",
+    {
+        "springs": _integers("joint 2", f"first spring {_ENDS} of each joint"),
+        "name": _texts("joint", "name of each joint"),
+    },
+    when="scenes with joints",
+)
+MARKS = GroupSpec(
+    "/tissuec/network/marks",
+    "marks of elements. Bodies whose elements can break have one more spring for each element "
+    "behind all others, without force and from a node to itself, which is there while the "
+    "element is: its *mark*",
+    {
+        "springs": _integers(
+            "body 2",
+            "of each body whose elements can break: the first spring that represents one of "
+            "them, without any force, and the one after the last",
+        ),
+        "name": _texts("body", "name of each such body"),
+        "skin": _integers(
+            "triangle",
+            "of each triangle of the skin: the spring that represents its element, or -1",
+        ),
+    },
+    when="scenes with elements that can break",
+)
+INELASTIC = GroupSpec(
+    "/tissuec/network/inelastic",
+    "springs that relax or yield",
+    {
+        "constant": _array("branch spring", "constant of each branch of each spring", "N/m"),
+        "time": _array(
+            "branch spring",
+            "relaxation time of each branch of each spring; infinite: it has none",
+            "s",
+        ),
+        "limit": _array("spring", "yield force of each spring; infinite: it never yields", "N"),
+        "viscosity": _array(
+            "spring", "yield viscosity of each spring; infinite: it never yields", "N*s/m"
+        ),
+        "slot": _integers(
+            "variable spring",
+            "indices of internal variables of springs in the array of all velocity components",
+        ),
+        "rate": _array("variable spring", "factor of these components", "1/s"),
+    },
+    when="scenes with springs that relax or yield",
+)
+TOOLS = GroupSpec(
+    "/tissuec/network/tools",
+    "the nodes of tools that have a shape, which follow those of the bodies",
+    {
+        "nodes": _integers("tool 2", f"first node {_ENDS} of each tool"),
+        "name": _texts("tool", "name of each tool"),
+        "kind": _texts("tool", "kind of each tool"),
+        "shape": _texts("shape", "what each pair of their nodes carries"),
+        "radius": _array("shape", "radius of each shape; 0 of planes", "m"),
+    },
+    when="scenes whose tools have shapes",
+)
+ORIGINS = GroupSpec(
+    "/tissuec/network/origins",
+    "the sources of the values of the network: places in texts",
+    {
+        "text": _texts("origin", "name of the text of each origin"),
+        "how": _texts("origin", "how the value is given: written, rules, table, …"),
+        "span": _integers("origin 2", "its first character and the one after its last"),
+    },
+)
+ORIGINS_OF = GroupSpec(
+    "/tissuec/network/origins/of",
+    "for each entry of an array of the network, the row of its source in the table above",
+    {"{array}": _array("entry", "row of the origin of each entry of {array}", kind="i4")},
+    packed="most",
+)
+SETS = GroupSpec(
+    "/tissuec/sets",
+    "the nodes or springs of each set, and the nodes of tools that have a shape",
+    {"{name}": _integers("member", "network numbers of the {what} of: {title}")},
+    packed="most",
+    when="scenes with sets",
+)
+REGIONS = GroupSpec(
+    "/tissuec/regions",
+    "the nodes of each region of a body",
+    {"{body}/{name}": _integers("member", "network numbers of the {what} of: {title}")},
+    packed="most",
+    when="scenes with regions",
+)
+
+# --- rows that come in time -----------------------------------------------------------------
+
+EVENTS = GroupSpec(
+    "/tissuec/events",
+    "all events with the affected springs, which are `spring_count` rows of `springs` from "
+    "`first_spring`. Of elements that break, these are their marks and the edges that are lost "
+    "with them",
+    {
+        "time": _array("event", "time of each event", "s"),
+        "kind": _texts("event", "what happened: cut, rupture, grasp, …"),
+        "cause": _texts("event", "why it happened"),
+        "place": _texts("event", "file:line of the sentence that caused it"),
+        "first_spring": _integers("event", "where its springs begin in springs"),
+        "spring_count": _integers("event", "how many springs it concerns"),
+        "springs": _integers(
+            "row", "network numbers of the springs of all events", chunk=CHUNK
+        ),
+    },
+    chunk=FEW,
+)
+HOLDS = GroupSpec(
+    "/tissuec/holds",
+    "which nodes are held from a time on, and by what: `node_count` rows of `nodes` from "
+    "`first_node`, until the next row of the same holder",
+    {
+        "time": _array("hold", "start time of each hold", "s"),
+        "holder": _texts("hold", 'who holds: "fix", a tool or a set'),
+        "first_node": _integers("hold", "where its nodes begin in nodes"),
+        "node_count": _integers("hold", "how many nodes are held; 0: none"),
+        "nodes": _integers("row", "network numbers of the nodes held", chunk=CHUNK),
+    },
+    chunk=FEW,
+)
+
+
+def _log(path: str, about: str, *, jumps: bool = True, when: str = "") -> GroupSpec:
+    """Return the datasets of a log; ``columns`` are texts, or the ids of nodes or springs."""
+    datasets = {
+        "time": _array("moment", "times of: {what}", "s", chunk=CHUNK),
+        "value": _array("moment column", "{what}", "{unit}", chunk=CHUNK),
+        "columns": _array("column", "what the columns of value are: {what}", kind=""),
+        "jumps/time": _array("jump", "times of events that changed: {what}", "s", chunk=FEW),
+    }
+    for side in ("before", "after"):
+        text = f"just {side} each event: {{what}}"
+        datasets[f"jumps/{side}"] = _array("jump column", text, "{unit}", chunk=FEW)
+    if not jumps:
+        datasets = {name: datasets[name] for name in ("time", "value", "columns")}
+    return GroupSpec(path, about, datasets, when=when)
+
+
+LOGS = _log(
+    "/tissuec/logs/{log}",
+    "one group per log. `jumps` are the values on both sides of each event that changed it "
+    "abruptly; logs with more than 1024 columns have none",
+    when="scenes with logs",
+)
+ENERGIES = _log(
+    "/tissuec/energies",
+    "a log of the energies; the columns are kinetic, elastic, gravity, work, dissipated, "
+    "switched",
+    when="scenes that record energies",
+)
+ERRORS = _log(
+    "/tissuec/errors",
+    "the error of the positions at each frame: the sum of the error estimates of all steps so "
+    "far",
+    jumps=False,
+)
+COMPANION = _log(
+    "/tissuec/companion",
+    "the largest distance between this run and its companion run up to each time",
+    jumps=False,
+    when="runs with a companion run",
+)
+
+# --- frames ---------------------------------------------------------------------------------
+
+
+_FOUR = "of each frame: vertices, lines, polygons, strips"
+STEPS = {
+    "Values": _array("frame", "time of each frame", "s"),
+    "PartOffsets": _integers("frame", "PartOffsets of each frame"),
+    "NumberOfParts": _integers("frame", "NumberOfParts of each frame"),
+    "PointOffsets": _integers("frame", "PointOffsets of each frame"),
+    "CellOffsets": _integers("frame 4", f"CellOffsets {_FOUR}"),
+    "ConnectivityIdOffsets": _integers("frame 4", f"ConnectivityIdOffsets {_FOUR}"),
+}
+
+
+CELL_TABLE = {
+    "NumberOfCells": _integers("part", "cells of each part", chunk=FEW),
+    "NumberOfConnectivityIds": _integers("part", "point numbers of each part", chunk=FEW),
+    "Offsets": _integers(
+        "cell",
+        "where each cell begins in Connectivity; one entry more than cells",
+        packed="large",
+    ),
+    "Connectivity": _integers("row", "points of the cells", packed="large", in_parts=True),
+}
+
+
+def _polydata(
+    path: str, about: str, more: Mapping[str, DatasetSpec], when: str = ""
+) -> GroupSpec:
+    """Return a group of PolyData with steps: one part for each set of cells."""
+    datasets = {"NumberOfPoints": _integers("part", "points of each part", chunk=FEW)}
+    for kind in KINDS:
+        for name, one in CELL_TABLE.items():
+            datasets[f"{kind}/{name}"] = replace(one, text=f"{one.text} ({kind})")
+    datasets |= {f"Steps/{name}": one for name, one in STEPS.items()}
+    return GroupSpec(path, about, {**datasets, **more}, when=when, chunk=CHUNK)
+
+
+def _numbers(axes: str, text: str, unit: str = "{unit}", chunk: int = CHUNK) -> DatasetSpec:
+    """Return numbers of frames, which are read in parts."""
+    return _array(axes, text, unit, FLOAT, chunk=chunk, in_parts=True)
+
+
+FRAMES = _polydata(
+    ROOT,
+    "frames as VTK PolyData with steps. Frames are concatenated: `Points` has frames × nodes "
+    "rows. Topologies are written once each, as parts",
+    {
+        "CellData/spring_id": _integers(
+            "cell", "id of each line's spring; -1 at other cells", packed="large"
+        ),
+        "Points": _numbers("node 3", "position of each node, frame after frame", "m"),
+        "PointData/{field}": _numbers("node …", "{what}, frame after frame{elsewhere}"),
+        "CellData/{field}": _numbers("cell", "{what}, frame after frame; 0 at other cells"),
+        "PointData/node_id": _integers("node", "id of each node, the same in all frames"),
+        "Steps/PointDataOffsets/{field}": _integers(
+            "frame", "where each frame begins in PointData/{field}"
+        ),
+        "Steps/CellDataOffsets/{field}": _integers(
+            "frame", "where each frame begins in CellData/{field}"
+        ),
+    },
+)
+LINES = GroupSpec(
+    "/tissuec/lines",
+    "the springs of the lines of frames",
+    {
+        "spring": _integers(
+            "line", "network number of each line's spring", packed="large", in_parts=True
+        )
+    },
+    chunk=CHUNK,
+)
+SURFACES = _polydata(
+    "/tissuec/surfaces/{body}",
+    "a smooth surface, in the layout of `/VTKHDF`. Each tear starts a new part, which has "
+    "other triangles and can have fewer points. `Steps/PointOffsets` is the first point of a "
+    "frame; `NumberOfPoints` at its `Steps/PartOffsets` is the number of points",
+    {
+        "Points": _numbers(
+            "point 3", "position of each point of the surface, frame after frame", "m"
+        )
+    },
+    when="scenes with smooth surfaces",
+)
+CELLS = GroupSpec(
+    "/tissuec/cells",
+    "the cells of preserved volumes and, for each field of cells, their numbers",
+    {
+        "body": _texts("body", "bodies whose volume may be preserved"),
+        "count": _integers("body", "number of cells of each body"),
+        "nodes": _integers("pair 2", "nodes, and the cells around them"),
+        "{field}": _numbers("cell", "{what}, frame after frame"),
+    },
+    when="scenes that record a field of cells",
+)
+SIDES = GroupSpec(
+    "/tissuec/sides",
+    "the net just before and just after each event, in turn, with positions, velocities and "
+    "all fields. At most 64 events are recorded, and of events within a thousandth of the time "
+    "between frames only the first",
+    {
+        "time": _array("side", f"times {_TURN}", "s", chunk=FEW),
+        "alive": _array(
+            "byte",
+            f"which springs of the network exist, eight in a byte; {_TURN}",
+            kind="u1",
+            chunk=CHUNK,
+            in_parts=True,
+        ),
+        "{field}": _numbers("item …", f"{{what}}; {_TURN}"),
+    },
+    when="scenes with a trajectory in which something happens after the start",
+)
+TOOL_FRAMES = GroupSpec(
+    "/tissuec/tools",
+    "positions of the nodes of tools in each frame, two for each shape; see `network/tools`",
+    {
+        "position": _numbers(
+            "node 3",
+            "position of each node of the shapes of tools, frame after frame",
+            "m",
+            1024,
+        )
+    },
+    when="scenes whose tools have shapes",
+)
+PARTICLES = GroupSpec(
+    "/particles/all",
+    "positions, velocities and fields of nodes in the layout of H5MD 1.1. `value` and `time` "
+    "are those of `/VTKHDF` under other names, need no disk space and are created when the run "
+    "ends",
+    {
+        "mass": _array("node", "mass of each node", "kg"),
+        "id": _integers("node", "id of each node"),
+        "{field}/value": _array("frame node …", "{field} of each node [{unit}]", kind=FLOAT),
+        "{field}/step": _integers("frame", "number of each frame"),
+        "{field}/time": _array("frame", "time of each frame", "s"),
+    },
+)
+GROUPS = (
+    FRAMES, LINES, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
+    COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, HIDDEN, LAWS, BODIES, JOINTS,
+    TOOLS, INELASTIC, MARKS, ORIGINS, ORIGINS_OF, SETS, REGIONS, CHECKPOINT, SUMS,
+)  # fmt: skip
+"""All groups, in the order of the manual."""
