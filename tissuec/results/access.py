@@ -222,9 +222,11 @@ class Contents(dict[str, Any]):
 
     def rows(self, *names: str) -> Iterator[tuple[Any, ...]]:
         """Yield the rows of some datasets, as plain values."""
-        columns = (self[name] for name in names)
-        plain_columns = (one if isinstance(one, list) else one.tolist() for one in columns)
-        return zip(*plain_columns, strict=True)
+        return zip(*map(self._plain, names), strict=True)
+
+    def _plain(self, name: str) -> list[Any]:
+        found = self[name]
+        return cast("list[Any]", found if isinstance(found, list) else found.tolist())
 
 
 def json(parent: ResultGroup, path: str) -> Any:

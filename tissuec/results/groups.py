@@ -13,9 +13,9 @@ def write_groups(store: Store, groups: Sequence[NamedGroup]) -> None:
     """Write sets, and regions under the names of their bodies."""
     for number, group in enumerate(groups):
         title = f"{group.name} of {group.body}" if group.body else group.name
-        names = {"name": member_name(group.name), "body": member_name(group.body)}
+        name, body = member_name(group.name), member_name(group.body)
         dataset = REGIONS["{body}/{name}"] if group.body else SETS["{name}"]
-        dataset = dataset.of(what=group.what, title=title, **names)
+        dataset = dataset.of(what=group.what, title=title, name=name, body=body)
         store.array(dataset, group.indices)
         attributes = {key: getattr(group, key) for key in ("name", "what", "body")}
         store.label(dataset.path, **attributes, number=number)  # the place in the scene's order

@@ -16,15 +16,24 @@ from tissuec.results.datasets import DatasetSpec
 from tissuec.results.frame_columns import FrameColumns
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.recording import LogChannel, Recording
-from tissuec.results.schema import ERRORS, LINES, LOGS, TOOL_FRAMES
+from tissuec.results.schema import (
+    ERRORS,
+    LINES,
+    LOGS,
+    NETWORK,
+    ORIGINS_OF,
+    PARTICLES,
+    RECORDING,
+    TOOL_FRAMES,
+)
 from tissuec.results.sides import MOST_EVENTS, SideColumns
 from tissuec.results.store import LARGE
 from tissuec.results.tables import ENERGY, datasets_of
 from tissuec.script.plan import Output, SurfaceOutput
 
 EMPTY_FILE = 145_000  # bytes of groups, attributes and first rows, measured
-NODE, SPRING, TRIANGLE = 100, 84, 12  # bytes of the network
-PACKED_NODE, PACKED_SPRING = 17, 2  # of a large one, whose numbers repeat themselves, measured
+ORIGINS = {"node": 1, "spring": 5}  # arrays of the network whose origins are written
+PACKED = {"node": 17, "spring": 2}  # bytes of a large one, whose numbers repeat, measured
 TREE = 2_400  # bytes of a table of places
 TREE_CHUNKS = 48  # that it has room for, as they come
 LOG = 2_700  # bytes of a group with three columns without rows
@@ -60,12 +69,12 @@ def file_size(
         events: What happens in it.
     """
     total = EMPTY_FILE
-    for size, packed, count in (
-        (NODE, PACKED_NODE, network.node_count),
-        (SPRING, PACKED_SPRING, network.spring_count),
-        (TRIANGLE, 0, len(network.skin)),
+    for axis, count in (
+        ("node", network.node_count),
+        ("spring", network.spring_count),
+        ("triangle", len(network.skin)),
     ):
-        total += count * (size if count < LARGE else packed)
+        total += count * (_bytes_of(axis) if count < LARGE else PACKED.get(axis, 0))
     mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
     columns = FrameColumns(recording, mesh)
     total += sum(_frames(network, columns, moments(duration, output.every), 1 + events.cuts))
@@ -77,6 +86,14 @@ def file_size(
     for surface in output.surfaces:
         total += _surface(network, surface, duration, 4 if recording.single else 8)
     return total
+
+
+def _bytes_of(axis: str) -> int:
+    """Return the bytes that each node, spring or triangle of the network has."""
+    groups = (NETWORK, RECORDING, PARTICLES)
+    arrays = (one for group in groups for one in group.values() if one.axes[:1] == (axis,))
+    origins = ORIGINS.get(axis, 0) * ORIGINS_OF["{array}"].row_bytes
+    return sum(one.row_bytes for one in arrays) + origins
 
 
 def moments(duration: float, every: float) -> int:

@@ -110,11 +110,11 @@ def datasets_of(group: GroupSpec, channel: LogChannel) -> dict[str, DatasetSpec]
     """
     width = len(channel.columns)
     rows = min(CHUNK, max(1, 1024 // max(1, width)))
-    names = {
-        "log": member_name(channel.name), "what": channel.description, "unit": channel.unit
-    }  # fmt: skip
+    log, what, unit = member_name(channel.name), channel.description, channel.unit
     found = {
-        name: one.of(row=(width,) if "column" in one.axes[1:] else None, **names)
+        name: one.of(
+            row=(width,) if "column" in one.axes[1:] else None, log=log, what=what, unit=unit
+        )
         for name, one in group.items()
         if channel.has_jumps or not name.startswith("jumps/")
     }
