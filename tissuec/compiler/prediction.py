@@ -21,6 +21,7 @@ from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import ForeseenEvents, file_size
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.cut import Cut
+from tissuec.script.verbs.tie import Tie
 
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
 
@@ -118,8 +119,10 @@ def _foreseen(plan: Plan) -> ForeseenEvents:
         duration: float | None = getattr(event.action, "duration", None)
         times |= {event.time, event.time + (duration or 0.0)}
     cuts = {e.time for e in plan.events if isinstance(e.action, Cut) and 0.0 < e.time <= end}
-    # Each condition is expected to become true once, and springs that can break to do so once.
-    others = len(plan.triggers) + plan.breakable
+    # Each condition is expected to become true once, springs that can break to do so once, and
+    # each knot to slip and to hold again once.
+    knots = sum(isinstance(event.action, Tie) for event in plan.events)
+    others = len(plan.triggers) + plan.breakable + 2 * knots
     count = sum(0.0 < time <= end for time in times) + others
     return ForeseenEvents(count, len(cuts) + plan.breakable)
 
