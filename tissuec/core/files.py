@@ -55,13 +55,26 @@ def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
         OSError: It cannot be read, is larger, or is no regular file.
     """
     with open_regular(path) if regular else path.open("rb") as file:
-        found = os.fstat(file.fileno())
-        is_larger = found.st_size > most
-        # Python makes room for all that is requested; only what may never end needs a limit.
-        asked = -1 if stat.S_ISREG(found.st_mode) else most + 1
-        data = b"" if is_larger else file.read(asked)
+        return read_rest(file, most)
+
+
+def read_rest(file: BufferedReader, most: int) -> bytes:
+    """Return what an open file contains from its present place on.
+
+    Args:
+        file: The file.
+        most: Its largest size [bytes].
+
+    Raises:
+        OSError: It cannot be read, or is larger.
+    """
+    found = os.fstat(file.fileno())
+    is_larger = found.st_size > most
+    # Python makes room for all that is requested; only what may never end needs a limit.
+    asked = -1 if stat.S_ISREG(found.st_mode) else most + 1
+    data = b"" if is_larger else file.read(asked)
     if is_larger or len(data) > most:
-        raise OSError(errno.EFBIG, f"it is larger than {most >> 20} MiB", str(path))
+        raise OSError(errno.EFBIG, f"it is larger than {most >> 20} MiB", str(file.name))
     return data
 
 

@@ -10,7 +10,7 @@ import h5py
 from tissuec.core.files import OutputFile
 from tissuec.core.hints import nearby_file
 from tissuec.results import access
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.errors import ForeignFileError, PlaceError, ResultError
 from tissuec.results.hdf5 import linked_file, open_file
 from tissuec.results.journal import JournaledFile, has_journal
 from tissuec.results.places import (
@@ -187,7 +187,7 @@ def _check_mark(file: h5py.File, path: Path) -> None:
             f'"{path}" contains the blocks of "{name}" for ParaView; use that file'
         )
     if not _is_marked(file):
-        raise ResultError(f'"{path}" is an HDF5 file, but not a result of tissuec')
+        raise ForeignFileError(f'"{path}" is an HDF5 file, but not a result of tissuec')
     version = int(cast(int, file["tissuec"].attrs[_MARK]))
     if version != LAYOUT_VERSION:
         raise ResultError(

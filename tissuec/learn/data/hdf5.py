@@ -5,9 +5,8 @@ H5MD files, numbers without a unit are in SI units. (P. de Buyl, P. H. Colberg, 
 Comput. Phys. Commun. 185:1546, 2014.)
 """
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import NoReturn
+from collections.abc import Callable, Sequence
+from typing import NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +21,13 @@ from tissuec.learn.data.nodes import nodes_of, owners
 from tissuec.learn.data.thinning import nearest_rows
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.results import access
-from tissuec.results.access import FAULTS, Dataset, ResultGroup
-from tissuec.results.errors import ResultError
+from tissuec.results.access import Dataset, ResultGroup
+from tissuec.results.errors import ForeignFileError, ResultError
 from tissuec.results.hdf5 import open_file
 from tissuec.results.trajectory import Trajectory
 from tissuec.script.fit_problem import Fit
+
+T = TypeVar("T")
 
 
 def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> list[Series]:
@@ -35,35 +36,36 @@ def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> 
     Raises:
         CompileError: It is damaged, or neither a result nor H5MD.
     """
-    path, series = complaints.data.path, list[Series]()
-    kind = _kind(path)
-    if kind == "other":
-        message = f"{complaints.file} is an HDF5 file, but neither a result of tissuec nor H5MD"
-        hint = "H5MD has the groups particles or observables"
-        complaints.reject("TIS604", message, hint=hint)
+    path = complaints.data.path
     try:
-        with Trajectory(path) if kind == "result" else open_file(path, "r") as file:
-            for fit in fits:
-                with complaints.part():
-                    if isinstance(file, Trajectory):
-                        series.append(read_result(fit, file, network, complaints))
-                    else:
-                        whole = ResultGroup(file, str(path), {})
-                        series.append(read_h5md(fit, whole, network, complaints))
+        try:
+            with Trajectory(path) as result:
+                return _each(fits, complaints, read_result, result, network)
+        except ForeignFileError:
+            with open_file(path, "r") as file:
+                whole = ResultGroup(file, str(path), {})
+                if not any(name in whole for name in GROUPS):
+                    message = "is an HDF5 file, but neither a result of tissuec nor H5MD"
+                    hint = "H5MD has the groups particles or observables"
+                    complaints.reject("TIS604", f"{complaints.file} {message}", hint=hint)
+                return _each(fits, complaints, read_h5md, whole, network)
     except (ResultError, OSError) as error:
         complaints.reject("TIS604", f"{complaints.file} cannot be read: {error}")
+
+
+def _each(
+    fits: Sequence[Fit],
+    complaints: Complaints,
+    read: Callable[[Fit, T, Network, Complaints], Series],
+    file: T,
+    network: Network,
+) -> list[Series]:
+    """Return the series of those fits that can be read."""
+    series: list[Series] = []
+    for fit in fits:
+        with complaints.part():
+            series.append(read(fit, file, network, complaints))
     return series
-
-
-def _kind(path: Path) -> str:
-    """Return whose a file is; one that cannot be opened is left to what mends results."""
-    try:
-        with open_file(path, "r") as file:
-            if "tissuec" in file or "tissuec_view" in file.attrs:
-                return "result"
-            return "h5md" if any(name in file for name in GROUPS) else "other"
-    except FAULTS:
-        return "result"
 
 
 PARTICLES, OBSERVABLES = "particles", "observables"

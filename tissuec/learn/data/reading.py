@@ -1,7 +1,7 @@
 """From a file of data to an experiment."""
 
 from collections.abc import Sequence
-from hashlib import file_digest
+from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic
-from tissuec.core.files import open_regular
+from tissuec.core.files import open_regular, read_rest
 from tissuec.core.hints import nearby_file
 from tissuec.core.units import TIME, show
 from tissuec.learn.data.complaints import Complaints
@@ -21,6 +21,7 @@ from tissuec.script.fit_problem import Data, DataAxis, Fit, FitProblem
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 #: Places of its mark: at the start, or after a block of the user.
 _PLACES = (0, 512, 1024, 2048)
+_LARGEST_TABLE = 1 << 30  # bytes
 #: By which part of a run a time may be outside of it: by rounding only.
 _ROUNDING = 1e-9
 
@@ -40,16 +41,16 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
     """
     complaints = Complaints(data, len(fit_problem.data) < 2)
     try:
-        digest = digest_of(data.path)
-        is_hdf5 = _is_hdf5(data.path)
+        digest, content = _opened(data.path)
     except OSError as error:
         reason = (error.strerror or type(error).__name__).lower()
         hint = "" if data.path.exists() else nearby_file(data.path, data.path.suffix)
         complaints.reject("TIS604", f'cannot read "{data.path}": {reason}', hint=hint)
-    if is_hdf5:
-        series = _read_hdf5(fit_problem.axis, fit_problem.fits, network, complaints)
+    axis, fits = fit_problem.axis, fit_problem.fits
+    if content is None:
+        series = _read_hdf5(axis, fits, network, complaints)
     else:
-        series = read_table(fit_problem.axis, fit_problem.fits, network, complaints)
+        series = read_table(content, axis, fits, network, complaints)
     if data.start:
         if fit_problem.axis.nodes is not None:
             complaints.reject("TIS306", "rows over a displacement have no time")
@@ -111,11 +112,20 @@ def _started(one: Series, start: float) -> Series:
     return replace(kept, times=np.maximum(kept.times - start, 0.0))
 
 
-def _is_hdf5(path: Path) -> bool:
-    """Return whether a file is HDF5, by its contents."""
+def _opened(path: Path) -> tuple[str, bytes | None]:
+    """Return the SHA-256 of a file in hexadecimal digits, and its content unless it is HDF5.
+
+    Raises:
+        OSError: It cannot be read, is no regular file, or is a table that is too large.
+    """
     with open_regular(path) as file:
         head = file.read(_PLACES[-1] + len(_HDF5))
-    return any(head.startswith(_HDF5, place) for place in _PLACES)
+        file.seek(0)
+        if any(head.startswith(_HDF5, place) for place in _PLACES):
+            readable: Any = file  # in blocks, for such a file may be larger than memory
+            return file_digest(readable, "sha256").hexdigest(), None
+        content = read_rest(file, _LARGEST_TABLE)
+    return sha256(content).hexdigest(), content
 
 
 def _read_hdf5(
@@ -138,14 +148,3 @@ def _empty(one: Series, complaints: Complaints) -> Diagnostic:
     if complaints.data.start:
         start = f" from {show(complaints.data.start, TIME, digits=6)} on"
     return Diagnostic("TIS313", message + start, one.fit.span)
-
-
-def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file in hexadecimal digits; it is read in blocks.
-
-    Raises:
-        OSError: It cannot be read, or is no regular file.
-    """
-    with open_regular(path) as file:
-        readable: Any = file  # which is buffered
-        return file_digest(readable, "sha256").hexdigest()

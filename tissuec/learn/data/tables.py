@@ -8,7 +8,6 @@ from typing import NoReturn
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.files import read_bytes
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.core.text_tables.column_units import is_count
@@ -212,19 +211,25 @@ class _Header:
         )
 
 
-LARGEST_TABLE = 1 << 30  # bytes
 FEWEST_EQUAL = 4  # values; fewer may agree by rounding
 
 
 def read_table(
-    axis: DataAxis, fits: Sequence[Fit], network: Network, complaints: Complaints
+    data: bytes, axis: DataAxis, fits: Sequence[Fit], network: Network, complaints: Complaints
 ) -> list[Series]:
     """Return the series of every fit in a table; errors of single fits go to ``complaints``.
+
+    Args:
+        data: Content of the file.
 
     Raises:
         CompileError: No fit can be read.
     """
-    text = _text(complaints)
+    text = decoded(data)
+    if text is None:
+        message = f"{complaints.file} is neither text nor HDF5"
+        hint = "data is a table as text (CSV), a result of tissuec or an H5MD file"
+        complaints.reject("TIS604", message, hint=hint)
     dialect = find_dialect(text)
     if dialect is None:
         complaints.reject("TIS313", f"{complaints.file} is empty")
@@ -242,20 +247,6 @@ def read_table(
             _check_varies(one, rows)
             series.append(_thinned(one) if rows.timed else one)
     return series
-
-
-def _text(complaints: Complaints) -> str:
-    """Return the text of a file; its lines end with one sign."""
-    try:
-        raw = read_bytes(complaints.data.path, LARGEST_TABLE)
-    except OSError as error:
-        complaints.reject("TIS604", f"cannot read {complaints.file}: {error.strerror}")
-    text = decoded(raw)
-    if text is None:
-        message = f"{complaints.file} is neither text nor HDF5"
-        hint = "data is a table as text (CSV), a result of tissuec or an H5MD file"
-        complaints.reject("TIS604", message, hint=hint)
-    return text
 
 
 def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:
