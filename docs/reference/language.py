@@ -18,11 +18,10 @@ from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
 from tissuec.scene import settings
-from tissuec.scene.bodies import block as bodies
-from tissuec.scene.bodies import joints
-from tissuec.scene.bodies.block import EXPLICIT
+from tissuec.scene.bodies.block import EXPLICIT, joints
+from tissuec.scene.bodies.block import block as bodies
 from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES
-from tissuec.scene.learning import entries as learn_entries
+from tissuec.scene.learning.block import sentences as learn_sentences
 from tissuec.scene.learning.entries import (
     ADJUSTED,
     DIMENSIONS,
@@ -31,12 +30,12 @@ from tissuec.scene.learning.entries import (
     learn_schema,
 )
 from tissuec.scene.program.parameters import CONSTANTS
-from tissuec.scene.reading.block_sentences import Sentences
+from tissuec.scene.reading.block_sentences import SentenceKind
 from tissuec.scene.reading.entries import entries_of, entry_table
 from tissuec.scene.reading.expressions import FUNCTIONS
 from tissuec.scene.reading.parts import parts as text_parts
 from tissuec.scene.study import entries as study_entries
-from tissuec.scene.study.entries import AGGREGATES, DISTRIBUTIONS
+from tissuec.scene.study.entries import AGGREGATES, DESIGNS, DISTRIBUTIONS
 from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.words.vocabulary import OPERATOR_ENTRIES
 from tissuec.script.forms import texts_of
@@ -72,12 +71,16 @@ def parts() -> dict[str, str]:
         "measures": measure_table(),
         "frame fields": frame_field_table(),
         "integrators": integrator_table(),
-        "learn sentences": sentence_sections("learning", learn_entries.SENTENCES),
+        "learn sentences": sentence_sections("learning", learn_sentences.SENTENCES),
         "learn settings": entry_table(learn_schema()),
         "adjusted": adjusted_table(),
         "study sentences": sentence_sections("studies", study_entries.SENTENCES),
         "study settings": entry_table(entries_of(study_entries.StudySettings)),
         "study functions": study_functions(),
+        "study designs": table(
+            ("design", "how it combines values"),
+            [(code(name), about) for name, about in DESIGNS.items()],
+        ),
     }
 
 
@@ -259,19 +262,19 @@ def verb_table(pages: Mapping[str, str]) -> str:
     return table(("verb", "for example", "what it does"), rows)
 
 
-def sentence_sections(block: str, sentences: Mapping[str, Sentences]) -> str:
+def sentence_sections(block: str, sentences: Mapping[str, SentenceKind]) -> str:
     """Return a section for each kind of sentence of a block, whose name is in plain words."""
     sections = []
     for name, entry in sentences.items():
         needed = " Needed." if entry.is_needed else ""
-        forms, about = fenced("\n".join(entry.forms)), paragraphs(entry.about)
+        forms, about = fenced("\n".join(entry.examples)), paragraphs(entry.about)
         sections.append(f"## `{name}` of {block}\n\n{forms}\n\n{about}{needed}")
     return "\n\n".join(sections)
 
 
 def study_functions() -> str:
     """Return the functions of a study, by the sentence in which they stand."""
-    aggregates = {f"{name}(MEASURE of SET)": about for name, about in AGGREGATES.items()}
+    aggregates = {f"{name}(MEASURE)": about for name, about in AGGREGATES.items()}
     distributions = dict.fromkeys(DISTRIBUTIONS.values(), "a distribution")
     over_runs = dict.fromkeys(OVER_RUNS.values(), "over all runs that have a value")
     rows = [

@@ -12,7 +12,7 @@ from tissuec.core.units import FORCE, LENGTH, NUMBER, STIFFNESS, VELOCITY
 from tissuec.lang.printer import format_source
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.pipeline import compile_request
-from tissuec.scene.learning.entries import SENTENCES
+from tissuec.scene.learning.sentences import SENTENCES
 from tissuec.scene.program.imports import StoredTexts, read_source
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
@@ -564,7 +564,7 @@ OF_TISSUES = (
     "fit = QUANTITY of TISSUE weighing 2", "fit = QUANTITY of all tissues",
     "adjust weights of RULES", "hold out TISSUE",
 )  # fmt: skip
-FORMS = [(name, form) for name, one in SENTENCES.items() for form in one.forms]
+FORMS = [(name, form) for name, one in SENTENCES.items() for form in one.examples]
 
 
 @pytest.mark.parametrize("form", OF_TISSUES)

@@ -69,7 +69,7 @@ def test_entries_of_learn_blocks_are_explained(place, words):
     ("place", "words"),
     [
         ("vary", "vary lift = [2 mm, 5 mm]"), ("lift = 1", "`6 mm`"), ("pull =", "a column of"),
-        ("max(f", "the largest value"), ("force of", "force"), ("rupture", "first event"),
+        ("max(f", "the largest value"), ("force(", "force"), ("rupture", "first event"),
         ("latin", "random points"), ("keep", "what is kept"), ("share", "share(NAME < 2 N)"),
         ("pull >", "measure pull = max"),
     ],
@@ -77,7 +77,7 @@ def test_entries_of_learn_blocks_are_explained(place, words):
 def test_sentences_of_studies_are_explained(place, words):
     text = (
         "language 1\nparam lift = 6 mm\nstudy s { vary lift = 1 mm to 3 mm\n"
-        "measure pull = max(force of A)\nmeasure tear = time of rupture\n"
+        "measure pull = max(force(A))\nmeasure tear = time of rupture\n"
         "design is latin hypercube; keep is results; expect share(pull > 1 N) == 1 }\n"
     )
     assert words.lower() in at(text, place).lower()

@@ -28,7 +28,7 @@ CASES = {
     "param x = 3 mm between ‸": (
         "param NAME = NUMBER between NUMBER and NUMBER", "between NUMBER",
     ),
-    "set a = nodes of ‸": ("set NAME = nodes of DRAWN in LIST where CONDITION", "of DRAWN"),
+    "set a = nodes of ‸": ("set NAME = nodes of BODY in LIST where CONDITION", "of BODY"),
 }  # fmt: skip
 
 

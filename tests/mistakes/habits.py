@@ -361,7 +361,7 @@ MISTAKES = {
         "study s { vary lift = 2 mm to 10 mm in 5 steps; measure pull = peak force of forceps A }\nexpect count(pieces",
         "TIS701",
         "peak force",
-        "for example: max(force of A)",
+        "for example: max(force(A))",
     ),
     "output with equals": M(
         "force of forceps A every 1 ms",

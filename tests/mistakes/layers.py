@@ -595,7 +595,7 @@ MISTAKES = {
         "study s { vary lift = 2 mm to 10 mm in 5 steps }\nexpect count(pieces",
         "TIS304",
         "study s",
-        "for example: measure pull = max(force of forceps A)",
+        "for example: measure pull = max(force(forceps A))",
     ),
     "learn in a scene that is not saved": M(
         "expect count(pieces",

@@ -4,10 +4,10 @@ from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.clauses import in_clause, stands_for
+from tissuec.lsp.clauses import in_clause
 from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import SPRINGS, Expected, number
-from tissuec.lsp.forms import forms_of, texts_of
+from tissuec.lsp.forms import first_places, forms_of, texts_of, together
 from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
@@ -26,14 +26,11 @@ def named_with(prefix: Prefix) -> Expected:
             return Expected(declares="let")
         case _, "known":
             return Expected((v.KNOWN_TERMS,))
-        case "learn", "adjust":
-            return Expected((v.adjusted(),), ("param",))
-        case "learn", ("against column" | "write"):
-            return Expected()
-        case "study", "vary":
-            return Expected((study.varied(),), ("param", "property"))
-        case "study", "measure":
-            return Expected(declares="column")
+        case ("learn" | "study" | "output") as kind, entry:
+            forms = forms_of(kind, entry)
+            return together(
+                one.expected for form in forms for one in form.clauses if not one.word
+            )
         case kind, entry:
             if texts_of(kind, entry)[0].startswith(f"{entry} NAME"):
                 return Expected(declares=entry)
@@ -42,14 +39,9 @@ def named_with(prefix: Prefix) -> Expected:
 
 
 def objects(prefix: Prefix) -> tuple[str, ...]:
-    """Return the kinds of names that a verb takes after its words."""
-    kinds = (
-        kind
-        for form in forms_of("script", prefix.head)
-        if form.literal == prefix.object
-        for kind in form.names
-    )
-    return tuple(dict.fromkeys(kinds))
+    """Return what kinds of names a verb takes behind its words."""
+    forms = (one for one in forms_of("script", prefix.head) if one.literal == prefix.object)
+    return together(first_places(forms)).names
 
 
 def choices(prefix: Prefix) -> Expected:
@@ -67,10 +59,7 @@ def choices(prefix: Prefix) -> Expected:
     if known.choices:
         return Expected((known.choices,))
     clauses = (clause for form in forms_of(kind, subject) for clause in form.clauses)
-    behind = (content for word, content in clauses if word == "is" and content)
-    return next(
-        (stands_for(one) for one in behind if not isinstance(one, Expected)), Expected()
-    )
+    return next((one.expected for one in clauses if one.word == "is"), Expected())
 
 
 def expected_in(prefix: Prefix) -> Expected:
@@ -82,8 +71,8 @@ def expected_in(prefix: Prefix) -> Expected:
         return Expected(files="table")
     if prefix.in_measure and call not in v.functions():
         return argument(prefix)
-    if kind == "study":
-        return study.of_study(prefix)
+    if kind == "study" and (found := study.of_study(prefix)) is not None:
+        return found
     if kind == "rules" and head == "if":
         if prefix.clause:
             return number()
@@ -94,7 +83,7 @@ def expected_in(prefix: Prefix) -> Expected:
         return number(_conditions(prefix))
     if kind in ("tissue", "law") and prefix.subject in v.FORMULAS:
         return _formula(prefix)
-    if prefix.clause:
+    if prefix.clause or (kind in ("learn", "study") and prefix.has("=")):
         return in_clause(prefix)
     if prefix.has_verb and call == "[":
         return Expected((), objects(prefix))
@@ -115,13 +104,6 @@ def _plain(prefix: Prefix) -> Expected:
             return measured(v.errors())
         case "script", "when":
             return measured()
-        case "learn", ("data" | "hold out") if behind_equal:
-            return Expected(files="data")
-        case "learn", "adjust":
-            known = v.adjusted_in_lists() if prefix.call == "[" else v.adjusted()
-            return Expected((known,), ("param",))
-        case "learn", "fit":
-            return Expected((v.fitted(),), ("quantity",))
         case (("body" | "region"), entry) if behind_equal and entry in GRADABLE:
             return number(v.coordinates())
         case "", "table":

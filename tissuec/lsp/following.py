@@ -4,20 +4,13 @@ The grammar then narrows them.
 """
 
 from collections.abc import Iterator
-from itertools import pairwise
 
-from tissuec.lsp.forms import forms_of
+from tissuec.lsp.forms import fitting
 from tissuec.lsp.prefix import Prefix
 from tissuec.scene.program.repetition import REPEAT
-from tissuec.scene.study.entries import AGGREGATES
-from tissuec.script.measures import MEASURES
 
 _LOGIC = ("and", "or", "not", "is", "between", "within", "of")
 _OF_TRIGGERS = ("to", "every", "and", "or", "not", "between", "along")
-#: Words that follow one of some others, in the forms that have those before them.
-_SECOND = {"to": ("from",), "and": ("between",), "in": ("using", "along")}
-#: Words that a sentence can have several times, by its block: ``of scar of vessel``.
-_REPEATED = (("learn", "of"), ("study", "of"))
 
 
 def following(prefix: Prefix) -> list[str]:
@@ -37,45 +30,20 @@ def following(prefix: Prefix) -> list[str]:
         return list(_LOGIC)
     if kind == "script" and not prefix.has_verb and head != REPEAT:
         return list(_OF_TRIGGERS)
-    if kind == "study" and prefix.subject == "measure" and prefix.has("="):
-        return list(_of_measure(prefix))
     return [*([] if prefix.calls else _clauses_left(prefix)), *_inside(prefix)]
-
-
-def _of_measure(prefix: Prefix) -> Iterator[str]:
-    """Yield the words that may follow what a study measures."""
-    start = prefix.texts.index("=") + 1
-    first, *_ = (*prefix.texts[start:], "")
-    if first == "time":
-        yield "of"  # the kind of events, and their springs
-        return
-    if first in AGGREGATES and not prefix.calls:
-        words = ("over", "from", "to" if prefix.has("from") else "until", "every")
-    else:
-        measure = MEASURES.get(prefix.measure)
-        second = ("to",) if measure is not None and measure.subjects > 1 else ()
-        words = ("of", *second, "along", *(() if prefix.calls else ("at", "every")))
-    yield from (word for word in words if not prefix.has(word))
 
 
 def _clauses_left(prefix: Prefix) -> Iterator[str]:
     """Yield the joining words of the forms of a sentence that are not written yet."""
-    kind = prefix.block.kind
-    forms = forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject)
     found = dict[str, None]()
-    for form in forms:
-        if not form.fits(prefix.object, of_order=prefix.has_verb):
-            continue
-        words = [word for word, _ in form.clauses]
-        for before, word in pairwise(["", *words]):
-            if prefix.subject == "vary":
-                begun = bool(prefix.object)
-                is_behind = begun and (prefix.openers or [""])[-1] in (before, word)
-            else:
-                is_behind = before not in _SECOND.get(word, ()) or prefix.has(before)
-            is_left = not prefix.has(word) or (kind, word) in _REPEATED
-            if word != "=" and is_behind and is_left:
-                found[word] = None
+    for form in fitting(prefix):
+        words = [one.word for one in form.clauses]
+        past = words.index("=") + 1 if "=" in words and prefix.has("=") else 0
+        for index, one in enumerate(form.clauses[past:], start=past):
+            is_left = prefix.openers.count(one.word) == words[:index].count(one.word)
+            is_next = all(prefix.has(word) if word else prefix.object for word in one.needs)
+            if is_left and is_next and one.word not in ("", "="):
+                found[one.word] = None
     yield from found
 
 

@@ -1,29 +1,81 @@
 """The forms of sentences, taken apart: what each joining word of an order or entry holds."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
+from itertools import takewhile
 from typing import NamedTuple
 
-from tissuec.core.units import show
+from tissuec.core import units
+from tissuec.core.units import Dimension, parse_unit, show
 from tissuec.lang.words import RESERVED
+from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.expected import Expected, number
+from tissuec.lsp.expected import SPRINGS, Expected, number
+from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, Term, Terms, by_label, plain
 from tissuec.scene.reading.parts import PARTS, blocks, entries_in
 from tissuec.scene.reading.parts import forms_of as part_forms
 from tissuec.script import forms as script_forms
-from tissuec.script.fit_problem import WEIGHTS, WORDS
 from tissuec.script.forms import VerbForm
 from tissuec.script.parts import (
+    BODY,
+    FORCE,
+    OWN,
+    QUANTITY,
+    REGION,
+    RULES,
+    SET,
+    TISSUE,
     ChoiceClause,
+    ColumnsClause,
+    FilesClause,
     FlagPart,
+    MeasureClause,
+    NameClause,
     NumberClause,
     Part,
+    Placeholder,
     ProfileClause,
     SubjectPart,
     ToolClause,
+    UnitPart,
+    ValueClause,
 )
 from tissuec.script.verbs import VERBS
+
+#: Words that follow one of some others, in forms that are written as texts.
+_SECOND = {"to": ("from",), "and": ("between",), "in": ("using", "along")}
+#: What capital words mean in forms that are written as texts.
+_MEANT = {
+    **{one.text: Expected(names=one.names)
+       for one in (BODY, FORCE, QUANTITY, REGION, RULES, SET, TISSUE)},
+    "DRAWN": Expected(names=SPRINGS[1:]),
+    "UNIT": Expected(unit=True, dimension=units.LENGTH),
+    "MODE": Expected((v.MODE_TERMS,)),
+    "SOURCE": Expected((v.SOURCE_TERMS,)),
+    "SPREAD": Expected((v.SPREADS,)),
+    "TIME": number()._replace(dimension=units.TIME),
+    "LENGTH": number()._replace(dimension=units.LENGTH),
+    "NUMBER": number(),
+    "LIST": number(),
+}  # fmt: skip
+#: Words of such forms that are described.
+_DESCRIBED = {"log scale": v.LOG_SCALE, "run": v.RUN, "columns": v.COLUMNS}
+
+
+class ClauseForm(NamedTuple):
+    """One place of a form.
+
+    Attributes:
+        word: The joining word; empty directly behind the first words.
+        expected: What can be written there.
+        needs: Words that are written before.
+    """
+
+    word: str
+    expected: Expected
+    needs: tuple[str, ...] = ()
 
 
 class SentenceForm(NamedTuple):
@@ -31,24 +83,29 @@ class SentenceForm(NamedTuple):
 
     Attributes:
         literal: Words after its first ones, such as "spring constant".
-        names: Kinds of names that can follow them.
-        clauses: Joining words, and what is expected or written after them in forms.
+        clauses: What is behind these, and behind joining words.
+        starts: Words of which one is written behind "=" in this form only.
     """
 
     literal: str
-    names: tuple[str, ...]
-    clauses: tuple[tuple[str, tuple[str, ...] | Expected], ...]
+    clauses: tuple[ClauseForm, ...]
+    starts: tuple[str, ...] = ()
 
-    def fits(self, object_: str, *, of_order: bool) -> bool:
-        """Return whether a sentence about something can be of this form.
 
-        Args:
-            object_: Words between its first ones and a name, such as "spring constant".
-            of_order: Whether it is an order; entries are about more than their forms show.
-        """
-        if of_order:
-            return (self.literal or object_) == object_
-        return self.literal == object_ or not {self.literal, object_} & {WORDS, WEIGHTS}
+def fitting(prefix: Prefix) -> list[SentenceForm]:
+    """Return the forms that the sentence of a prefix can have."""
+    kind = prefix.block.kind
+    forms = forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject)
+    of_words = [one for one in forms if one.literal and one.literal == prefix.object]
+    found = of_words or [one for one in forms if not one.literal]
+    if prefix.has("="):
+        found = [one for one in found if any(part.word == "=" for part in one.clauses)]
+    texts = prefix.texts
+    first = texts[texts.index("=") + 1 :][:1] if "=" in texts else []
+    if first:
+        begun = [one for one in found if first[0] in one.starts]
+        found = begun or [one for one in found if not one.starts]
+    return found
 
 
 @cache
@@ -60,8 +117,12 @@ def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
         entry: The part, entry or verb.
     """
     if block == "script" and entry in VERBS:
-        return tuple(map(_of_verb, script_forms.forms_of(entry)))
-    return tuple(_form(text, entry) for text in texts_of(block, entry))
+        return tuple(_declared(form, entry) for form in script_forms.forms_of(entry))
+    known = entries_in(block).get(entry) if block else None
+    if known is not None and known.sentences:
+        kinds = map(script_forms.form_of, known.sentences)
+        return tuple(_declared(form, entry, is_ordered=True) for form in kinds)
+    return tuple(_written(text, entry) for text in texts_of(block, entry))
 
 
 def texts_of(block: str, entry: str) -> tuple[str, ...]:
@@ -82,47 +143,111 @@ def texts_of(block: str, entry: str) -> tuple[str, ...]:
     return known.free if known is not None else ()
 
 
-def _form(text: str, entry: str) -> SentenceForm:
+# --- forms that are texts ---------------------------------------------------------------------
+
+
+def _written(text: str, entry: str) -> SentenceForm:
+    """Return a form that is written as a text."""
     groups: list[list[str]] = [[]]
     for word in text.removeprefix(entry).replace("(", "( ").split():
         if (word in RESERVED and word != "table") or word == "=":
             groups.append([])
         groups[-1].append(word)
-    literal = " ".join(word for word in groups[0] if word.islower())
-    return SentenceForm(
-        literal, (), tuple((group[0], tuple(group[1:])) for group in groups[1:])
-    )
+    clauses, before, starts = list[ClauseForm](), "", list[str]()
+    for word, *content in groups[1:]:
+        needs = (before,) if before in _SECOND.get(word, ()) else ()
+        clauses.append(ClauseForm(word, _content(content), needs))
+        before = word
+        if word == "=" and content[0].isalpha() and content[0].islower():
+            starts.append(content[0])
+    return SentenceForm("", tuple(clauses), tuple(starts))
 
 
-def _of_verb(form: VerbForm) -> SentenceForm:
-    """Return a form of a verb with what its declaration expects."""
-    is_literal = form.cases is not None and not form.cases.word
-    names = (name for part in form.subjects for name in _names(part))
+def _content(content: Sequence[str]) -> Expected:
+    """Return what a part of a text of a form means."""
+    first, *more = (*content, "")
+    if first.isupper():
+        return _MEANT.get(first, Expected())
+    if not first[:1].isalpha():
+        return number()._replace(dimension=_time_of(more)) if first else Expected()
+    literal = " ".join(takewhile(str.isalpha, content))
+    return Expected((_DESCRIBED.get(literal) or plain(CHOICE, [literal]),))
+
+
+def _time_of(more: Sequence[str]) -> Dimension | None:
+    """Return that a number is a time, if that in the form is one; None for any other."""
+    with suppress(ValueError, ArithmeticError):
+        return units.TIME if parse_unit(more[0]).dimension == units.TIME else None
+    return None
+
+
+# --- declared forms ---------------------------------------------------------------------------
+
+
+def _declared(form: VerbForm, entry: str, *, is_ordered: bool = False) -> SentenceForm:
+    """Return a form with what its declaration expects.
+
+    Args:
+        form: The form.
+        entry: The first words of its sentences.
+        is_ordered: Whether its clauses are offered in the order of its parts.
+    """
+    is_literal = form.cases is None or not form.cases.word
     clauses = (
-        (word, (part,) if isinstance(part, str) else _expected(form, word, part))
-        for word, part in form.clauses
+        [ClauseForm("", Expected(names=_names(form.subjects)))]
+        if form.subjects
+        else list[ClauseForm]()
     )
-    literal = form.literal if is_literal else ""
-    return SentenceForm(literal, tuple(dict.fromkeys(names)), tuple(clauses))
+    needed = list[str]()
+    starts: tuple[str, ...] = ()
+    required = [part for name, part in form.parts.items() if name not in form.optional]
+    for word, part, before in form.clauses:
+        needs = (*needed, before) if before else tuple(needed)
+        if isinstance(part, str):
+            clauses.append(ClauseForm(word, Expected((plain(CHOICE, [part]),)), needs))
+            continue
+        clauses.append(ClauseForm(word, _expected(form, word, part, entry), needs))
+        match part:
+            case MeasureClause(functions=functions, others=others):
+                measures = (name.split(" ")[0] for name in v.fitted())
+                starts = tuple(measures) if others else functions
+            case ChoiceClause(word="=", words=words):
+                starts = tuple(words)
+            case _:
+                pass
+        if is_ordered and part in required:
+            needed.append(word)
+    return SentenceForm(form.literal if is_literal else "", tuple(clauses), starts)
 
 
-def _names(part: SubjectPart | ToolClause) -> tuple[str, ...]:
-    """Return the kinds of names that a part takes."""
-    if isinstance(part, ToolClause):
-        return (part.kind,)
-    return tuple(name for place in part.places for name in place.names)
-
-
-def _expected(form: VerbForm, word: str, part: Part) -> Expected:
-    """Return the possible values after a joining word of a verb."""
-    dimension = form.dimension_of(word)
+def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
+    """Return what can be written after a joining word."""
+    known = getattr(part, "dimension", None)
+    dimension = None if known is None or known is OWN else form.dimension_of(word)
     match part:
         case SubjectPart() | ToolClause():
-            return Expected(names=_names(part))
+            return Expected(names=_names([part]))
+        case NameClause(places=places):
+            return together(map(_place, places))
+        case ValueClause(places=places):
+            found = together(map(_place, places))
+            several = number(*found.terms)
+            names = (*found.names, *several.names)
+            return several._replace(names=names, dimension=dimension)
+        case MeasureClause(functions=functions, others=others):
+            if functions:
+                return Expected((study.OVER_TIME_TERMS,))
+            return number(v.fitted() if others else v.measures())
+        case FilesClause(is_new=is_new):
+            return Expected(files="" if is_new else entry)
+        case ColumnsClause():
+            return Expected((v.COLUMN,)) if word else Expected()
+        case UnitPart():
+            return Expected(unit=True, dimension=dimension)
         case ProfileClause():
             return Expected((v.profiles(),))
-        case FlagPart(text=text):
-            return Expected((plain(CHOICE, [text.removeprefix(f"{word} ")]),))
+        case FlagPart(text=text, about=about):
+            return Expected((plain(CHOICE, [text.removeprefix(f"{word} ")], about),))
         case ChoiceClause(words=words):
             return Expected((_terms(words),))
         case NumberClause(words=words):
@@ -132,5 +257,49 @@ def _expected(form: VerbForm, word: str, part: Part) -> Expected:
             return number()._replace(dimension=dimension)
 
 
+def _place(place: Placeholder) -> Expected:
+    """Return what a placeholder of a declared form means."""
+    known = {
+        "ADJUSTED": v.adjusted, "LISTED": v.adjusted_in_lists, "VARIED": study.varied,
+        "FIELD": v.frame_fields,
+    }  # fmt: skip
+    terms = known[place.text]() if place.text in known else {}
+    terms = {**terms, **plain(CHOICE, place.words, place.about)}
+    return Expected((terms,) if terms else (), place.names, declares=place.new)
+
+
+def _names(parts: Iterable[SubjectPart | ToolClause]) -> tuple[str, ...]:
+    """Return the kinds of names that parts take."""
+    found = dict[str, None]()
+    for part in parts:
+        if isinstance(part, ToolClause):
+            found[part.kind] = None
+        else:
+            found |= dict.fromkeys(name for place in part.places for name in place.names)
+    return tuple(found)
+
+
 def _terms(described: Mapping[str, str]) -> Terms:
     return by_label(Term(word, CHOICE, about) for word, about in described.items())
+
+
+def first_places(forms: Iterable[SentenceForm]) -> Iterator[Expected]:
+    """Yield what can be written directly behind the first words of some forms."""
+    yield from (one.expected for form in forms for one in form.clauses if not one.word)
+
+
+def together(every: Iterable[Expected]) -> Expected:
+    """Return what can be written, if any of some can."""
+    found = list(every)
+    terms = dict[str, Term]()
+    for known in (known for one in found for known in one.terms):
+        terms = {**known, **terms}
+    dimensions = [one.dimension for one in found if one.dimension is not None]
+    return Expected(
+        (terms,) if terms else (),
+        tuple(dict.fromkeys(name for one in found for name in one.names)),
+        declares=next((one.declares for one in found if one.declares), ""),
+        files=next((one.files for one in found if one.files), ""),
+        unit=any(one.unit for one in found),
+        dimension=dimensions[0] if dimensions else None,
+    )

@@ -12,9 +12,7 @@ from tissuec.lang.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.lang.words import RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.clauses import stands_for
 from tissuec.lsp.entries import entries
-from tissuec.lsp.expected import Expected
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, BlockKind, Term
 from tissuec.lsp.textmate import (
@@ -35,6 +33,7 @@ from tissuec.lsp.textmate import (
 )  # fmt: skip
 from tissuec.scene.program.repetition import REPEAT
 from tissuec.scene.reading.parts import parts
+from tissuec.scene.study.entries import EVENTS
 
 #: Where a line, or a statement, ends; and where one with a block does.
 _END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"
@@ -124,11 +123,10 @@ def _clauses(kind: str, first_words: Iterable[str]) -> list[Rule]:
     found: dict[tuple[str, str], set[str]] = {}
     for first in (word for word in first_words if word not in v.FORMULAS):
         for form in forms_of(kind, first):
-            for word, content in form.clauses:
-                if not content or word in ("=", "is", "in"):
+            for word, expected, _ in form.clauses:
+                if word in ("", "=", "is", "in"):
                     continue
-                known = content if isinstance(content, Expected) else stands_for(content)
-                for term in (term for terms in known.terms for term in terms.values()):
+                for term in (term for terms in expected.terms for term in terms.values()):
                     if term.kind in (CHOICE, ENTRY) and not term.label.startswith("table"):
                         found.setdefault((word, term.kind), set()).add(term.label)
     return [
@@ -253,14 +251,21 @@ def _studying(known: Mapping[str, Term]) -> list[Rule]:
     words = {"match": RUN, "name": SCOPES["word"]}
     described = rf"{START}(vary)\s+({RUN})\s+(of)\s+({RUN})\s*(=)\s*(\[)"
     kinds = {1: "entry", 2: "name", 3: "keyword", 4: "name", 5: "sign", 6: "sign"}
-    event = rf"\b(time)\s+(of)\s+({any_of(study.EVENT_TERMS)})"
+    event = rf"\b(time)\s+(of)\s+({any_of(EVENTS)})"
     return [
         _named("vary", varied),
         _words_in_list(described, kinds, words),
         rule(rf"{START}(measure)\s+({RUN})(?=\s*=)", {1: "entry", 2: "name"}),
         _entries(known),
         rule(event, {1: "measure", 2: "keyword", 3: "word"}),
-        *called({**study.measures(), **study.DISTRIBUTION_TERMS, **study.OVER_RUNS_TERMS}),
+        *called(
+            {
+                **v.logged(),
+                **study.OVER_TIME_TERMS,
+                **study.DISTRIBUTION_TERMS,
+                **study.OVER_RUNS_TERMS,
+            }
+        ),
         listed(study.STEPS_TERMS, r"(?<=[0-9])[ \t]+"),
         listed(v.RUN, r"(?<=\bover)\s+"),
         rule(rf"(?<=[\[,=])\s*({any_of(choices)})", {1: "word"}),

@@ -6,20 +6,17 @@ from functools import cache
 from msgspec.structs import replace
 
 from tissuec.compiler.study.expectations import OVER_RUNS
-from tissuec.compiler.study.measures import EVENTS
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
 from tissuec.lsp.entries import entries
-from tissuec.lsp.expected import NUMBERS, SPRINGS, Expected, number
-from tissuec.lsp.measured import kinds_measured
+from tissuec.lsp.expected import NUMBERS, Expected, number
+from tissuec.lsp.measured import measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
-from tissuec.lsp.vocabulary import RUN, logged
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.graded import GRADED_ENTRIES
 from tissuec.scene.reading.parts import blocks, entries_in, settable
 from tissuec.scene.study.entries import AGGREGATES, DISTRIBUTIONS
-from tissuec.script.measures import MEASURES
 
 #: Blocks inside of others whose entries can vary as if they were of those.
 _INNER = {"body": "mesh"}
@@ -33,12 +30,15 @@ OVER_RUNS_TERMS = by_label(
     for name, form in OVER_RUNS.items()
 )
 AGGREGATE_TERMS = by_label(
-    Term(name, MEASURE, f"Over time: {about}.", f"{name}(MEASURE of SET)", "(")
+    Term(name, MEASURE, f"Over time: {about}.", f"{name}(MEASURE)", "(")
     for name, about in AGGREGATES.items()
 )
-EVENT_TERMS = plain(CHOICE, EVENTS, "The first event of this kind.")
 STEPS_TERMS = plain(CHOICE, [STEPS], "So many values, both ends among them.")
-_TIME = Term("time", MEASURE, "The time of the first event.", "time of rupture", " of ")
+#: Functions of measures over time, and the time of an event.
+OVER_TIME_TERMS: Terms = {
+    **AGGREGATE_TERMS,
+    "time": Term("time", MEASURE, "The time of the first event.", "time of rupture", " of "),
+}
 
 
 @cache
@@ -107,32 +107,22 @@ def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
         yield from _own(BlockKind("mesh", chosen["mesh"]))
 
 
-@cache
-def measures() -> Terms:
-    """Return the measures of a study, as its sentences begin."""
-    said = {
-        name: replace(term, behind=" of ") if MEASURES[name].subjects else term
-        for name, term in logged().items()
-    }
-    return {**said, **AGGREGATE_TERMS, "time": _TIME}
-
-
-def of_study(prefix: Prefix) -> Expected:
-    """Return what may follow the first words of a sentence of a study."""
+def of_study(prefix: Prefix) -> Expected | None:
+    """Return what can stand in a sentence of a study; None where its form alone says it."""
     if prefix.head == "expect":
         return number(OVER_RUNS_TERMS)._replace(names=("column", *NUMBERS))
-    if prefix.subject == "measure" and prefix.has("="):
-        return _measured(prefix)
-    if prefix.subject == "vary":
+    if prefix.call in AGGREGATES:
+        return measured()
+    if prefix.subject == "vary" and (prefix.has("=") or prefix.clause == "of"):
         return _varied(prefix)
-    return number()
+    return None
 
 
 def _varied(prefix: Prefix) -> Expected:
     """Return whose entry varies, or a value of it."""
     name = prefix.object
     if not prefix.has("="):
-        return Expected(names=owners_of(name)) if prefix.clause == "of" else Expected()
+        return Expected(names=owners_of(name))
     term = entry_of(name)
     if term is not None and term.choices:
         return Expected((term.choices,))
@@ -154,17 +144,3 @@ def entry_of(name: str) -> Term | None:
     """Return the entry of a name that can vary, None if there is none."""
     known = (_own(BlockKind(kind)) for kind in (*_owners(), *settable("single")))
     return next((terms[name] for terms in known if name in terms), None)
-
-
-def _measured(prefix: Prefix) -> Expected:
-    """Return the expectation in a "measure" sentence: the measure, its subject, its time."""
-    last = prefix.last
-    assert last is not None
-    if last.text in ("of", "to") and (measure := prefix.measure) and not prefix.has("from"):
-        if measure == "time":
-            is_kind = prefix.texts.count("of") == 1
-            return Expected((EVENT_TERMS,)) if is_kind else Expected(names=SPRINGS)
-        return Expected(names=kinds_measured(measure))
-    if prefix.clause == "over":
-        return Expected((RUN,))
-    return number() if prefix.clause else number(measures())

@@ -26,11 +26,7 @@ from tissuec.lsp.terms import (
     by_label,
     plain,
 )
-from tissuec.scene.learning.entries import (
-    ADJUSTED,
-    DIMENSIONS,
-    DIVIDED,
-)
+from tissuec.scene.learning.entries import ADJUSTED, DIMENSIONS
 from tissuec.scene.learning.errors import ERROR
 from tissuec.scene.program.parameters import CONSTANTS
 from tissuec.scene.reading.entries import entries_of
@@ -222,8 +218,6 @@ HEDGE_TERMS = by_label(
     )
 )
 DIRECTION_TERMS = plain(CHOICE, DIRECTIONS)
-FREE_ZERO = plain(CHOICE, ["free zero"], "The data has an unknown constant offset.")
-DIVISIONS = plain(CHOICE, DIVIDED, "Each has its own number.")
 ERRORS_OF = plain(CHOICE, [HELD_OUT, ALL], "The data whose error is given.")
 COLUMN = plain(
     ENTRY, ["column", "columns"], 'Columns of a table: column "force_N", columns "x y z".'

@@ -12,13 +12,16 @@ from msgspec.structs import fields
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.script.parts import (
+    CasePart,
     Cases,
     ChoiceClause,
-    ClausePart,
+    ColumnsClause,
     DirectedClause,
     DirectionClause,
     EitherClause,
     FlagPart,
+    LastingPart,
+    NameClause,
     NumberClause,
     Part,
     ProfileClause,
@@ -26,6 +29,8 @@ from tissuec.script.parts import (
     Refusal,
     SubjectPart,
     ToolClause,
+    UnitPart,
+    ValueClause,
     VectorClause,
 )
 from tissuec.script.verbs import VERBS, Action, Order
@@ -40,8 +45,10 @@ class VerbSentence(Struct, frozen=True):
     Attributes:
         span: The sentence.
         refused: Clauses that are not taken, although they might be expected, by joining word.
+        literal: Words behind the first ones by which a sentence of a block has this form.
     """
 
+    literal: ClassVar[str] = ""
     refused: ClassVar[Mapping[str, Refusal]] = MappingProxyType({})
 
     span: Span
@@ -79,44 +86,52 @@ class VerbForm(Struct, frozen=True, eq=False):
         return [p for p in parts if isinstance(p, SubjectPart | ToolClause) and not p.word]
 
     @property
-    def clauses(self) -> Iterator[tuple[str, Part | str]]:
-        """Joining words and what is after them, for editors."""
+    def clauses(self) -> Iterator[tuple[str, Part | str, str]]:
+        """Joining words, what is behind them, and the word that is needed before, if any."""
         if self.cases is not None and self.cases.word and self.literal:
-            yield self.cases.word, self.literal
+            yield self.cases.word, self.literal, ""
         for part in self.parts.values():
+            word = _word(part)
             match part:
-                case DirectedClause():
-                    yield part.word, part
-                    yield part.along, DirectionClause(part.along)
-                case RangeClause(word=word, dimension=dimension):
-                    yield word, part
-                    yield "to", NumberClause("to", dimension)
-                case ProfileClause(path=path) if path:
-                    yield from (("using", part), ("along", "table"))
                 case EitherClause(clauses=clauses):
-                    yield from ((one.word, one) for one in clauses)
-                case ProfileClause() | FlagPart():
-                    yield part.word, part
-                case SubjectPart(word=word) | ClausePart(word=word) if word:
-                    yield word, part
+                    yield from ((one.word, one, "") for one in clauses)
+                    continue
+                case CasePart() | LastingPart():
+                    continue
+                case SubjectPart() | ToolClause() if not word:
+                    continue
+                case _:
+                    yield word, part, ""
+            match part:
+                case DirectedClause(along=along):
+                    yield along, DirectionClause(along), ""
+                case RangeClause(dimension=dimension):
+                    yield "to", NumberClause("to", dimension), word
+                case ProfileClause(path=path) if path:
+                    yield "along", "table", ""
+                case ColumnsClause(dimension=dimension):
+                    yield "in", UnitPart(dimension=dimension), word
+                case NameClause(owners=owners) if owners:
+                    yield word, NameClause(word, places=owners), word
                 case _:
                     pass
 
     def of_word(self, word: str) -> Part | None:
-        """The part after a joining word; None without it."""
-        return next((p for w, p in self.clauses if w == word and isinstance(p, Part)), None)
+        """The part behind a joining word; None without it."""
+        return next((p for w, p, _ in self.clauses if w == word and isinstance(p, Part)), None)
 
     def dimension_of(self, word: str) -> Dimension:
         """The dimension of the numbers after a joining word; that of a ratio without any."""
         match self.of_word(word):
-            case NumberClause(dimension=Dimension() as dimension):
-                return dimension
             case NumberClause(dimension=Mapping() as of_case):
-                return of_case[self.literal]
+                return of_case.get(self.literal, NUMBER)
             case (
                 VectorClause(dimension=dimension)
                 | DirectedClause(dimension=dimension)
                 | RangeClause(dimension=dimension)
+                | NumberClause(dimension=Dimension() as dimension)
+                | ValueClause(dimension=Dimension() as dimension)
+                | UnitPart(dimension=Dimension() as dimension)
             ):
                 return dimension
             case _:
@@ -142,7 +157,7 @@ def form_of(kind: type[VerbSentence]) -> VerbForm:
             or (isinstance(part, ProfileClause) and part.over)
         ):
             optional.add(name)
-    return VerbForm(kind, parts, frozenset(optional))
+    return VerbForm(kind, parts, frozenset(optional), literal=kind.literal)
 
 
 @cache

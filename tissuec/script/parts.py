@@ -6,6 +6,7 @@ part is required unless its type includes None or its field has a default.
 """
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 from msgspec import Struct
@@ -21,10 +22,16 @@ class Placeholder(Struct, frozen=True):
     Attributes:
         names: Kinds of declarations such as "body", or sorts of them: "nodes" are sets of
             nodes, "holding" tools that can be moved, others kinds of tools.
+        words: Words of the language that can be written for it.
+        about: What these mean.
+        new: Kind of the name that is new here, if one is.
     """
 
     text: str
     names: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
+    about: str = ""
+    new: str = ""
 
 
 SET = Placeholder("SET", ("nodes", "body"))
@@ -33,6 +40,11 @@ BODY = Placeholder("BODY", ("body",))
 TOOL = Placeholder("TOOL", ("holding",))
 THREAD = Placeholder("THREAD", ("body",))
 JOINT = Placeholder("JOINT", ("joint", "set"))
+REGION = Placeholder("REGION", ("region",))
+TISSUE = Placeholder("TISSUE", ("tissue",))
+FORCE = Placeholder("FORCE", ("force",))
+RULES = Placeholder("RULES", ("rules",))
+QUANTITY = Placeholder("QUANTITY", ("quantity", "property"))
 
 
 class Part(Struct, frozen=True, kw_only=True):
@@ -42,14 +54,13 @@ class Part(Struct, frozen=True, kw_only=True):
         what: Its name in messages, such as "vector of the motion".
         example: The part as it could be written, such as "by (0, 0, 1) mm".
         place: What it is called in forms; without it, the first word of ``what``: VECTOR.
+        about: What it means, for editors.
     """
-
-    #: Whether a second clause with the same word can follow.
-    may_repeat = False
 
     what: str = ""
     example: str = ""
     place: str = ""
+    about: str = ""
 
     @property
     def placeholder(self) -> str:
@@ -150,6 +161,70 @@ class ChoiceClause(ClausePart, frozen=True):
     words: Mapping[str, str]
 
 
+class NameClause(ClausePart, frozen=True):
+    """A name that code of its own looks up.
+
+    Attributes:
+        places: What it can be, in forms.
+        owners: What can follow the same word again: ``of scar of vessel``.
+        listed: Whether it can be a list of names; then it is read as an expression.
+    """
+
+    places: tuple[Placeholder, ...] = ()
+    owners: tuple[Placeholder, ...] = ()
+    listed: bool = False
+
+
+class ValueClause(ClausePart, frozen=True):
+    """An expression that code of its own evaluates.
+
+    Attributes:
+        dimension: Of numbers, where it is known.
+        places: What it can be beside numbers, in forms.
+    """
+
+    dimension: Dimension | None = None
+    places: tuple[Placeholder, ...] = ()
+
+
+class MeasureClause(ClausePart, frozen=True):
+    """A measure, or an expression of several.
+
+    Attributes:
+        functions: Functions of which one is called; any expression without them.
+        others: What can be measured here beside measures.
+    """
+
+    functions: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+
+
+class FilesClause(ClausePart, frozen=True):
+    """The name of a file in quotes, or a list of such names behind "=".
+
+    Attributes:
+        is_new: Whether it need not be there.
+    """
+
+    is_new: bool = False
+
+
+class ColumnsClause(ClausePart, frozen=True):
+    """``column "force_N"`` or ``columns "x y z"``, with a unit after ``in``.
+
+    Attributes:
+        dimension: Of what the columns contain; ``OWN`` is that of the sentence.
+    """
+
+    dimension: Dimension | Mapping[str, Dimension]
+
+
+class UnitPart(Part, frozen=True):
+    """A unit."""
+
+    dimension: Dimension | Mapping[str, Dimension]
+
+
 class FlagPart(Part, frozen=True):
     """Words that are written or not, such as "with caps"."""
 
@@ -227,6 +302,9 @@ class Refusal(Struct, frozen=True):
 #: Time profiles of forces, of motions, and of changes that happen at once without an interval.
 STEADY, MOVING = ProfileClause("constant", "constant"), ProfileClause("", "")
 CHANGING = ProfileClause("constant", "ramp")
+
+#: The dimension of what a sentence is about, which its reader is given.
+OWN: Mapping[str, Dimension] = MappingProxyType({})
 
 Nodes = Annotated[Group, SubjectPart("nodes", (SET,))]
 Springs = Annotated[Group, SubjectPart("springs", (SPRINGS,))]

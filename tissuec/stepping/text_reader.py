@@ -22,6 +22,7 @@ from tissuec.core.units import NUMBER, TIME, Dimension, written_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.scene.overrides.texts import Given, without_unit
+from tissuec.scene.reading.spellings import in_parentheses
 from tissuec.script.forms import forms_of
 from tissuec.script.parts import ProfileClause
 from tissuec.script.plan import ScheduledAction
@@ -96,7 +97,12 @@ class TextReader:
 
     def _read_quantity(self, item: s.Assign) -> ObservedExpression:
         self._conditions.needs_ledger = False
-        found = QuantityReader(self._conditions).read(item.value, item.clauses, item.value.span)
+        if item.clauses:
+            self._findings.reject(
+                "TIS303", f'"{item.clauses[0].word}" is not allowed here', item.clauses[0].span,
+                hint="for example: force(A), or force(A along (1, 0, 0))",
+            )  # fmt: skip
+        found = QuantityReader(self._conditions).read(item.value)
         if any(reading.time is not None for reading in found.readings.values()):
             message = "what is measured now cannot name a time"
             self._findings.reject("TIS702", message, item.value.span)
@@ -217,7 +223,7 @@ def _value(text: str) -> s.Assign:
     items = parse(Source(ORDERED, f"value = {text}"), has_heading=False).items
     if len(items) != 1:
         raise ValueError(f'"{text}" is not one value but {len(items)}')
-    return cast(s.Assign, items[0])
+    return cast(s.Assign, in_parentheses(items[0]))
 
 
 def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str:

@@ -15,10 +15,9 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.learning.clauses import LearnReader, LimitWords
+from tissuec.scene.learning.clauses import LearnReader
+from tissuec.scene.learning.sentences import INITIAL, LimitWords
 from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, Adjust, Per
-
-INITIAL = "initial value"
 
 
 class Found(Struct, frozen=True):

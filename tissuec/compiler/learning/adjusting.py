@@ -15,7 +15,7 @@ from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.scene.learning.clauses import AdjustWords, LearnReader, LimitWords, OwnerWords
+from tissuec.scene.learning.clauses import LearnReader
 from tissuec.scene.learning.entries import (
     ADJUSTED,
     BREAKING,
@@ -24,8 +24,8 @@ from tissuec.scene.learning.entries import (
     PARTED,
     PLACED,
 )
+from tissuec.scene.learning.sentences import AdjustListed, AdjustScales, AdjustWords
 from tissuec.scene.model import Tissue, WrittenForce
-from tissuec.scene.program.declarations import without
 from tissuec.scene.reading.entries import entries_of
 from tissuec.scene.reading.graded import graded_by
 from tissuec.scene.tissues.quantities import LISTED, QUANTITIES, STIFFENING
@@ -55,11 +55,11 @@ class AdjustReader:
         self.scope = targets.scene.constants
 
     def read(self, item: s.Assign | s.Sentence) -> list[Adjust]:
-        """Return the adjustments of an entry, or reject it."""
-        reader = LearnReader(ADJUST, item, self.scope, AdjustWords, LimitWords, OwnerWords)
+        """Return what an entry lets change, or reject it."""
+        reader = LearnReader(ADJUST, item, self.scope)
         if isinstance(item, s.Assign):
-            listed = item.value.items if isinstance(item.value, s.Listing) else (item.value,)
-            reader.finish()
+            value = reader.get(AdjustListed).listed
+            listed = value.items if isinstance(value, s.Listing) else (value,)
             found: list[Adjust] = []
             for name in listed:
                 if not isinstance(name, s.Name):
@@ -68,11 +68,9 @@ class AdjustReader:
                 with self.findings.item():
                     found.append(limited(self._own(name, None), reader, name.span))
             return found
-        name = without(item.name, ADJUST)
-        if name is None or item.phrase is not None:
-            reader.reject("TIS312", "the adjusted quantity is missing")
+        name = reader.object
         if name.key == WORDS:
-            return [self._words(reader.get(OwnerWords).owners, item)]
+            return [self._words(reader.get(AdjustScales).owners, item)]
         if name.key == WEIGHTS:
             self.findings.reject(
                 "TIS801", "weights of rules are not adjusted to measured data", item.span,

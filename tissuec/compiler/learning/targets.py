@@ -8,17 +8,11 @@ from tissuec.core.source import Span
 from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
-from tissuec.scene.learning.clauses import (
-    AgainstWords,
-    DisplacementWords,
-    FitWords,
-    LearnReader,
-    TimeWords,
-)
+from tissuec.scene.learning.clauses import LearnReader
 from tissuec.scene.learning.model import AGAINST, FIT
+from tissuec.scene.learning.sentences import AgainstWords, FitWords, TimeWords
 from tissuec.script.fit_problem import POSITIONS, Data, DataAxis, DataColumn, Fit
 from tissuec.script.measures import MEASURES, Measure, Subject
-from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.measures.vector import VectorMeasure
 
 #: Endings of results, which know what is what; all else is a table.
@@ -45,11 +39,10 @@ class FitReader:
         """Return the axis that sorts rows; without sentence, the times in the first column."""
         if item is None:
             return DataAxis(None, None, where)
-        entry = item.name.key
+        entry = item.name.key.partition(" ")[0]
         self.is_timeless = entry != "time"
-        kind = DisplacementWords if self.is_timeless else TimeWords
-        reader = LearnReader(entry, item, self.scope, kind)
-        said = reader.get(kind)
+        reader = LearnReader(entry, item, self.scope)
+        said = reader.get()
         column, *more = said.columns
         if more:
             span = reader.clauses["using"].value.span
@@ -62,25 +55,20 @@ class FitReader:
 
     def fit(self, item: s.Assign, against: s.Sentence | None) -> Fit:
         """Return one thing that was measured, or reject it."""
-        reader = LearnReader(FIT, item, self.scope, FitWords)
+        reader = LearnReader(FIT, item, self.scope)
         behind = reader if against is None else self._against(reader, against)
-        measure, subjects, inner = self._measured(item.value, reader)
+        measure, subjects, along = self._measured(item.value, reader)
         dimension = measure.dimension if measure else LENGTH
         reader.own = behind.own = dimension
         reader.about = behind.about = item.value.span.one_line
         said = reader.get(FitWords)
-        if said.along is not None:
-            self._refuse_direction(measure, inner, reader)
         options = said if behind is reader else behind.get(AgainstWords)
-        along = inner if said.along is None else said.along
         columns = options.columns or ()
         self._check_columns(columns, measure, subjects, along, item.value, behind)
         if options.every is not None and self.is_timeless:
             span = behind.clauses["every"].span
             self.findings.reject("TIS306", "rows over a displacement have no time", span)
         text = item.value.span.one_line
-        if said.along is not None:
-            text += f" {reader.clauses['along'].span.one_line}"
         self._once(text, item)
         return Fit(
             text, measure, subjects, along, dimension, columns, options.every, options.noise,
@@ -128,7 +116,7 @@ class FitReader:
         if name is None:
             self.findings.reject(
                 "TIS702", "the form of positions is positions(A): x, y and z of each node of A",
-                call.span, hint="for a direction, fit position(A) along (1, 0, 0)",
+                call.span, hint="for a direction, fit position(A along (1, 0, 0))",
             )  # fmt: skip
         self._refuse_tool(name, "positions belong to nodes of bodies")
         nodes = self.groups.nodes(name)
@@ -139,34 +127,16 @@ class FitReader:
             message = f"{why}; {self.tools[name.key].name} is a tool"
             self.findings.reject("TIS802", message, name.span, hint="name a set or a body")
 
-    def _refuse_direction(
-        self, measure: type[Measure] | None, inner: Floats | None, reader: LearnReader
-    ) -> None:
-        """Reject a direction after what has none, or has one already."""
-        span = reader.clauses["along"].span
-        if inner is not None:
-            self.findings.reject("TIS307", '"along" is given twice', span)
-        if measure is None or not issubclass(measure, DirectedMeasure):
-            name = "positions" if measure is None else measure.form
-            *rest, last = (k for k in MEASURES if issubclass(MEASURES[k], DirectedMeasure))
-            self.findings.reject(
-                "TIS702", f"{name} has no direction", span,
-                hint=f"{', '.join(rest)} and {last} have a direction",
-            )  # fmt: skip
-
     # --- columns ------------------------------------------------------------------------------
 
     def _against(self, reader: LearnReader, against: s.Sentence) -> LearnReader:
         """Return the reader of the line below a fit, which has its column."""
-        if reader.clauses.keys() - {"along"}:
+        if reader.clauses.keys() - {"="}:
             self.findings.reject(
                 "TIS307", "columns and their options are given twice", against.span,
                 hint="write them after using or on the line below, not in both places",
             )  # fmt: skip
-        words = s.key_of(against.name.words)
-        if words != AGAINST or not against.name.quoted or against.phrase is not None:
-            reader.reject_at(against.span, "TIS312", f'wrong form of "{AGAINST}"')
-        return LearnReader(AGAINST, against, self.scope, AgainstWords)
+        return LearnReader(AGAINST, against, self.scope)
 
     def _check_columns(
         self,
@@ -194,7 +164,7 @@ class FitReader:
         elif allowed == (1,):
             hint = 'name it: using column "…"'
         elif measure is MEASURES["position"]:
-            hint += ", or write along (1, 0, 0) after the position"
+            hint += ", or write position(A along (1, 0, 0))"
         message = f"{text} needs {needed}, not {len(columns)}"
         self.findings.reject("TIS802", message, columns[0].span, hint=hint)
 

@@ -22,14 +22,13 @@ from tissuec.lang.words import written_name
 from tissuec.model.network import Floats
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.expressions import FUNCTIONS
+from tissuec.scene.reading.spellings import COUNT, COUNTED
 from tissuec.scene.reading.values import unit_vector
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 
-COUNTED = ("nodes", "springs", "elements", "pieces")
-COUNT = "count"  # of nodes, springs or elements of something
 LEDGER = "energy drift"
 _NEAR = 0.01  # of a number: half of the range that is proposed in place of it
 #: What could be taken for a measure, and what to write instead.
@@ -503,5 +502,5 @@ def _aggregate_meant(name: s.Name) -> Hint | str:
     first, *rest = name.key.split(" ")
     meant = next((one for one, words in _AGGREGATES.items() if first in words.split()), "")
     if meant and rest:
-        return f"for example: {meant}({' '.join(rest)} of A)"
+        return f"for example: {meant}({' '.join(rest)}(A))"
     return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

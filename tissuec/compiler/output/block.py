@@ -351,7 +351,7 @@ class OutputReader:
             self._log_of(item, key, names, clauses)
             return
         every = self._rate(item, clauses)
-        quantity = QuantityReader(self.conditions).read(item.call, (), item.span)
+        quantity = QuantityReader(self.conditions).read(item.call)
         if any(reading.time is not None for reading in quantity.readings.values()):
             message = "an output is taken over the whole run and cannot name a time"
             self.findings.reject("TIS702", message, item.call.span)

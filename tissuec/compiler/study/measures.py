@@ -16,24 +16,26 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.conditions import Conditions
 from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
 from tissuec.core.hints import alternatives
-from tissuec.core.source import Span
-from tissuec.core.units import TIME, Dimension, si_unit
+from tissuec.core.units import TIME, Dimension, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices
-from tissuec.scene.study.entries import AGGREGATES, SENTENCES
+from tissuec.scene.reading.block_sentences import SentenceReader
+from tissuec.scene.study.entries import (
+    EVENT,
+    EVENTS,
+    MEASURE,
+    SENTENCES,
+    MeasuredAt,
+    MeasuredEvent,
+    MeasuredOver,
+)
 from tissuec.scene.study.model import WrittenMeasure
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Expectation, LogRequest, Plan
 
 SAMPLES = 1000  # of a run, where nothing says how many
 MOST_SAMPLES = 10_000_000
-AT, CURVE, EVENT = "at", "every", "time"
-#: Kinds of events whose time can be measured.
-EVENTS = (
-    "rupture", "slip", "cut", "grasp", "release", "trigger", "leak", "tie", "fix", "free",
-    "hold", "move", "turn", "push", "press", "tighten", "inflate", "irrigate", "preserve",
-    "change", "settle", "seize", "stroke", "stop", "end", "end the run", "note",
-)  # fmt: skip
+AT, CURVE = "at", "every"
 
 
 class Capture(Struct, eq=False):
@@ -146,76 +148,79 @@ class _MeasureReader:
         self.duration = scene.simulation.duration
         self.conditions = Conditions(compiled.groups, scene)
         self.findings = self.conditions.findings
-        self._quantities = QuantityReader(self.conditions, SENTENCES["measure"].forms[0])
+        self._quantities = QuantityReader(self.conditions)
 
     def read(self, written: WrittenMeasure) -> StudyMeasure:
         """Return one measure, or reject it."""
-        value, clauses = written.item.value, written.item.clauses
-        if (kind := _event(value, clauses)) is not None:
-            return self._event(written.name, *kind)
-        if isinstance(value, s.Call) and _is_aggregate(value):
-            return self._aggregate(written.name, value, clauses)
-        subjects = tuple(c for c in clauses if c.word in ("of", "to", "along"))
-        times = tuple(c for c in clauses if c not in subjects)
-        quantity = self._quantities.read(value, subjects, written.span)
+        item, self.place = written.item, written.span
+        reader = SentenceReader(MEASURE, SENTENCES[MEASURE], item, self.scope)
+        said = reader.get(is_last=False)
+        value = said.value
+        if isinstance(said, MeasuredEvent | MeasuredOver):
+            reader.finish()
+            if isinstance(said, MeasuredOver):
+                return self._over(written, said)
+            return self._event(written.name, *said.event)
+        quantity = self._quantities.read(value)
+        reader.finish()
         pinned = [r.time for r in quantity.readings.values() if r.time is not None]
-        words = [clause.word for clause in times]
-        if words == ["every"] and not pinned:
-            every = self._every(times[0].value)
-            log = self._request(written.name, quantity, every, written.span)
+        if isinstance(said, MeasuredAt):
+            return self._at(written, quantity, self.conditions.time(said.at), pinned)
+        if said.every is not None and not pinned:
+            log = self._request(written, quantity, self._every(said.every))
             unit = si_unit(quantity.dimension)
             return StudyMeasure(written.name, unit, quantity.dimension, CURVE, log)
-        if words == ["at"]:
-            return self._at(written, quantity, self.conditions.time(times[0].value), pinned)
-        if not words and pinned and len(pinned) == len(quantity.readings):
+        if not item.clauses and pinned and len(pinned) == len(quantity.readings):
             return self._at(written, quantity, max(pinned), pinned)
-        text = value.span.to(subjects[-1].span if subjects else value.span).one_line
-        what = "unexpected time" if words else "its time is missing"
+        text = value.span.one_line
+        what = "unexpected time" if item.clauses else "its time is missing"
         self.findings.reject(
             "TIS312",
             f'wrong form of "measure": {what}',
-            times[0].span if times else value.span,
+            item.clauses[0].span if item.clauses else value.span,
             hint=f"write max({text}), or {text} at 0.3 s; with every 1 ms it is a curve",
         )
 
-    def _aggregate(self, name: str, call: s.Call, clauses: Sequence[s.Clause]) -> StudyMeasure:
+    def _over(self, written: WrittenMeasure, said: MeasuredOver) -> StudyMeasure:
+        """Return a number from the values of a measure over time."""
+        call, clauses = said.value, written.item.clauses
         argument = call.arguments[0]
-        quantity = self._quantities.read(argument.value, argument.clauses, call.span)
+        if call.function.key == EVENT and isinstance(argument.value, s.Name) and not clauses:
+            owners = (one.value for one in argument.clauses if one.word == "of")
+            return self._event(written.name, argument.value, *owners)
+        quantity = self._quantities.read(argument.value)
+        if argument.clauses:
+            clause = argument.clauses[0]
+            self.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
         if any(reading.time is not None for reading in quantity.readings.values()):
             message = "a measure over time cannot name a time"
             self.findings.reject("TIS702", message, argument.span)
-        every, start, stop = self._usual_rate(quantity), 0.0, self.duration
-        words = [clause.word for clause in clauses]
-        while words[-1:] == ["every"]:
-            every = self._every(clauses[len(words) - 1].value)
-            words.pop()
-        match words:
-            case []:
-                pass
-            case ["over"] if clauses[0].value.span.text.lower() == "run":
-                pass
-            case ["from", "to"]:
-                start, stop = (self.conditions.time(clause.value) for clause in clauses[:2])
-                if start > stop:
-                    message = "the interval ends before it begins"
-                    self.findings.reject("TIS403", message, clauses[0].span.to(clauses[1].span))
-            case ["until"]:
-                stop = self.conditions.time(clauses[0].value)
-            case _:
-                self.findings.reject(
-                    "TIS303", f'unexpected "{clauses[0].word}"', clauses[0].span,
-                    hint="an interval is from T to T, or until T",
-                )  # fmt: skip
-        log = self._request(name, quantity, every, call.span)
-        unit = si_unit(quantity.dimension)
+        words = [clause.word for clause in clauses if clause.word != CURVE]
+        if words not in ([], ["over"], ["from", "to"], ["until"]):
+            self.findings.reject(
+                "TIS306", f'"{words[0]}" alone is no interval', clauses[0].span,
+                hint="an interval is from T to T, or until T",
+            )  # fmt: skip
+        ends = (said.start, said.stop or said.until)
+        start, stop = (
+            usual if end is None else self.conditions.time(end)
+            for end, usual in zip(ends, (0.0, self.duration), strict=True)
+        )
+        if start > stop:
+            place = clauses[0].span.to(clauses[1].span)
+            self.findings.reject("TIS403", "the interval ends before it begins", place)
+        rate = self._usual_rate(quantity) if said.every is None else self._every(said.every)
+        log, unit = self._request(written, quantity, rate), si_unit(quantity.dimension)
         kind = call.function.key
-        return StudyMeasure(name, unit, quantity.dimension, kind, log, None, start, stop)
+        return StudyMeasure(
+            written.name, unit, quantity.dimension, kind, log, None, start, stop
+        )
 
     def _request(
-        self, name: str, quantity: ObservedExpression, every: float, span: Span
+        self, written: WrittenMeasure, quantity: ObservedExpression, every: float
     ) -> LogRequest:
         measure: Any = quantity  # has the methods of a measure
-        return LogRequest(f"measure {name}", measure, (), every, span)
+        return LogRequest(f"measure {written.name}", measure, (), every, written.span)
 
     def _at(
         self,
@@ -231,7 +236,7 @@ class _MeasureReader:
         unit = si_unit(quantity.dimension)
         return StudyMeasure(written.name, unit, quantity.dimension, AT, None, looked)
 
-    def _event(self, name: str, kind: s.Name, owners: Sequence[s.Clause]) -> StudyMeasure:
+    def _event(self, name: str, kind: s.Name, *owners: s.Expression) -> StudyMeasure:
         """Return the time of the first event of a kind."""
         if kind.key not in EVENTS:
             self.findings.reject(
@@ -239,10 +244,7 @@ class _MeasureReader:
                 hint=alternatives(kind.key, EVENTS, what="kinds"),
             )  # fmt: skip
         springs = None
-        for owner in owners:
-            subject = s.as_name(owner.value)
-            if owner.word != "of" or subject is None:
-                self.findings.reject("TIS303", f'unexpected "{owner.word}"', owner.span)
+        for subject in filter(None, map(s.as_name, owners)):
             springs = self.groups.springs(subject).indices
             if not self.groups.is_springs(subject):
                 nodes = self.groups.nodes(subject).indices
@@ -260,33 +262,9 @@ class _MeasureReader:
                     return log.every
         return self.duration / SAMPLES if math.isfinite(self.duration) else 1.0
 
-    def _every(self, node: s.Expression) -> float:
-        value = self.scope.number(node)
-        self.scope.expect(value, TIME, node.span, what="the time between samples")
-        every = float(value.amount)
-        if not every > 0.0 or (
-            math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES
-        ):
-            message = f"the time between samples cannot be {value}"
-            self.findings.reject("TIS308", message, node.span)
+    def _every(self, every: float) -> float:
+        """Return a time between samples [s], of which there are not too many."""
+        if math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES:
+            message = f"the time between samples cannot be {show(every, TIME)}"
+            self.findings.reject("TIS308", message, self.place)
         return every
-
-
-def _event(
-    value: s.Expression, clauses: Sequence[s.Clause]
-) -> tuple[s.Name, Sequence[s.Clause]] | None:
-    """Return the kind of event whose time is measured, and of what; None for other measures."""
-    if isinstance(value, s.Name) and value.key == EVENT and clauses:
-        first, *owners = clauses
-        if first.word == "of" and isinstance(first.value, s.Name):
-            return first.value, owners
-    if isinstance(value, s.Call) and value.function.key == EVENT and not clauses:
-        first = value.arguments[0] if len(value.arguments) == 1 else None
-        if first is not None and isinstance(first.value, s.Name):
-            return first.value, first.clauses
-    return None
-
-
-def _is_aggregate(call: s.Call) -> bool:
-    """Return whether a call is a value over time, and no function of several numbers."""
-    return call.function.key in AGGREGATES and len(call.arguments) == 1

@@ -7,16 +7,17 @@ from tissuec.core.fields import Real
 from tissuec.core.source import Source
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
-from tissuec.scene.learning.clauses import LearnReader, OwnerWords
 from tissuec.scene.learning.entries import LearnSettings
 from tissuec.scene.learning.items import LearnItems
 from tissuec.scene.learning.model import ADJUST, AXES, FIT, VocabularyFit, WrittenFitProblem
+from tissuec.scene.learning.sentences import PartHeld
 from tissuec.scene.learning.vocabulary_fits import VocabularyFitReader, fits_words
-from tissuec.scene.program.declarations import Declarations, Declared, without
+from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.program.parameters import Constants
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.spellings import in_parentheses
 from tissuec.scene.words.vocabulary import Vocabulary
 
 
@@ -95,33 +96,39 @@ class LearnBlockReader(LearnItems):
         entry = self.entry(item)
         if entry is None:
             return
-        assert isinstance(item, s.Assign | s.Sentence | s.Block)
         match entry, item:
-            case "data", s.Assign() | s.Sentence() | s.Block() if self.data.read(item):
-                pass
+            case "data", _:
+                self._data(item)
             case (("time" | "displacement"), s.Sentence()):
                 self._axis(entry, item)
             case "fit", s.Assign():
                 self.places.setdefault(FIT, item.span)
-                self.fits.append((item, None))
+                measured = in_parentheses(item)
+                assert isinstance(measured, s.Assign)
+                self.fits.append((measured, None))
             case "against column", s.Sentence():
                 self._against(item, previous)
             case "adjust", s.Assign() | s.Sentence():
                 self.adjusts.append(item)
             case "revise rules", s.Sentence():
                 self._revise(item)
-            case "hold out", s.Assign() | s.Sentence():
+            case "hold out", _:
                 self._hold_out(item)
-            case "write", s.Sentence():
+            case "write", _:
                 self.read_write(item)
             case _:
-                self.wrong_form(entry, item)
+                self.reader(entry, item).reject_form()
 
     # --- entries ------------------------------------------------------------------------------
 
+    def _data(self, item: s.Item) -> None:
+        failures = self.findings.failures
+        try:
+            self.data.read(item, self.reader("data", item).get())
+        finally:
+            self.data.is_complete &= failures == self.findings.failures
+
     def _axis(self, entry: str, item: s.Sentence) -> None:
-        if item.phrase is not None or item.name.key != entry:
-            self.wrong_form(entry, item)
         for other in AXES:
             if other != entry and other in self.places:
                 self.findings.reject(
@@ -134,7 +141,7 @@ class LearnBlockReader(LearnItems):
         self.axis = item
 
     def _against(self, item: s.Sentence, previous: s.Item | None) -> None:
-        if not self.fits or self.fits[-1][0] is not previous:
+        if not self.fits or previous is None or self.fits[-1][0].span is not previous.span:
             if isinstance(previous, s.Assign) and previous.name.key == FIT:
                 self.findings.stop()  # the fit was found wrong itself
             self.findings.reject(
@@ -144,10 +151,7 @@ class LearnBlockReader(LearnItems):
         self.fits[-1] = (self.fits[-1][0], item)
 
     def _revise(self, item: s.Sentence) -> None:
-        reader = LearnReader("revise rules", item, self.scope, OwnerWords)
-        owner = reader.get(OwnerWords).owners
-        if not isinstance(owner, s.Name) or item.name.key != "revise rules":
-            return self.wrong_form("revise rules", item)
+        owner = self.reader("revise rules", item).get().rules
         found = self.declarations.find("rules", owner, self.findings)
         if found.name.text in self.revise:
             self.findings.reject("TIS307", f"{found.name.text} is given twice", item.span)
@@ -155,18 +159,15 @@ class LearnBlockReader(LearnItems):
             self.findings.stop()  # the rules themselves were found wrong
         self.revise.append(found.name.text)
 
-    def _hold_out(self, item: s.Assign | s.Sentence) -> None:
+    def _hold_out(self, item: s.Item) -> None:
+        reader = self.reader("hold out", item)
         if isinstance(item, s.Assign) and not isinstance(item.value, s.Listing | s.Name):
-            self.once("hold out", item)
+            self.once("hold out", item.span)
             kind = Real(NUMBER, above=0.0, at_most=0.9)
-            self.last_part = schema.read_value(kind, item.value, self.scope, what="hold out")
-        elif isinstance(item, s.Assign):
-            value = item.value
-            self.data.hold_out(value.items if isinstance(value, s.Listing) else (value,))
-        elif (name := without(item.name, "hold")) is not None and not item.clauses:
-            self.data.hold_out((without(name, "out") or name,))
+            part = reader.get(PartHeld).held
+            self.last_part = schema.read_value(kind, part, self.scope, what="hold out")
         else:
-            self.wrong_form("hold out", item)
+            self.data.hold_out(reader.get().files)
 
     def _expect_all(self) -> None:
         """Report what a learn block cannot do without."""

@@ -1,15 +1,11 @@
-"""Sentences of a learn block, as the parts of their classes, and how they are read."""
+"""How the sentences of a learn block are read: columns, and numbers of its own dimension."""
 
 import re
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Annotated, Any, TypeVar, cast
+from typing import Any, cast
 
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.units import (
-    LENGTH,
     NUMBER,
-    TIME,
     Dimension,
     UnitError,
     describe,
@@ -17,174 +13,34 @@ from tissuec.core.units import (
     si_unit,
 )
 from tissuec.lang import syntax as s
-from tissuec.model.network import Floats
-from tissuec.scene.learning.entries import SENTENCES
-from tissuec.scene.reading.clauses import ClauseReader
+from tissuec.scene.learning.sentences import SENTENCES
+from tissuec.scene.reading.block_sentences import SentenceReader
+from tissuec.scene.reading.clauses import Written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.script.fit_problem import DataColumn
-from tissuec.script.forms import VerbSentence, form_of
-from tissuec.script.parts import ClausePart, FlagPart, NumberClause, Part, direction
-
-T = TypeVar("T", bound=VerbSentence)
+from tissuec.script.parts import OWN, ColumnsClause, Part
 
 COLUMN, COLUMNS = "column", "columns"
 _FACTOR = re.compile(r"(.+?)\s*([*/·])\s*(\d+\.?\d*)\s*")
-#: The dimension of what the sentence is about, which its reader is given.
-OWN: Mapping[str, Dimension] = MappingProxyType({})
 
 
-class NamesClause(ClausePart, frozen=True):
-    """A name, and the name of what has it behind the same word: ``of scar of vessel``."""
-
-    may_repeat = True
-
-
-class NameClause(ClausePart, frozen=True):
-    """A name that code of its own looks up."""
-
-
-class ValueClause(ClausePart, frozen=True):
-    """An expression that code of its own evaluates."""
-
-
-class ColumnsClause(ClausePart, frozen=True):
-    """``column "force_N"`` or ``columns "x y z"``, with a unit after ``in``.
-
-    Attributes:
-        dimension: Of what the columns contain.
-    """
-
-    dimension: Dimension | Mapping[str, Dimension]
-
-
-Along = Annotated[Floats | None, direction("along")]  # unit vector, shape (3,)
-Weight = Annotated[
-    float | None, NumberClause("weighing", NUMBER, "positive", what="weight of a fit")
-]
-
-
-class TimeWords(VerbSentence, frozen=True):
-    """The column of times."""
-
-    columns: Annotated[
-        tuple[DataColumn, ...], ColumnsClause("using", TIME, what="column of the time")
-    ]
-
-
-class DisplacementWords(VerbSentence, frozen=True):
-    """The column of displacements of a set."""
-
-    moved: Annotated[s.Name, NameClause("of", what="displaced set")]
-    along: Along
-    columns: Annotated[
-        tuple[DataColumn, ...],
-        ColumnsClause("using", LENGTH, what="column of the displacement"),
-    ]
-
-
-class ColumnOptions(VerbSentence, frozen=True):
-    """What is known of measured values.
-
-    Attributes:
-        every: Least time between values [s].
-        noise: Standard deviation, in the SI unit of the values.
-    """
-
-    every: Annotated[
-        float | None, NumberClause("every", TIME, "positive", what="time between values")
-    ]
-    noise: Annotated[
-        float | None, NumberClause("to", OWN, "positive", what="standard deviation")
-    ]
-    weight: Weight
-    free_zero: Annotated[bool, FlagPart("with free zero")]
-
-
-class FitWords(ColumnOptions, frozen=True):
-    """A fit of a measure."""
-
-    along: Along
-    columns: Annotated[tuple[DataColumn, ...] | None, ColumnsClause("using", OWN)]
-
-
-class AgainstWords(ColumnOptions, frozen=True):
-    """The column of the fit on the line above."""
-
-    columns: Annotated[tuple[DataColumn, ...], ColumnsClause("", OWN)]
-
-
-class FitTissueWords(VerbSentence, frozen=True):
-    """A fit of a number of tissues."""
-
-    tissues: Annotated[s.Expression | None, ValueClause("of")]
-    weight: Weight
-
-
-class OwnerWords(VerbSentence, frozen=True):
-    """What words or weights of rules belong to, or rules that may be revised."""
-
-    owners: Annotated[s.Expression | None, ValueClause("of")]
-
-
-class AdjustWords(VerbSentence, frozen=True):
-    """To what a number belongs that is adjusted, and by what it is divided."""
-
-    owners: Annotated[tuple[s.Name, ...] | None, NamesClause("of")]
-    per: Annotated[s.Name | None, NameClause("per")]
-
-
-class LimitWords(VerbSentence, frozen=True):
-    """Limits of what is adjusted, and what is expected of it, in SI units."""
-
-    along: Along
-    low: Annotated[float | None, NumberClause("from", OWN, what="lower limit")]
-    high: Annotated[float | None, NumberClause("to", OWN, what="upper limit")]
-    around: Annotated[s.Expression | None, ValueClause("around", what="expected value")]
-    by: Annotated[
-        float | None,
-        NumberClause("by", NUMBER, "positive", what="expected relative deviation"),
-    ]
-
-
-class LearnReader(ClauseReader):
+class LearnReader(SentenceReader):
     """Reads one sentence of a learn block.
 
     Args:
         entry: One of ``SENTENCES``.
         item: The sentence.
         scope: Names and findings of the scene.
-        kinds: Classes of what it says, each with some of its parts.
 
     Attributes:
         own: Dimension of what the sentence is about.
         about: That, in messages.
     """
 
-    lead = "for example"
-
-    def __init__(
-        self, entry: str, item: s.Assign | s.Sentence, scope: Scope, *kinds: type[VerbSentence]
-    ):
-        forms = tuple(map(form_of, kinds))
-        super().__init__(item, entry, forms, scope, texts=SENTENCES[entry].forms)
+    def __init__(self, entry: str, item: Written, scope: Scope):
+        super().__init__(entry, SENTENCES[entry], item, scope)
         self.findings = scope.findings
         self.own, self.about = NUMBER, ""
-
-    def get(self, kind: type[T], *, is_last: bool = True) -> T:
-        """Return the content of the sentence in the parts of a class.
-
-        Args:
-            kind: The class, one of ``kinds``.
-            is_last: Whether the sentence has no clauses that are still to be read.
-        """
-        said = self.read_form(form_of(kind))
-        if is_last:
-            self.finish()
-        return cast(T, said)
-
-    def called(self, word: str) -> str:
-        part = self.form.of_word(word)
-        return f"the {part.what}" if part is not None else super().called(word)
 
     def dimension_of(self, word: str) -> Dimension:
         part = self.form.of_word(word)
@@ -193,17 +49,9 @@ class LearnReader(ClauseReader):
         )
 
     def read_other(self, part: Part, *, is_optional: bool) -> Any:
-        match part:
-            case NameClause(word=word):
-                return self.name_in(word)
-            case NamesClause(word=word):
-                return (self.name_in(word), *self.repeated)
-            case ValueClause(word=word):
-                return self.clauses[word].value
-            case ColumnsClause():
-                return self._columns(part)
-            case _:
-                return super().read_other(part, is_optional=is_optional)
+        if isinstance(part, ColumnsClause):
+            return self._columns(part)
+        return super().read_other(part, is_optional=is_optional)
 
     # --- columns ------------------------------------------------------------------------------
 

@@ -10,21 +10,13 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, nearby_file
 from tissuec.core.source import Source, Span
-from tissuec.core.units import TIME
 from tissuec.lang import syntax as s
-from tissuec.scene.learning.entries import SENTENCES
-from tissuec.scene.program.declarations import without
+from tissuec.scene.learning.sentences import OF_ALL, DataWords
 from tissuec.scene.program.library import LINK, LINKED, SUFFIX, Library
 from tissuec.scene.program.parameters import Constants
 from tissuec.script.fit_problem import Data
 
-DATA, FROM = "data", "from"
 OF_BLOCK = ("zero", "free zero", "fit", "adjust")
-OWN = (
-    "fits, zeros and what is adjusted are those of all files of a block; use a learn block "
-    "for each machine or specimen, or give what differs by a param of the scene, as in "
-    'data "three.csv" { NAME = 2 mm }'
-)
 
 
 class Held(Struct, frozen=True):
@@ -52,47 +44,16 @@ class DataReader:
         """Return the names as written by those of the files."""
         return {data.path.name: name for name, data in self.files.items()}
 
-    def read(self, item: s.Assign | s.Sentence | s.Block) -> bool:
-        """Take in the files that an item names; returns False for another form."""
-        failures = self.findings.failures
-        try:
-            return self._read(item)
-        finally:
-            self.is_complete &= failures == self.findings.failures
-
-    def _read(self, item: s.Assign | s.Sentence | s.Block) -> bool:
-        overrides: tuple[str, ...] = ()
-        if isinstance(item, s.Assign):
-            value, extra = item.value, item.bounds
-            names = list(value.items) if isinstance(value, s.Listing) else [value]
-        else:
-            name, extra = without(item.name, DATA), item.phrase
-            names = [name] if name is not None else []
-        if names and any(clause.word == "with" for clause in item.clauses):
-            self.findings.reject(
-                "TIS303", "files have no zeros of their own", item.span, hint=OWN
-            )
-        if not names or extra is not None or [c.word for c in item.clauses] not in ([], [FROM]):
-            return False
-        start = 0.0
-        for clause in item.clauses:
-            time = self.scope.number(clause.value)
-            self.scope.expect(time, TIME, clause.value.span, what="the start of the run")
-            start = float(time.amount)
-        if isinstance(item, s.Block):
-            overrides = self._overrides(item)
+    def read(self, item: s.Item, said: DataWords) -> None:
+        """Take in the files that a sentence names, with what was different for them."""
+        overrides = self._overrides(item) if isinstance(item, s.Block) else ()
         with self.findings.together():
-            for one in names:
+            for name in said.files:
                 with self.findings.item():
-                    self._enter(one, overrides, start)
-        return True
+                    self._enter(name, overrides, said.start or 0.0)
 
-    def _enter(self, node: s.Expression, overrides: tuple[str, ...], start: float) -> None:
-        if not isinstance(node, s.Name) or not node.quoted or node.words:
-            self.findings.reject(
-                "TIS312", "the name of a file must be in quotes", node.span,
-                hint=f"for example: {SENTENCES[DATA].forms[0]}",
-            )  # fmt: skip
+    def _enter(self, node: s.Name, overrides: tuple[str, ...], start: float) -> None:
+        assert node.quoted is not None
         for name, data in self.files.items():
             if name == node.quoted:
                 notes = (Note("first here", data.span),)
@@ -151,7 +112,7 @@ class DataReader:
                     if self._is_of_block(inner) or not _is_plain(inner):
                         self.findings.reject(
                             "TIS303", "only params of the scene are allowed here", inner.span,
-                            hint=OWN,
+                            hint=OF_ALL,
                         )  # fmt: skip
                     assert isinstance(inner, s.Assign)
                     if inner.name.key in found:
@@ -170,15 +131,9 @@ class DataReader:
 
     # --- what is held out ---------------------------------------------------------------------
 
-    def hold_out(self, names: Sequence[s.Expression]) -> None:
+    def hold_out(self, names: Sequence[s.Name]) -> None:
         """Remember that files are held out; whether there are such is known in the end."""
-        for name in names:
-            if not isinstance(name, s.Name) or not name.quoted or name.words:
-                self.findings.reject(
-                    "TIS312", "the name of a file must be in quotes", name.span,
-                    hint=f"write: {' or '.join(SENTENCES['hold out'].forms[:2])}",
-                )  # fmt: skip
-            self.held.append(Held(name.quoted, name.span))
+        self.held += [Held(name.quoted or "", name.span) for name in names]
 
     def all(self, last_part: float) -> tuple[Data, ...]:
         """Return the data, of which some may be held out; reports what cannot be."""
@@ -207,21 +162,21 @@ class DataReader:
 
     # --- what is written ----------------------------------------------------------------------
 
-    def place_to_write(self, item: s.Sentence, sources: Sequence[Source]) -> Path:
+    def place_to_write(self, file: s.Name, sources: Sequence[Source]) -> Path:
         """Return where a preset goes; rejects a text of the scene itself."""
-        name = item.name.quoted or ""
+        name = file.quoted or ""
         if not name.endswith(SUFFIX):
-            preset = f'write "{name.partition(".")[0]}{SUFFIX}"'
+            preset = f'"{name.partition(".")[0]}{SUFFIX}"'
             self.findings.reject(
-                "TIS312", "the name of a preset must end in .tis", item.span,
-                hint=Hint(preset, Edit(preset)),
+                "TIS312", "the name of a preset must end in .tis", file.span,
+                hint=Hint(f"write: {preset}", Edit(preset)),
             )  # fmt: skip
-        place = self._inside(name, item.name.span)
+        place = self._inside(name, file.span)
         same = os.path.abspath(place)
         if any(one.path is not None and os.path.abspath(one.path) == same for one in sources):
             self.findings.reject(
                 "TIS306", f'"{name}" is a file of this scene and would be '
-                'overwritten', item.span,
+                'overwritten', file.span,
                 hint="write to another file",
             )  # fmt: skip
         return place

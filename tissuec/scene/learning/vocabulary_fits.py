@@ -12,18 +12,17 @@ from tissuec.core.source import Source, Span
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.lang import syntax as s
-from tissuec.scene.learning.clauses import FitTissueWords, LearnReader, OwnerWords
 from tissuec.scene.learning.entries import LearnSettings
 from tissuec.scene.learning.items import LearnItems
 from tissuec.scene.learning.model import ADJUST, FIT, VocabularyFit, WordTarget
+from tissuec.scene.learning.sentences import ALL_TISSUES, FitTissueWords, PartHeld, TissueHeld
 from tissuec.scene.model import KnownQuantity, Tissue
-from tissuec.scene.program.declarations import Declared, without
+from tissuec.scene.program.declarations import Declared
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.tissues.conclusions import why
 from tissuec.scene.tissues.quantities import QUANTITIES
 from tissuec.script.fit_problem import WEIGHTS, WORDS
 
-ALL_TISSUES = "all tissues"
 QUANTITY = "Young's modulus"  # in examples
 #: Standard deviation of a written number: of its logarithm, and on a linear scale as a part of
 #: the scale. Evidence has half its range, if that is wider.
@@ -101,16 +100,16 @@ class VocabularyFitReader(LearnItems):
                 self._fit(item)
             case "adjust", s.Sentence():
                 self._adjust(item)
-            case "hold out", s.Assign() | s.Sentence():
+            case "hold out", _:
                 self._hold(item)
-            case "write", s.Sentence():
+            case "write", _:
                 self.read_write(item)
             case ("adjust", _):
                 self._only_words(item.span)
             case _ if entry in OF_DATA:
                 self._refuse_data(item.span, f'"{entry}" belongs to fits of measured data')
             case _:
-                self.wrong_form(entry or "", item)
+                self.reader(entry or "", item).reject_form()
 
     def _refuse_setting(self, item: s.Item) -> None:
         assert isinstance(item, s.Assign | s.Sentence | s.Block)
@@ -127,7 +126,7 @@ class VocabularyFitReader(LearnItems):
     def _fit(self, item: s.Assign) -> None:
         if not _fits_tissues(item) or not isinstance(item.value, s.Name):
             self._refuse_data(item.span, "this fit is of measured data")
-        said = LearnReader(FIT, item, self.scope, FitTissueWords).get(FitTissueWords)
+        said = self.reader(FIT, item).get(FitTissueWords)
         key, of = item.value.key, said.tissues
         concluding = [
             rules for rules in self.vocabulary.rules.values() if key in rules.concluded
@@ -268,19 +267,15 @@ class VocabularyFitReader(LearnItems):
     # --- what is adjusted ---------------------------------------------------------------------
 
     def _adjust(self, item: s.Sentence) -> None:
-        what = without(item.name, ADJUST)
-        if what is None or what.key not in (WORDS, WEIGHTS) or item.phrase is not None:
+        reader = self.reader(ADJUST, item)
+        if reader.object.key not in (WORDS, WEIGHTS):
             self._only_words(item.span)
-        of = LearnReader(ADJUST, item, self.scope, OwnerWords).get(OwnerWords).owners
-        if of is None:
-            owner = "QUANTITY" if what.key == WORDS else "RULES"
-            message = f"the owner of the {what.key} is missing"
-            hint = f"write: adjust {what.key} of {owner}"
-            self.findings.reject("TIS304", message, item.span, hint=hint)
+        said = reader.get()
+        of = said.owners
         with self.findings.together():
             for name in of.items if isinstance(of, s.Listing) else (of,):
                 with self.findings.item():
-                    self._adjust_one(what.key, name)
+                    self._adjust_one(said.literal, name)
 
     def _adjust_one(self, what: str, name: s.Expression) -> None:
         if not isinstance(name, s.Name):
@@ -313,7 +308,7 @@ class VocabularyFitReader(LearnItems):
 
     # --- what is held out ---------------------------------------------------------------------
 
-    def _hold(self, item: s.Assign | s.Sentence) -> None:
+    def _hold(self, item: s.Item) -> None:
         with self.findings.together():
             for name in self._held_names(item):
                 with self.findings.item():
@@ -323,18 +318,13 @@ class VocabularyFitReader(LearnItems):
                         self.findings.refuse_second(what, name.span, self.held[key])
                     self.held[key] = name.span
 
-    def _held_names(self, item: s.Assign | s.Sentence) -> Iterator[s.Name]:
-        names: tuple[s.Expression, ...] = ()
-        if isinstance(item, s.Assign):
-            names = item.value.items if isinstance(item.value, s.Listing) else (item.value,)
-        elif (rest := without(item.name, "hold")) is not None and not item.clauses:
-            behind = without(rest, "out")
-            names = () if behind is None or item.phrase is not None else (behind,)
-        for name in names or (None,):
+    def _held_names(self, item: s.Item) -> Iterator[s.Name]:
+        reader = self.reader("hold out", item)
+        held = reader.get(PartHeld if isinstance(item, s.Assign) else TissueHeld).held
+        for name in held.items if isinstance(held, s.Listing) else (held,):
             if not isinstance(name, s.Name) or name.quoted is not None:
                 self.findings.reject(
-                    "TIS312", "tissues are held out by their names",
-                    item.span if name is None else name.span,
+                    "TIS312", "tissues are held out by their names", name.span,
                     hint="for example: hold out = [skin, liver]",
                 )  # fmt: skip
             yield name

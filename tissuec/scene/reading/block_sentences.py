@@ -1,44 +1,244 @@
-"""Blocks of sentences, such as ``learn`` and ``study``: kinds of sentences and settings."""
+"""Blocks of sentences, such as ``learn`` and ``study``: declarations, and how they are read."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
+from typing import Annotated, Any, NoReturn
 
 from msgspec import Struct
 
-from tissuec.core.hints import alternatives, did_you_mean
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
+from tissuec.core.markdown import fenced, paragraphs
+from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.scene.reading.findings import Findings
+from tissuec.scene.program.declarations import Declared
+from tissuec.scene.reading import schema
+from tissuec.scene.reading.clauses import ClauseReader, Written
+from tissuec.scene.reading.entries import BlockEntries, Entries, Entry, written
+from tissuec.scene.reading.expressions import Scope
+from tissuec.script.forms import VerbForm, VerbSentence, form_of
+from tissuec.script.parts import (
+    ChoiceClause,
+    ClausePart,
+    FilesClause,
+    MeasureClause,
+    NameClause,
+    Part,
+    ValueClause,
+)
 
 
-class Sentences(Struct, frozen=True):
+class SentenceKind(Struct, frozen=True):
     """One kind of sentence of a block.
 
     Attributes:
-        forms: How it is written; capital words are placeholders for names.
+        forms: Its forms; the parts of each are those of the class.
+        examples: How it is written; words in capitals are placeholders.
         about: What it says.
+        opens: The block that can follow it.
         is_needed: Whether there must be one.
         is_single: Whether there can only be one.
     """
 
-    forms: tuple[str, ...]
+    forms: tuple[type[VerbSentence], ...]
+    examples: tuple[str, ...]
     about: str
     is_needed: bool = False
     is_single: bool = False
+    opens: BlockEntries | None = None
 
 
-def entry_of(name: s.Name, known: Iterable[str], findings: Findings, *, what: str) -> str:
-    """Return which entry of a block a sentence begins with, or reject it.
+class FileWords(VerbSentence, frozen=True):
+    """A file."""
+
+    files: Annotated[tuple[s.Name, ...], FilesClause("", what="file")]
+
+
+def as_entries(kinds: Mapping[str, SentenceKind]) -> dict[str, Entry]:
+    """Sentences of a block as its entries, whose forms are part of their description.
 
     Args:
-        known: Kinds of sentences and settings of the block.
+        kinds: By their first words.
     """
-    known, words = tuple(known), s.key_of(name.words)
-    for entry in known:
-        if words == entry or words.startswith(f"{entry} "):
+    return {
+        name: written(
+            name, f"{fenced(chr(10).join(one.examples), 'tis')}\n\n{paragraphs(one.about)}",
+            *one.examples, repeats=not one.is_single, opens=one.opens, sentences=one.forms,
+        )
+        for name, one in kinds.items()
+    }  # fmt: skip
+
+
+class SentenceReader(ClauseReader):
+    """Reads one sentence of a block.
+
+    Args:
+        entry: Its first words.
+        kind: Its declaration.
+        item: The sentence.
+        scope: Names and findings of the scene.
+    """
+
+    lead = "for example"
+
+    def __init__(self, entry: str, kind: SentenceKind, item: Written, scope: Scope):
+        forms = tuple(map(form_of, kind.forms))
+        super().__init__(item, entry, forms, scope, texts=kind.examples)
+        self.is_named = False  # whether words behind the first ones belong to the sentence
+
+    def get(self, form: type[VerbSentence] | None = None, *, is_last: bool = True) -> Any:
+        """Return the content of the sentence.
+
+        Args:
+            form: Its form; by default, the first one whose required clauses are all written.
+            is_last: Whether it has no clauses that are still to be read.
+        """
+        said = self.read() if form is None else self.read_form(form_of(form))
+        parts = self.form.parts.values()
+        self.is_named |= any(isinstance(part, ClausePart) and not part.word for part in parts)
+        if self.object.text and not self.is_named and self.object.key != self.form.literal:
+            self.reject_form()
+        if is_last:
+            self.finish()
+        return said
+
+    def reject_form(self) -> NoReturn:
+        """Reject the sentence, with an example as the hint."""
+        self.reject("TIS312", f'wrong form of "{self.verb}"')
+
+    def choose(self) -> VerbForm:
+        return next((form for form in self.forms if self._has_all(form)), self.forms[0])
+
+    def _has_all(self, form: VerbForm) -> bool:
+        """Return whether all that a form requires is written."""
+        if form.literal and form.literal != self.object.key:
+            return False
+        needed = (part for name, part in form.parts.items() if name not in form.optional)
+        return all(self._is_there(part) for part in needed if isinstance(part, ClausePart))
+
+    def _is_there(self, part: ClausePart) -> bool:
+        clause = self.clauses.get(part.word)
+        if not part.word or clause is None:
+            return not part.word and bool(self.object.text)
+        match part, clause.value:
+            case MeasureClause(functions=functions), node if functions:
+                return isinstance(node, s.Call) and node.function.key in functions
+            case ChoiceClause(word="=", words=words), node:
+                return isinstance(node, s.Name) and node.key in words
+            case _:
+                return True
+
+    def called(self, word: str) -> str:
+        part = self.form.of_word(word)
+        return f"the {part.what}" if part is not None and part.what else super().called(word)
+
+    def read_other(self, part: Part, *, is_optional: bool) -> Any:
+        match part:
+            case NameClause(word=""):
+                return self.object if self.object.text else None
+            case NameClause(word=word, listed=False, owners=()):
+                return self.name_in(word)
+            case NameClause(word=word, listed=False):
+                return (self.name_in(word), *self.repeated)
+            case NameClause(word=word) | ValueClause(word=word) | MeasureClause(word=word):
+                return self.clauses[word].value
+            case FilesClause(word=word):
+                return self._files(self.clauses[word].value if word else self.object)
+            case _:
+                return super().read_other(part, is_optional=is_optional)
+
+    def _files(self, node: s.Expression) -> tuple[s.Name, ...]:
+        """Return the names of files in quotes; each wrong one is rejected."""
+        files: list[s.Name] = []
+        with self.scope.findings.together():
+            for one in node.items if isinstance(node, s.Listing) else (node,):
+                with self.scope.findings.item():
+                    if not isinstance(one, s.Name) or not one.quoted or one.words:
+                        message = "the name of a file must be in quotes"
+                        self.reject_at(one.span, "TIS312", message)
+                    files.append(one)
+        return tuple(files)
+
+
+class BlockItems:
+    """Sorts the items of one block of sentences.
+
+    Args:
+        declared: The block.
+        what: It is called in messages.
+        kinds: Its sentences by their first words.
+        settings: Its other entries.
+        scope: Names and findings of the scene.
+
+    Attributes:
+        places: Spans of entries that can be given once.
+        values: Settings, by their fields.
+    """
+
+    def __init__(
+        self, declared: Declared, what: str, kinds: Mapping[str, SentenceKind],
+        settings: Entries, scope: Scope,
+    ):  # fmt: skip
+        assert isinstance(declared.item, s.Block)
+        self.name, self.block, self.scope = declared.name, declared.item, scope
+        self.findings, self.what = scope.findings, what
+        self.kinds, self.settings = kinds, settings
+        self.places: dict[str, Span] = {}
+        self.values: dict[str, Any] = {}
+
+    def entry(self, item: s.Item) -> str | None:
+        """Return the kind of sentence that an item is; reads settings, which have none."""
+        if not isinstance(item, s.Assign | s.Sentence | s.Function | s.Block):
+            span = getattr(item, "head", item.span)
+            self.findings.reject("TIS303", f"this is not allowed in {self.what}", span)
+        entry = self._entry_of(item.name)
+        kind = self.kinds.get(entry)
+        if isinstance(item, s.Block) and kind is not None and kind.opens is None:
+            hint = Hint(f"write: {item.head.text}", Edit(item.head.text, item.span))
+            self.findings.reject("TIS303", f"{entry} has no entries", item.span, hint=hint)
+        if isinstance(item, s.Assign) and item.keyword:
+            message = "param and let are not allowed inside a block"
+            self.findings.reject("TIS303", message, item.span)
+        if kind is not None:
+            if kind.is_single:
+                self.once(entry, item.span)
             return entry
-    key = words if did_you_mean(words, known) else words.partition(" ")[0]
-    findings.reject(
-        "TIS303",
-        f'"{name.text}" is not an entry of {what}',
-        name.span,
-        hint=alternatives(key, known, what="entries"),
-    )
+        if isinstance(item, s.Function):
+            self.findings.reject("TIS303", f"this is not allowed in {self.what}", item.span)
+        found = schema.find_entry(self.settings, item, self.scope, what=self.what)
+        self.once(found.name, item.span)
+        self.values[found.field] = schema.read_entry(found, item, self.scope)
+        return None
+
+    def _entry_of(self, name: s.Name) -> str:
+        known, words = (*self.kinds, *self.settings), s.key_of(name.words)
+        for entry in known:
+            if words == entry or words.startswith(f"{entry} "):
+                return entry
+        key = words if did_you_mean(words, known) else words.partition(" ")[0]
+        hint = alternatives(key, known, what="entries")
+        message = f'"{name.text}" is not an entry of {self.what}'
+        self.findings.reject("TIS303", message, name.span, hint=hint)
+
+    def once(self, entry: str, span: Span, places: dict[str, Span] | None = None) -> None:
+        """Reject an entry that was given before.
+
+        Args:
+            entry: The entry, or another name that is unique.
+            span: Where it is given.
+            places: Where others are given, if they are no entries.
+        """
+        places, key = self.places if places is None else places, s.key_of(entry)
+        if key in places:
+            self.findings.refuse_second(f'"{entry}"', span, places[key])
+        places[key] = span
+
+    def need(self, entry: str, example: str = "") -> None:
+        """Report that a block lacks an entry.
+
+        Args:
+            entry: The entry.
+            example: An example; by default, the first of its forms.
+        """
+        self.findings.add(
+            "TIS304", f'{self.what} needs "{entry}"', self.block.head,
+            hint=f"for example: {example or self.kinds[entry].examples[0]}",
+        )  # fmt: skip

@@ -1,7 +1,7 @@
 """The clauses of a sentence, read by the declaration of its parts."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn, TypeVar, cast
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NoReturn, TypeAlias, TypeVar, cast
 
 import numpy as np
 from msgspec.structs import replace
@@ -26,6 +26,7 @@ from tissuec.script.parts import (
     EitherClause,
     FlagPart,
     LastingPart,
+    NameClause,
     NumberClause,
     Part,
     RangeClause,
@@ -34,6 +35,8 @@ from tissuec.script.parts import (
 )
 
 T = TypeVar("T", bound=VerbSentence)
+#: What can be a sentence.
+Written: TypeAlias = s.Assign | s.Sentence | s.Function | s.Block | s.RecordedCall
 
 
 class ClauseReader:
@@ -54,7 +57,7 @@ class ClauseReader:
     lead = "write"  # before a form in a hint
 
     def __init__(
-        self, sentence: s.Sentence | s.Assign, verb: str, forms: Sequence[VerbForm],
+        self, sentence: Written, verb: str, forms: Sequence[VerbForm],
         scope: Scope, duration: float | None = None, *, texts: Sequence[str] = (),
     ):  # fmt: skip
         self.sentence = sentence
@@ -69,10 +72,10 @@ class ClauseReader:
         self.asked: set[str] = set()
         parts = [part for form in forms for part in form.parts.values()]
         self._flags = {part.text for part in parts if isinstance(part, FlagPart)}
-        may_repeat = {getattr(part, "word", "") for part in parts if part.may_repeat}
-        self.repeated: list[s.Name] = []  # names after the second clause with a word
+        may_repeat = {p.word for p in parts if isinstance(p, NameClause) and p.owners}
+        self.repeated: list[s.Name] = []  # names behind the second clause with a word
         self.clauses: dict[str, s.Clause] = {}
-        for clause in sentence.clauses:
+        for clause in clauses_of(sentence):
             flag = f"{clause.word} {clause.value.span.text.lower()}"
             word = flag if flag in self._flags else clause.word
             if word in may_repeat and word in self.clauses and not self.repeated:
@@ -112,11 +115,8 @@ class ClauseReader:
         """Reject clauses that the form does not have; warn of an end that has no effect."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
-                form = Hint(
-                    f"{self.lead}: {self._nearest_form()}", Edit(self._flag_for(clause))
-                )
                 message = f'{self.verb} does not take "{word}"'
-                self.reject("TIS303", message, hint=form, word=word)
+                self.reject("TIS303", message, hint=self.hint_without(clause), word=word)
         if self.duration is not None and not self._lasts:
             self.scope.findings.add(
                 "W412",
@@ -125,6 +125,10 @@ class ClauseReader:
                 self.span,
                 hint='use "at" and a time; to end the effect, add an action at a later time',
             )
+
+    def hint_without(self, clause: s.Clause) -> Hint:
+        """Return the remedy for a clause that the form does not have."""
+        return Hint(f"{self.lead}: {self._nearest_form()}", Edit(self._flag_for(clause)))
 
     def reject(
         self, code: str, message: str, *, hint: str = "", word: str | None = None
@@ -491,6 +495,20 @@ def read_sentence(
     said = reader.read()
     reader.finish()
     return cast(T, said)
+
+
+def clauses_of(sentence: Written) -> Iterator[s.Clause]:
+    """Yield the clauses of a sentence, also what follows ``is``, ``=`` and ``between``."""
+    if isinstance(sentence, s.Function):
+        yield from sentence.arguments
+    if isinstance(sentence, s.Sentence | s.Block) and (phrase := sentence.phrase) is not None:
+        place = phrase.span
+        yield s.Clause("is", s.Name(place.one_line.removeprefix("is "), None, place), place)
+    if isinstance(sentence, s.Assign | s.Function):
+        yield s.Clause("=", sentence.value, sentence.value.span)
+    if isinstance(sentence, s.Assign) and (ends := sentence.bounds) is not None:
+        yield s.Clause("between", s.Listing((ends.low, ends.high), ends.span), ends.span)
+    yield from sentence.clauses
 
 
 def behind(name: s.Name, prefix: str) -> s.Name:

@@ -57,6 +57,7 @@ class Entry(Struct, frozen=True):
         more: Further forms beside that of its kind.
         begins: What an editor writes after its name; by default what its forms have in common.
         opens: The block that it can open, if not one of a member of a family alone.
+        sentences: Classes of its forms, if they are declared by their parts.
         reads: Returns its value from its item and the scope, if its kind does not say how.
     """
 
@@ -69,6 +70,7 @@ class Entry(Struct, frozen=True):
     more: tuple[str, ...] = ()
     begins: str = ""
     opens: "BlockEntries | None" = None
+    sentences: tuple[type[Any], ...] = ()
     reads: Callable[[Any, Any], Any] | None = None
 
     @property

@@ -1,24 +1,14 @@
 """Parts whose sentences the compiler reads, with meshes, and those of learn and study."""
 
-from collections.abc import Mapping, Sequence
-
 from msgspec.structs import replace
 
 from tissuec.core.fields import OneOf
-from tissuec.core.markdown import fenced, paragraphs
 from tissuec.core.precision import PRECISIONS
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.scene.learning import entries as learn_entries
-from tissuec.scene.reading.block_sentences import Sentences
-from tissuec.scene.reading.entries import (
-    BlockEntries,
-    Entries,
-    Entry,
-    by_name,
-    entries_of,
-    entry,
-    written,
-)
+from tissuec.scene.learning.block import entries as learn_entries
+from tissuec.scene.learning.block import sentences as learn_sentences
+from tissuec.scene.reading.block_sentences import as_entries
+from tissuec.scene.reading.entries import Entries, by_name, entries_of, entry, written
 from tissuec.scene.reading.parts import SCENE, block, block_of, declare
 from tissuec.scene.settings import integrators
 from tissuec.scene.study import entries as study_entries
@@ -49,34 +39,11 @@ OUTPUT_ENTRIES = by_name(
 )  # fmt: skip
 
 
-def as_entries(sentences: Mapping[str, Sentences], **opens: BlockEntries) -> dict[str, Entry]:
-    """Sentences of a block as its entries, whose forms are part of their description.
-
-    Args:
-        sentences: By their first words.
-        opens: The blocks that some of them open.
-    """
-    return {
-        name: written(
-            name, f"{fenced(chr(10).join(one.forms), 'tis')}\n\n{paragraphs(one.about)}",
-            *one.forms, words=_words(one.forms), repeats=not one.is_single,
-            opens=opens.get(name),
-        )
-        for name, one in sentences.items()
-    }  # fmt: skip
-
-
-def _words(forms: Sequence[str]) -> dict[str, str]:
-    """The words after "is", if all forms have one."""
-    words = [form.partition(" is ")[2] for form in forms]
-    return {word: study_entries.DESIGNS.get(word, "") for word in words} if all(words) else {}
-
-
 def _learn_entries() -> Entries:
     settings, known = learn_entries.learn_schema(), integrators()
     words = {word: known[word] for word in settings["integrator"].words}
     integrator = replace(settings["integrator"], kind=OneOf(words))
-    sentences = as_entries(learn_entries.SENTENCES, data=block({}))
+    sentences = as_entries(learn_sentences.SENTENCES)
     return {**sentences, **settings, "integrator": integrator}
 
 
@@ -101,7 +68,11 @@ declare(
 )  # fmt: skip
 declare(
     "set", "A named set of nodes or springs, selected on the mesh as drawn.", 52, "sentence",
-    forms=("set NAME = nodes of DRAWN in LIST where CONDITION",), names=SCENE,
+    forms=(
+        "set NAME = nodes of BODY in LIST where CONDITION",
+        "set NAME = springs of DRAWN in LIST where CONDITION",
+    ),
+    names=SCENE,
 )  # fmt: skip
 declare(
     "expect",

@@ -1,24 +1,25 @@
-"""Old spellings of measures, and the edits that make them those of conditions.
+"""Old spellings of measures, read and written as those of conditions.
 
-A measure is written ``force(A along (1, 0, 0))`` everywhere. Outputs and studies also
-read ``force of A``, and learning a direction after the parentheses; ``tissuec fmt`` writes
+A measure is written ``force(A along (1, 0, 0))`` wherever it occurs. Outputs and studies also
+read ``force of A``, and learning a direction behind the parentheses; ``tissuec fmt`` writes
 these as in conditions.
 """
 
 from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
-from tissuec.core.hints import Edit
-from tissuec.core.names import key_of
-from tissuec.core.source import Source, Span
+from msgspec.structs import replace
+
+from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.scene.learning.model import FIT
 from tissuec.scene.study.entries import AGGREGATES
 from tissuec.script.measures import MEASURES
 
+T = TypeVar("T", bound=s.Item)
+
 #: Measures that are counted: ``count(nodes of A)``.
-COUNTED = ("nodes", "springs", "elements", "pieces")
-_MEASURE = "measure"
+COUNT, COUNTED = "count", ("nodes", "springs", "elements", "pieces")
 
 
 def respelled(source: Source, *, has_heading: bool = True) -> Source:
@@ -32,77 +33,100 @@ def respelled(source: Source, *, has_heading: bool = True) -> Source:
         CompileError: The text has mistakes.
     """
     text = source.text
-    edits = list(_edits(parse(source, has_heading=has_heading).items))
-    for edit in sorted(edits, key=lambda one: -_place(one).start):
-        place = _place(edit)
-        text = text[: place.start] + edit.text + text[place.end :]
-    return Source(source.name, text, source.path) if edits else source
+    calls = list(_calls(parse(source, has_heading=has_heading).items))
+    for call in sorted(calls, key=lambda one: -one.span.start):
+        text = text[: call.span.start] + _written(call) + text[call.span.end :]
+    return Source(source.name, text, source.path) if calls else source
 
 
-def _place(edit: Edit) -> Span:
-    assert edit.span is not None
-    return edit.span
+def in_parentheses(item: T) -> T | s.RecordedCall:
+    """Return an output, or what a study or a learn block measures, in the present spelling.
+
+    Args:
+        item: The sentence; any other is returned as it is.
+    """
+    if isinstance(item, s.Sentence) and item.phrase is None:
+        call = _call(item.name, item.clauses)
+        if call is not None:
+            return s.RecordedCall(call, _behind(call, item.clauses), item.span)
+    if not isinstance(item, s.Assign):
+        return item
+    value, clauses = item.value, item.clauses
+    match value:
+        case s.Name():
+            call = _call(value, clauses)
+        case s.Call(function=function, arguments=(s.Argument(s.Name() as name) as only,)):
+            call = None
+            if function.key in AGGREGATES and (inner := _call(name, only.clauses)) is not None:
+                argument = s.Argument(inner, _behind(inner, only.clauses), only.span)
+                call = replace(value, arguments=(argument,))
+            is_plain = function.key in MEASURES and not only.clauses
+            if is_plain and clauses and (along := clauses[0]).word == "along":
+                argument = replace(only, clauses=(along,))
+                call = s.Call(function, (argument,), value.span.to(along.span))
+        case _:
+            call = None
+    if call is None:
+        return item
+    return replace(item, value=call, clauses=_behind(call, clauses))
 
 
-def _edits(items: Sequence[s.Item]) -> Iterator[Edit]:
-    for item in items:
-        if not isinstance(item, s.Block):
-            continue
-        kind = item.name.key.split(" ")[0]
-        for inner in item.items:
-            if kind == "output" and isinstance(inner, s.Sentence) and inner.phrase is None:
-                yield from _sentence(inner.name, inner.clauses)
-            elif kind == "study" and isinstance(inner, s.Assign):
-                yield from _of_study(inner)
-            elif kind == "learn" and isinstance(inner, s.Assign) and inner.name.key == FIT:
-                yield from _of_fit(inner)
+def _calls(items: Sequence[s.Item]) -> Iterator[s.Call]:
+    """Yield the calls that are spelled otherwise in blocks."""
+    for block in items:
+        if isinstance(block, s.Block) and block.name.key.split(" ")[0] in _BLOCKS:
+            for item in block.items:
+                match in_parentheses(item):
+                    case new if new is item:
+                        pass
+                    case s.RecordedCall(call=call) | s.Assign(value=s.Call() as call):
+                        yield call
+                    case _:
+                        pass
 
 
-def _of_study(item: s.Assign) -> Iterator[Edit]:
-    if not item.name.key.startswith(f"{_MEASURE} "):
-        return
-    value = item.value
-    if isinstance(value, s.Name):
-        yield from _sentence(value, item.clauses)
-    elif isinstance(value, s.Call) and value.function.key in AGGREGATES:
-        for argument in value.arguments:
-            if isinstance(argument.value, s.Name):
-                yield from _sentence(argument.value, argument.clauses)
+_BLOCKS = ("output", "study", "learn")
 
 
-def _sentence(name: s.Name, clauses: Sequence[s.Clause]) -> Iterator[Edit]:
-    """Yield the edit of ``force of A along (1, 0, 0)``, if that is what is written."""
+def _call(name: s.Name, clauses: Sequence[s.Clause]) -> s.Call | None:
+    """Return ``force of A along (1, 0, 0)`` as a call, if that is what is written."""
     if name.key not in MEASURES or not clauses or clauses[0].word != "of":
-        return
-    said = [one for one in clauses if one.word in ("of", "to", "along")]
-    own = clauses[: len(said)]
-    if [*own] != said or len({one.word for one in own}) < len(own):
-        return
-    texts: list[str] = []
+        return None
+    count, words = MEASURES[name.key].subjects, [one.word for one in clauses]
+    own = [one for one in clauses if one.word in ("of", "to", "along")]
+    if [*clauses[: len(own)]] != own or len({one.word for one in own}) < len(own):
+        return None
+    arguments: list[s.Argument] = []
     for clause in own:
         if clause.word == "along":
-            texts[-1] += f" {clause.span.text}"
+            arguments[-1] = replace(arguments[-1], clauses=(clause,))
             continue
-        parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)
-        if not all(isinstance(part, s.Name) for part in parts):
-            return
-        is_union = MEASURES[name.key].subjects == 1 or any(one.word == "to" for one in own)
-        parts = (clause.value,) if is_union else parts
-        texts += [part.span.text for part in parts]
-    if len(texts) != MEASURES[name.key].subjects:
-        return
-    written = f"{name.span.text}({', '.join(texts)})"
+        value = clause.value
+        is_split = isinstance(value, s.Listing) and count > 1 and "to" not in words
+        parts = value.items if is_split and isinstance(value, s.Listing) else (value,)
+        if s.as_name(value) is None:
+            return None
+        arguments += [s.Argument(part, (), part.span) for part in parts]
+    if len(arguments) != count:
+        return None
+    function = name
     if name.key in COUNTED:
-        written = f"count({name.span.text} of {texts[0]})"
-    yield Edit(written, name.span.to(own[-1].span))
+        function = s.Name(COUNT, None, name.span)
+        arguments = [s.Argument(name, (own[0],), name.span.to(own[0].span))]
+    return s.Call(function, tuple(arguments), name.span.to(own[-1].span))
 
 
-def _of_fit(item: s.Assign) -> Iterator[Edit]:
-    """Yield the edit of ``position(A) along (1, 0, 0)``."""
-    value, along = item.value, item.clauses[0] if item.clauses else None
-    if not isinstance(value, s.Call) or along is None or along.word != "along":
-        return
-    is_plain = len(value.arguments) == 1 and not value.arguments[0].clauses
-    if is_plain and key_of(value.function.text) in MEASURES:
-        written = f"{value.span.text[:-1].rstrip()} {along.span.text})"
-        yield Edit(written, value.span.to(along.span))
+def _behind(call: s.Call, clauses: Sequence[s.Clause]) -> tuple[s.Clause, ...]:
+    """Return the clauses that are not part of a call."""
+    return tuple(one for one in clauses if one.span.start >= call.span.end)
+
+
+def _written(node: s.Expression) -> str:
+    """Return a call in the present spelling."""
+    if not isinstance(node, s.Call):
+        return node.span.text
+    arguments = (
+        " ".join((_written(one.value), *(clause.span.text for clause in one.clauses)))
+        for one in node.arguments
+    )
+    return f"{node.function.words}({', '.join(arguments)})"

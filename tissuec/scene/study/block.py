@@ -1,26 +1,25 @@
 """Study blocks, as far as they need no mesh: factors, design, measures as written."""
 
-from collections.abc import Iterable
-
 from tissuec.core.errors import Note
-from tissuec.core.hints import alternatives
-from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared, without
 from tissuec.scene.program.parameters import Constants
-from tissuec.scene.reading import schema
-from tissuec.scene.reading.block_sentences import entry_of
+from tissuec.scene.reading.block_sentences import BlockItems, SentenceReader
+from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.spellings import in_parentheses
 from tissuec.scene.study.entries import (
-    DESIGNS,
     GRID,
     LATIN,
     LIST,
     LISTED,
+    MEASURE,
+    ROWS,
     SENTENCES,
+    VARY,
     StudySettings,
 )
-from tissuec.scene.study.factors import VARY, FactorReader
+from tissuec.scene.study.factors import FactorReader
 from tissuec.scene.study.model import (
     UNNAMED,
     Cell,
@@ -32,7 +31,7 @@ from tissuec.scene.study.model import (
     called,
 )
 
-ROWS, MEASURE, DESIGN, ESTIMATE, RUNS = "rows", "measure", "design", "error estimate", "runs"
+DESIGN, RUNS = "design", "runs"
 
 
 def read_studies(declarations: Declarations, constants: Constants) -> dict[str, Study]:
@@ -44,25 +43,19 @@ def read_studies(declarations: Declarations, constants: Constants) -> dict[str, 
     )
 
 
-class _StudyReader:
+class _StudyReader(BlockItems):
     """Reads one study block."""
 
     def __init__(self, declared: Declared, declarations: Declarations, scope: Constants):
-        assert isinstance(declared.item, s.Block)
-        self.name, self.block, self.scope = declared.name, declared.item, scope
-        self.findings = scope.findings
         name = called(declared.name.text)
-        self.what = f"the {name}" if name == UNNAMED else name
-        self.reader = FactorReader(declared.item, declarations, scope)
-        self.places: dict[str, Span] = {}
+        what = f"the {name}" if name == UNNAMED else name
+        super().__init__(declared, what, SENTENCES, entries_of(StudySettings), scope)
+        self.reader = FactorReader(self.block, declarations, scope)
         self.columns: dict[str, Span] = {}
-        self.values: dict[str, object] = {}
         self.factors: list[Factor] = []
         self.rows: list[tuple[Cell, ...]] | None = None
         self.measures: list[WrittenMeasure] = []
         self.expects: list[s.Expect] = []
-        self.design = ""
-        self.estimates = True
         self.is_kept = False  # whether only the text of the scene is there
 
     def read(self) -> Study:
@@ -72,9 +65,11 @@ class _StudyReader:
             with self.findings.item():
                 self._read(item)
         is_whole = self.findings.failures == failures and not self.is_kept
+        settings = StudySettings(**self.values)
+        design = settings.design or self._usual()
         if is_whole:  # else what is missing may be what is wrong
             with self.findings.item():
-                self._check()
+                self._check(design)
             is_whole = self.findings.failures == failures
         return Study(
             self.name.text,
@@ -82,9 +77,9 @@ class _StudyReader:
             None if self.rows is None else tuple(self.rows),
             tuple(self.measures),
             tuple(self.expects),
-            self.design or self._usual(),
-            self.estimates,
-            StudySettings(**self.values),  # type: ignore[arg-type]
+            design,
+            not settings.error_estimate,
+            settings,
             is_whole,
             self.block.head,
         )
@@ -96,70 +91,34 @@ class _StudyReader:
                 self.findings.reject("TIS303", message, item.clauses[0].span)
             self.expects.append(item)
             return
-        if not isinstance(item, s.Assign | s.Sentence | s.Function):
-            span = getattr(item, "head", item.span)
-            self.findings.reject("TIS303", f"this is not allowed in {self.what}", span)
-        match self._entry(item):
-            case "vary":
+        match self.entry(item), item:
+            case "vary", s.Assign() | s.Sentence() | s.Function():
                 factor = self.reader.vary(item)
-                self._once(factor.name, item.name.span, self.columns)
+                self.once(factor.name, item.name.span, self.columns)
                 self.factors.append(factor)
-            case "measure" if isinstance(item, s.Assign) and not item.keyword:
+            case "measure", s.Assign():
                 self._measure(item)
-            case "rows" if isinstance(item, s.Sentence):
-                self._once(ROWS, item.span, self.places)
+            case "rows", s.Sentence():
                 found = self.reader.rows(item)
                 self.is_kept = found is None
                 if found is not None:
                     self.factors += found[0]
                     self.rows = found[1]
-            case "design" if isinstance(item, s.Sentence) and item.phrase is not None:
-                self._once(DESIGN, item.span, self.places)
-                self.design = self._choice(item, DESIGNS)
-            case "error estimate" if isinstance(item, s.Sentence) and item.phrase is not None:
-                self._once(ESTIMATE, item.span, self.places)
-                self.estimates = self._choice(item, ("off",)) != "off"
-            case "" if isinstance(item, s.Assign | s.Sentence):
-                entries = schema.entries_of(StudySettings)
-                found = schema.find_entry(entries, item, self.scope, what=self.what)
-                self._once(found.name, item.span, self.places)
-                self.values[found.field] = schema.read_entry(found, item, self.scope)
-            case entry:
-                forms = SENTENCES[entry].forms if entry else ("runs = 100",)
-                message = f'wrong form of "{entry or item.name.text}"'
-                self.findings.reject("TIS312", message, item.span, hint=f"write: {forms[0]}")
-
-    def _entry(self, item: s.Assign | s.Sentence | s.Function) -> str:
-        """Return which of the sentences an item is; "" for a setting, or reject it."""
-        known = (*SENTENCES, *schema.entries_of(StudySettings))
-        entry = entry_of(item.name, known, self.findings, what=self.what)
-        return entry if entry in SENTENCES else ""
-
-    def _once(self, name: str, span: Span, places: dict[str, Span]) -> None:
-        key = key_of(name)
-        if key in places:
-            self.findings.refuse_second(f'"{name}"', span, places[key])
-        places[key] = span
-
-    def _choice(self, item: s.Sentence, known: Iterable[str]) -> str:
-        """Return the words behind ``is``, one of the known ones."""
-        assert item.phrase is not None
-        span = item.phrase.span.to(item.span)
-        text, names = key_of(span.one_line), list(known)
-        if text not in names:
-            hint = alternatives(text, names, what="choices")
-            self.findings.reject(
-                "TIS305", f'{item.name.text} cannot be "{text}"', span, hint=hint
-            )
-        return text
+            case None, _:
+                pass
+            case entry, s.Assign() | s.Sentence() | s.Function():
+                SentenceReader(entry, SENTENCES[entry], item, self.scope).reject_form()
+            case _:
+                pass
 
     def _measure(self, item: s.Assign) -> None:
+        measured = in_parentheses(item)
+        assert isinstance(measured, s.Assign)
         name = without(item.name, MEASURE)
-        clauses = item.clauses
-        end = clauses[-1].span if clauses else item.value.span
+        end = item.clauses[-1].span if item.clauses else item.value.span
         text = name.text if name is not None else item.value.span.to(end).one_line
-        self._once(text, item.name.span, self.columns)
-        self.measures.append(WrittenMeasure(text, item, item.span))
+        self.once(text, item.name.span, self.columns)
+        self.measures.append(WrittenMeasure(text, measured, item.span))
 
     # --- what goes together -------------------------------------------------------------------
 
@@ -170,14 +129,11 @@ class _StudyReader:
         drawn = any(isinstance(factor.spread, Distribution) for factor in self.factors)
         return LATIN if drawn else GRID
 
-    def _check(self) -> None:
+    def _check(self, design: str) -> None:
         """Reject what is missing, and what does not go together."""
         for entry, there in ((VARY, self.factors), (MEASURE, self.measures)):
             if not there:
-                self.findings.add(
-                    "TIS304", f'{self.what} needs "{entry}"', self.block.head,
-                    hint=f"for example: {SENTENCES[entry].forms[0]}",
-                )  # fmt: skip
+                self.need(entry)
         varied = [factor for factor in self.factors if factor.spread is not None]
         if self.rows is not None and varied:
             self.findings.reject(
@@ -185,7 +141,6 @@ class _StudyReader:
                 hint="write a column for this factor into the file",
                 notes=(Note("the rows", self.places[ROWS]),),
             )  # fmt: skip
-        design = self.design or self._usual()
         if self.rows is not None and design != LIST:
             message = f"rows are a list of runs, and no {design}"
             self.findings.reject(

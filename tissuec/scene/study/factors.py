@@ -23,16 +23,16 @@ from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
 from tissuec.scene.learning.data import DataReader
 from tissuec.scene.overrides.entries import read_override, written_entry
-from tissuec.scene.program.declarations import Declarations, without
+from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.parameters import Constants
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceReader
 from tissuec.scene.reading.findings import Findings, Rejected
 from tissuec.scene.reading.values import Value
 from tissuec.scene.settings import SimulateEntries
-from tissuec.scene.study.entries import DISTRIBUTIONS, SENTENCES
+from tissuec.scene.study.entries import DISTRIBUTIONS, ROWS, SENTENCES, VARY, VariedRange
 from tissuec.scene.study.model import Cell, Distribution, Factor, Levels, plain
 
-VARY = "vary"
 MOST_VALUES = 1_000_000
 LARGEST_ROWS = 100_000_000  # [bytes]
 DIGITS = 14  # of the values of a range, so that 3 steps of 0.1 are 0.3
@@ -53,43 +53,27 @@ class FactorReader:
 
     def vary(self, item: s.Assign | s.Sentence | s.Function) -> Factor:
         """Return the factor of a ``vary`` line, or reject it."""
-        name = self._target(item)
+        said = SentenceReader(VARY, SENTENCES[VARY], item, self.scope).get()
+        name = said.target
         own, dimension = self._own(name, item.name.span)
         if isinstance(item, s.Sentence):
             return self._within_limits(name, item, own)
-        if isinstance(item, s.Assign) and item.keyword:
-            self._wrong(item.span)
-        bounds = item.bounds if isinstance(item, s.Assign) else None
-        value, clauses = item.value, item.clauses
-        start, end = value.span, (clauses[-1].span if clauses else value.span)
-        written = start.to(bounds.span if bounds is not None else end).one_line
-        if isinstance(value, s.Call) and value.function.key in DISTRIBUTIONS and not clauses:
-            spread, unit = self._distribution(value, bounds, dimension)
+        written = item.value.span.to(item.span).one_line
+        if isinstance(said, VariedRange):
+            spread, unit = self._range(said, dimension)
             return self._factor(name, unit, spread, written, own, item.span)
-        if bounds is not None:
+        value, limits = said.values, said.limits
+        if isinstance(value, s.Call) and value.function.key in DISTRIBUTIONS:
+            spread, unit = self._distribution(value, limits, dimension)
+            return self._factor(name, unit, spread, written, own, item.span)
+        if limits is not None:
             hint = "only a distribution is cut off between limits"
-            self.findings.reject("TIS312", "unexpected limits", bounds.span, hint=hint)
-        if clauses:
-            spread, unit = self._range(value, clauses, dimension)
-            return self._factor(name, unit, spread, written, own, item.span)
+            self.findings.reject("TIS312", "unexpected limits", limits.span, hint=hint)
         nodes = value.items if isinstance(value, s.Listing) else (value,)
         if not nodes:
-            self._wrong(item.span)
+            hint = f"for example: {SENTENCES[VARY].examples[2]}"
+            self.findings.reject("TIS304", "the values are missing", value.span, hint=hint)
         return self._listed(name, nodes, dimension, written, own, item.span)
-
-    def _target(self, item: s.Assign | s.Sentence | s.Function) -> str:
-        """Return the param, or the entry with its block, that a line varies."""
-        name = without(item.name, VARY)
-        if name is None:
-            self._wrong(item.span)
-        if name.quoted is not None and not name.words:
-            return " ".join(name.quoted.split())
-        text = item.name.span.text[len(VARY) :]
-        if isinstance(item, s.Function):
-            if len(item.arguments) != 1 or item.arguments[0].word != "of":
-                self._wrong(item.arguments[0].span)
-            text += f" {item.arguments[0].span.text}"
-        return " ".join(text.split())
 
     def _own(
         self, target: str, span: Span, where: str = ""
@@ -149,29 +133,25 @@ class FactorReader:
         return value
 
     def _range(
-        self, first: s.Expression, clauses: Sequence[s.Clause], dimension: Dimension | None
+        self, said: VariedRange, dimension: Dimension | None
     ) -> tuple[Levels | Distribution, str]:
-        low = self._number(first, dimension, "the start of the range")
-        words = [clause.word for clause in clauses]
-        if words not in (["to"], ["to", "in"], ["to", "by"]):
-            place = clauses[0].span if words[:1] != ["to"] else clauses[-1].span
-            self._wrong(place)
-        high = self._number(clauses[0].value, low.dimension, "the end of the range")
-        unit = _unit_of(first, low)
-        a, b = in_unit(first, low, unit), in_unit(clauses[0].value, high, unit)
-        whole = first.span.to(clauses[-1].span)
-        if len(clauses) == 1:
-            if not a < b:
-                self.findings.reject(
-                    "TIS308", "the range ends before it begins", whole,
-                    hint=proposal(f"{clauses[0].value.span.text} to {first.span.text}"),
-                )  # fmt: skip
+        low = self._number(said.low, dimension, "the start of the range")
+        high = self._number(said.high, low.dimension, "the end of the range")
+        unit = _unit_of(said.low, low)
+        a, b = in_unit(said.low, low, unit), in_unit(said.high, high, unit)
+        values: tuple[float, ...]
+        if said.steps is not None:
+            values = self._steps(a, b, said.steps)
+        elif said.by is not None:
+            values = self._by(a, b, said.by, low, unit)
+        elif a < b:
             return Distribution("uniform", (a, b)), unit
-        last = clauses[1].value
-        values = (
-            self._steps(a, b, last) if words[1] == "in" else self._by(a, b, last, low, unit)
-        )
-        return Levels(values, (whole,) * len(values)), unit
+        else:
+            ends = said.low.span, said.high.span
+            hint = proposal(f"{ends[1].text} to {ends[0].text}")
+            whole = ends[0].to(ends[1])
+            self.findings.reject("TIS308", "the range ends before it begins", whole, hint=hint)
+        return Levels(values, (said.low.span.to(said.span),) * len(values)), unit
 
     def _steps(self, a: float, b: float, node: s.Expression) -> tuple[float, ...]:
         """Return so many values from one number to another."""
@@ -227,7 +207,7 @@ class FactorReader:
         return self._factor(name, unit, Levels(numbers, places), written, own, span)
 
     def _distribution(
-        self, call: s.Call, bounds: s.Bounds | None, dimension: Dimension | None
+        self, call: s.Call, limits: s.Listing | None, dimension: Dimension | None
     ) -> tuple[Distribution, str]:
         kind = call.function.key
         arguments = [argument.value for argument in call.arguments]
@@ -246,23 +226,20 @@ class FactorReader:
         if flaw := _flaw(kind, numbers):
             self.findings.reject("TIS308", flaw, call.span)
         low = high = None
-        if bounds is not None:
-            ends = [
-                self._number(end, first.dimension, "a limit")
-                for end in (bounds.low, bounds.high)
-            ]
-            low, high = in_unit(bounds.low, ends[0], unit), in_unit(bounds.high, ends[1], unit)
+        if limits is not None:
+            low, high = (
+                in_unit(end, self._number(end, first.dimension, "a limit"), unit)
+                for end in limits.items
+            )
             if not low < high:
                 message = "the lower limit is not below the upper limit"
                 if low > high:
-                    self.scope.refuse_reversed(bounds.low.span, bounds.high.span)
-                self.findings.reject("TIS308", message, bounds.span)
+                    self.scope.refuse_reversed(*(end.span for end in limits.items))
+                self.findings.reject("TIS308", message, limits.span)
         return Distribution(kind, tuple(numbers), low, high), unit
 
     def _within_limits(self, name: str, item: s.Sentence, own: Value | str | None) -> Factor:
         """Return a param that varies within its limits."""
-        if item.clauses or item.phrase is not None:
-            self._wrong(item.span)
         declared = self.declarations.of("param").get(key_of(name))
         bounds = getattr(declared.item, "bounds", None) if declared is not None else None
         if bounds is None or isinstance(own, str):
@@ -271,7 +248,7 @@ class FactorReader:
             )
             self.findings.reject(
                 "TIS304", f'"{name}" cannot vary: {what}', item.span,
-                hint=f"for example: {SENTENCES[VARY].forms[0]}",
+                hint=f"for example: {SENTENCES[VARY].examples[0]}",
             )  # fmt: skip
         ends = [(node, self.scope.number(node)) for node in (bounds.low, bounds.high)]
         unit = _unit_of(*ends[1])
@@ -280,20 +257,11 @@ class FactorReader:
         written = f"{plain(low)} to {plain(high)} {unit}".rstrip()
         return self._factor(name, unit, spread, written, own, item.span)
 
-    def _wrong(self, span: Span) -> NoReturn:
-        self.findings.reject(
-            "TIS312", f'wrong form of "{VARY}"', span,
-            hint=f"write: {' or '.join(SENTENCES[VARY].forms[:2])}",
-        )  # fmt: skip
-
     # --- a file of rows -----------------------------------------------------------------------
 
     def rows(self, item: s.Sentence) -> tuple[list[Factor], list[tuple[Cell, ...]]] | None:
         """Return the factors and rows of a file; None if only its text is kept elsewhere."""
-        name = without(item.name, "rows") or item.name
-        if name.quoted is None or name.words or item.clauses or item.phrase is not None:
-            hint = f"write: {SENTENCES['rows'].forms[0]}"
-            self.findings.reject("TIS312", 'wrong form of "rows"', item.span, hint=hint)
+        (name,) = SentenceReader(ROWS, SENTENCES[ROWS], item, self.scope).get().files
         place = DataReader(self.block, self.scope).find(name)
         library = self.scope.library
         if library is not None and library.kept is not None:
