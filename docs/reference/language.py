@@ -18,7 +18,9 @@ from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
 from tissuec.scene import settings
-from tissuec.scene.bodies.block import EXPLICIT, joints
+from tissuec.scene.bodies import block as bodies
+from tissuec.scene.bodies import joints
+from tissuec.scene.bodies.block import EXPLICIT
 from tissuec.scene.bodies.block import block as bodies
 from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES
 from tissuec.scene.learning.block import sentences as learn_sentences
