@@ -21,9 +21,8 @@ from tissuec.scene import settings
 from tissuec.scene.bodies import block as bodies
 from tissuec.scene.bodies import joints
 from tissuec.scene.bodies.block import EXPLICIT
-from tissuec.scene.bodies.block import block as bodies
 from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES
-from tissuec.scene.learning.block import sentences as learn_sentences
+from tissuec.scene.learning import sentences as learn_sentences
 from tissuec.scene.learning.entries import (
     ADJUSTED,
     DIMENSIONS,
