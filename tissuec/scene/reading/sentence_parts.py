@@ -5,8 +5,8 @@ from msgspec.structs import replace
 from tissuec.core.fields import OneOf
 from tissuec.core.precision import PRECISIONS
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.scene.learning.block import entries as learn_entries
-from tissuec.scene.learning.block import sentences as learn_sentences
+from tissuec.scene.learning import entries as learn_entries
+from tissuec.scene.learning import sentences as learn_sentences
 from tissuec.scene.reading.block_sentences import as_entries
 from tissuec.scene.reading.entries import Entries, by_name, entries_of, entry, written
 from tissuec.scene.reading.parts import SCENE, block, block_of, declare
