@@ -105,12 +105,12 @@ class SentenceReader(ClauseReader):
         self.reject("TIS312", f'wrong form of "{self.verb}"')
 
     def choose(self) -> VerbForm:
-        return next((form for form in self.forms if self._has_all(form)), self.forms[0])
+        of_words = [form for form in self.forms if form.literal == self.object.key != ""]
+        forms = of_words or [form for form in self.forms if not form.literal]
+        return next((form for form in forms if self._has_all(form)), forms[0])
 
     def _has_all(self, form: VerbForm) -> bool:
         """Return whether all that a form requires is written."""
-        if form.literal and form.literal != self.object.key:
-            return False
         needed = (part for name, part in form.parts.items() if name not in form.optional)
         return all(self._is_there(part) for part in needed if isinstance(part, ClausePart))
 
