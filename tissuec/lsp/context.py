@@ -39,7 +39,7 @@ def named_with(prefix: Prefix) -> Expected:
 
 
 def objects(prefix: Prefix) -> tuple[str, ...]:
-    """Return what kinds of names a verb takes behind its words."""
+    """Return what kinds of names a verb takes after its words."""
     forms = (one for one in forms_of("script", prefix.head) if one.literal == prefix.object)
     return together(first_places(forms)).names
 

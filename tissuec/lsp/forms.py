@@ -68,7 +68,7 @@ class ClauseForm(NamedTuple):
     """One place of a form.
 
     Attributes:
-        word: The joining word; empty directly behind the first words.
+        word: The joining word; empty directly after the first words.
         expected: What can be written there.
         needs: Words that are written before.
     """
@@ -83,8 +83,8 @@ class SentenceForm(NamedTuple):
 
     Attributes:
         literal: Words after its first ones, such as "spring constant".
-        clauses: What is behind these, and behind joining words.
-        starts: Words of which one is written behind "=" in this form only.
+        clauses: What is after these, and behind joining words.
+        starts: Words of which one is written after "=" in this form only.
     """
 
     literal: str
@@ -284,7 +284,7 @@ def _terms(described: Mapping[str, str]) -> Terms:
 
 
 def first_places(forms: Iterable[SentenceForm]) -> Iterator[Expected]:
-    """Yield what can be written directly behind the first words of some forms."""
+    """Yield what can be written directly after the first words of some forms."""
     yield from (one.expected for form in forms for one in form.clauses if not one.word)
 
 

@@ -45,7 +45,7 @@ class VerbSentence(Struct, frozen=True):
     Attributes:
         span: The sentence.
         refused: Clauses that are not taken, although they might be expected, by joining word.
-        literal: Words behind the first ones by which a sentence of a block has this form.
+        literal: Words after the first ones by which a sentence of a block has this form.
     """
 
     literal: ClassVar[str] = ""
@@ -87,7 +87,7 @@ class VerbForm(Struct, frozen=True, eq=False):
 
     @property
     def clauses(self) -> Iterator[tuple[str, Part | str, str]]:
-        """Joining words, what is behind them, and the word that is needed before, if any."""
+        """Joining words, what is after them, and the word that is needed before, if any."""
         if self.cases is not None and self.cases.word and self.literal:
             yield self.cases.word, self.literal, ""
         for part in self.parts.values():
@@ -117,7 +117,7 @@ class VerbForm(Struct, frozen=True, eq=False):
                     pass
 
     def of_word(self, word: str) -> Part | None:
-        """The part behind a joining word; None without it."""
+        """The part after a joining word; None without it."""
         return next((p for w, p, _ in self.clauses if w == word and isinstance(p, Part)), None)
 
     def dimension_of(self, word: str) -> Dimension:

@@ -200,7 +200,7 @@ class MeasureClause(ClausePart, frozen=True):
 
 
 class FilesClause(ClausePart, frozen=True):
-    """The name of a file in quotes, or a list of such names behind "=".
+    """The name of a file in quotes, or a list of such names after "=".
 
     Attributes:
         is_new: Whether it need not be there.

@@ -56,7 +56,7 @@ class LearnReader(SentenceReader):
     # --- columns ------------------------------------------------------------------------------
 
     def _columns(self, part: ColumnsClause) -> tuple[DataColumn, ...]:
-        """Return the columns that are named, with the unit behind ``in``."""
+        """Return the columns that are named, with the unit after ``in``."""
         self.asked.add("in")
         name = (
             self.name_in(part.word)
@@ -84,7 +84,7 @@ class LearnReader(SentenceReader):
         )
 
     def _unit(self, dimension: Dimension) -> tuple[float, float]:
-        """Return the number behind ``in``, 1 without one, and its unit in SI units."""
+        """Return the number after ``in``, 1 without one, and its unit in SI units."""
         clause, what = self.clauses.get("in"), self.about or "the column"
         if clause is None:
             if dimension == NUMBER:
@@ -110,7 +110,7 @@ class LearnReader(SentenceReader):
 
 
 def _factor_before(text: str) -> Hint | None:
-    """Return a unit with the factor that stands behind it in front: "mm/2" is 0.5 mm."""
+    """Return a unit with the factor that follows it in front: "mm/2" is 0.5 mm."""
     found = _FACTOR.fullmatch(text)
     number = float(found[3]) if found else 0.0
     if found is None or not number:

@@ -20,7 +20,7 @@ class WrittenFitProblem(Struct, frozen=True):
 
     Attributes:
         axis: What rows of tables are sorted by, if that is written.
-        fits: Each with the ``against column`` behind it, if there is one.
+        fits: Each with the ``against column`` after it, if there is one.
         names: Of the data, as written, by the names of the files.
         is_whole: Whether all of this could be read.
     """

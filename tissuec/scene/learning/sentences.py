@@ -38,7 +38,7 @@ INITIAL, ALL_TISSUES = "initial value", "all tissues"
 ADJUSTED = Placeholder("ADJUSTED", ("param",))
 LISTED = Placeholder("LISTED", ("param",))
 DIVISION = Placeholder("DIVISION", words=DIVIDED, about="Each has its own number.")
-#: Names behind the words that say what is adjusted or fitted.
+#: Names after the words that say what is adjusted or fitted.
 _WHAT = NameClause("", what="adjusted quantity", places=(ADJUSTED,))
 _TISSUES = NameClause(
     "of", what="tissue", places=(TISSUE, Placeholder("", words=(ALL_TISSUES,))), listed=True

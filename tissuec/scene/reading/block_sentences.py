@@ -82,7 +82,7 @@ class SentenceReader(ClauseReader):
     def __init__(self, entry: str, kind: SentenceKind, item: Written, scope: Scope):
         forms = tuple(map(form_of, kind.forms))
         super().__init__(item, entry, forms, scope, texts=kind.examples)
-        self.is_named = False  # whether words behind the first ones belong to the sentence
+        self.is_named = False  # whether words after the first ones belong to the sentence
 
     def get(self, form: type[VerbSentence] | None = None, *, is_last: bool = True) -> Any:
         """Return the content of the sentence.

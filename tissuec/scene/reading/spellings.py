@@ -1,7 +1,7 @@
 """Old spellings of measures, read and written as those of conditions.
 
 A measure is written ``force(A along (1, 0, 0))`` wherever it occurs. Outputs and studies also
-read ``force of A``, and learning a direction behind the parentheses; ``tissuec fmt`` writes
+read ``force of A``, and learning a direction after the parentheses; ``tissuec fmt`` writes
 these as in conditions.
 """
 
