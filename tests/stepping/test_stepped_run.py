@@ -385,7 +385,7 @@ def test_measures_are_written_as_in_conditions_and_in_studies():
         ("energy", '"energy" does not say what it is measured on'),
         ("position(tip, 10 ms)", "cannot name a time"),
         ("position of tipp", 'no set, body or tool called "tipp"'),
-        ("position(tip) of wall", "for example: force(A)"),
+        ("position(tip) of wall", r"for example: force\(A\)"),
     ],
 )
 def test_what_measures_nothing_now_is_refused(what, message):
