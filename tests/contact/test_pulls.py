@@ -144,23 +144,23 @@ def reported_where_passed(found):
     assert not all(reported for _, reported in found)
 
 
-@pytest.mark.parametrize("first", range(0, 60, 10))
+@pytest.mark.parametrize("first", range(0, 20, 10))
 def test_no_tool_passes_a_sheet_without_a_report(first):
     reported_where_passed([played_pull(number) for number in range(first, first + 10)])
 
 
 def test_no_thread_passes_a_sheet_without_a_report():
-    reported_where_passed([played_pull(number, pull_of_thread) for number in range(20)])
+    reported_where_passed([played_pull(number, pull_of_thread) for number in range(8)])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(60, 1000, 94))
+@pytest.mark.parametrize("first", range(20, 1000, 98))
 def test_no_tool_of_a_thousand_passes_a_sheet_without_a_report(first):
-    found = [played_pull(number) for number in range(first, min(first + 94, 1000))]
+    found = [played_pull(number) for number in range(first, first + 98)]
     assert not sum(passed and not reported for passed, reported in found)
 
 
 @pytest.mark.slow
 def test_no_thread_of_three_hundred_passes_a_sheet_without_a_report():
-    found = [played_pull(number, pull_of_thread) for number in range(20, 300)]
+    found = [played_pull(number, pull_of_thread) for number in range(8, 300)]
     assert not sum(passed and not reported for passed, reported in found)

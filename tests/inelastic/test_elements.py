@@ -7,6 +7,7 @@ from scipy.linalg import expm
 
 from tests.engine.running import Bench
 from tests.inelastic.elements import (
+    HASTES,
     ONE,
     PRONY,
     PULLED,
@@ -14,6 +15,7 @@ from tests.inelastic.elements import (
     SHARES,
     TIMES,
     branches_gave_way,
+    hastened,
     observed_order,
     relaxes_when_held,
     scene,
@@ -88,10 +90,11 @@ def test_a_block_creeps_under_a_steady_force():
 @pytest.mark.parametrize(
     "memory", [PRONY, ONE + "; solid law is yeoh { second = 2; third = 1 }"]
 )
-def test_the_reference_agrees_on_large_strains(memory):
+@pytest.mark.parametrize("haste", HASTES)
+def test_the_reference_agrees_on_large_strains(memory, haste):
     text = scene(memory, ratio=0.45, size="10, 10, 10", top="9.9 mm", script=PULLED,
-                 method="tolerance = 1e-6")  # fmt: skip
-    the_reference_agrees(text, position=1e-7, balance=1e-7, force=1e-6)
+                 duration="80 ms", method="tolerance = 1e-6")  # fmt: skip
+    the_reference_agrees(hastened(text, haste), position=1e-7, balance=1e-7, force=1e-6)
 
 
 def test_a_block_that_is_drawn_stretched_relaxes_unless_it_settles_first():
@@ -108,11 +111,13 @@ def test_a_block_that_is_drawn_stretched_relaxes_unless_it_settles_first():
     )
 
 
-def test_settling_lets_branches_give_way_for_good():
+@pytest.mark.parametrize("haste", HASTES)
+def test_settling_lets_branches_give_way_for_good(haste):
     text = scene(ONE, ratio=0.4, size="10, 10, 10", top="9.9 mm", script=SETTLED,
                  duration="40 ms")  # fmt: skip
+    text = hastened(text, haste)
     outcome, recording = carried_out(compiled_scene(text))
-    branches_gave_way(outcome, recording, "elements", still=1e-12)
+    branches_gave_way(outcome, recording, "elements", since=0.0301 / haste, still=1e-12)
     found = validated(text)
     assert found.verdict == "kept"
     assert quantity(found, "position").error < 1e-8
@@ -123,11 +128,14 @@ CUT = """at 0 s: fix low
   at 30 ms: cut block along plane through (0, 0, 7.5) mm facing (0, 0, 1)"""
 
 
-def test_what_is_cut_takes_its_branches_along():
-    text = scene(ONE, size="10, 10, 15", top="14.9 mm", script=CUT, method="tolerance = 1e-6")
+@pytest.mark.parametrize("haste", HASTES)
+def test_what_is_cut_takes_its_branches_along(haste):
+    text = scene(ONE, size="5, 5, 15", top="14.9 mm", script=CUT, duration="60 ms",
+                 method="tolerance = 1e-6")  # fmt: skip
+    text = hastened(text, haste)
     outcome, recording = carried_out(compiled_scene(text))
     (made,) = outcome.state.fields
-    assert made.item_count == 8
+    assert made.item_count == 2
     _, elastic, _, _, _, switched = recording.energy_arrays()[1].T
     assert abs(switched[-1]) > 0.1 * elastic[5]
     assert np.abs(open_balance(recording)).max() < 1e-7

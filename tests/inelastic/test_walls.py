@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.inelastic.elements import (
+    HASTES,
     ONE,
     PRONY,
     PULLED,
@@ -11,6 +12,7 @@ from tests.inelastic.elements import (
     SHARES,
     TIMES,
     branches_gave_way,
+    hastened,
     observed_order,
     relaxed,
     relaxes_when_held,
@@ -121,10 +123,11 @@ HALF = "\n  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile"
 @pytest.mark.parametrize(
     "memory", [PRONY, ONE + "; solid law is yeoh { second = 2; third = 1 }"]
 )
-def test_the_reference_agrees_on_large_strains(memory):
+@pytest.mark.parametrize("haste", HASTES)
+def test_the_reference_agrees_on_large_strains(memory, haste):
     text = scene(memory, ratio=0.45, side=10, cells=2, script=PULLED.splitlines()[0] + HALF,
                  duration="30 ms", method="tolerance = 1e-6")  # fmt: skip
-    the_reference_agrees(text, position=1e-6, balance=1e-6, force=1e-5)
+    the_reference_agrees(hastened(text, haste), position=1e-6, balance=1e-6, force=1e-5)
 
 
 def test_a_wall_that_is_drawn_stretched_relaxes_unless_it_settles_first():
@@ -140,10 +143,12 @@ def test_a_wall_that_is_drawn_stretched_relaxes_unless_it_settles_first():
     )
 
 
-def test_settling_lets_branches_give_way_for_good():
+@pytest.mark.parametrize("haste", HASTES)
+def test_settling_lets_branches_give_way_for_good(haste):
     text = scene(ONE, ratio=0.4, side=10, cells=2, script=SETTLED, duration="40 ms")
+    text = hastened(text, haste)
     outcome, recording = carried_out(compiled_scene(text))
-    branches_gave_way(outcome, recording, "membranes", still=1e-10)
+    branches_gave_way(outcome, recording, "membranes", since=0.0301 / haste, still=1e-10)
     assert validated(text).verdict == "kept"
 
 
@@ -152,19 +157,22 @@ CUT = """at 0 s: fix low
   at 30 ms: cut wall along plane through (7.5, 0, 0) mm facing (1, 0, 0)"""
 
 
-def test_what_is_cut_or_breaks_takes_its_branches_along():
+@pytest.mark.parametrize("haste", HASTES)
+def test_what_is_cut_or_breaks_takes_its_branches_along(haste):
     limit = "; breaking strain = 30 %"
     torn = CUT.replace("(2, 0, 1)", "(5, 0, 1)")
     for memory, script, body in ((ONE, CUT, ""), (ONE + limit, torn, "rupture is allowed")):
-        text = scene(memory, side=10, cells=2, script=script, body=body,
+        text = scene(memory, side=10, cells=2, script=script, body=body, duration="60 ms",
                      method="tolerance = 1e-6")  # fmt: skip
+        text = hastened(text, haste)
         outcome, recording = carried_out(compiled_scene(text))
         (made,) = outcome.state.of_kind("membranes")
         assert len(made.lost_items(outcome.state.alive))
         _, elastic, _, _, _, switched = recording.energy_arrays()[1].T
         assert abs(switched[-1]) > 0.1 * elastic[3]
         assert np.abs(open_balance(recording)).max() < 1e-6
-    assert validated(scene(ONE, side=10, cells=2, script=CUT)).verdict == "kept"
+    text = scene(ONE, side=10, cells=2, script=CUT, duration="60 ms", method="tolerance = 1e-6")
+    assert validated(hastened(text, haste)).verdict == "kept"
 
 
 # --- methods ---

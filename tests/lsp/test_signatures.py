@@ -47,9 +47,10 @@ def test_elsewhere_there_is_none(text):
     assert signature(*asked(text)) is None
 
 
-def test_there_is_always_an_answer_while_a_scene_is_typed(repository):
+@pytest.mark.parametrize("step", [37, pytest.param(1, marks=pytest.mark.slow)])
+def test_there_is_always_an_answer_while_a_scene_is_typed(step, repository):
     text = (repository / "library/scenes/sterilisation.tis").read_text(encoding="utf-8")
-    for end in range(0, len(text), 7):
+    for end in range(0, len(text), step):
         found = signature(*asked(text[:end] + "‸" + text[end:]))
         if found is not None:
             assert 0 <= found.place < max(len(found.forms[found.active].places), 1)
