@@ -28,6 +28,7 @@ TISSUES = sorted((library() / "tissues").glob("*.tis"))
 SCENES = sorted((library() / "scenes").glob("*.tis"))
 LONG = {
     "artery",
+    "breast_lumps",
     "ligature",
     "suture",
     "tubal_ligation",

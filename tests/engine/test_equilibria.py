@@ -155,11 +155,17 @@ def test_what_hangs_is_balanced():
     assert residual(outcome.state) < 1e-12
 
 
-@pytest.mark.parametrize("count", [1, 12, 18])
-def test_a_run_that_is_resumed_gives_the_same_bytes(count):
+@pytest.fixture(scope="module")
+def snapping():
+    """Return a dome that snaps, its plan, and a run that nothing interrupts."""
     push = event(0.0, "push apex", FEET, with_=(0, 0, -4.0), using=(LINE,), duration=1.0)
     network, plan = dome(push)
-    whole, undisturbed = carry_out(network, plan)
+    return network, plan, *carry_out(network, plan)
+
+
+@pytest.mark.parametrize("count", [1, 12, 18])
+def test_a_run_that_is_resumed_gives_the_same_bytes(count, snapping):
+    network, plan, whole, undisturbed = snapping
     first, before = carry_out(network, plan, interrupt=AfterAsking(count))
     assert first.kind == "interrupted"
     recording = MemoryRecording()

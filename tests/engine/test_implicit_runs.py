@@ -163,7 +163,14 @@ def broken(case, method):
     return found, outcome.state.position, network.position, outcome.statistics.method
 
 
-@pytest.mark.parametrize("case", BROKEN)
+#: The others show alike that limits are met where something remembers.
+SLOWLY_BROKEN = "a solid that relaxes and yields"
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(c, marks=[pytest.mark.slow] * (c == SLOWLY_BROKEN)) for c in BROKEN],
+)
 def test_what_breaks_in_implicit_steps_breaks_as_in_explicit_ones(case):
     exact, position, drawn, _ = broken(case, "integrator is dop853; tolerance = 1e-9")
     assert len(exact) > 0
