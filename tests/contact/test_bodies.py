@@ -116,6 +116,6 @@ def test_what_touches_after_a_short_way_was_listed_before_it(kind):
             way[first] *= 0.5
             way[ahead] = way[first] + Rotation.from_rotvec(axis).apply(reach) - reach
         after = before + way
-        listed = {*zip(*contact.near(before, 2.0 * contact.stride), strict=True)}
-        touching = {*zip(*contact.near(after, 0.0), strict=True)}
+        listed = {*zip(*contact.near(before, 2.0 * contact.stride)[:4], strict=True)}
+        touching = {*zip(*contact.near(after, 0.0)[:4], strict=True)}
         assert touching and touching <= listed

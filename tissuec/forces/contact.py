@@ -55,12 +55,14 @@ from tissuec.forces.contact_kernel import touch
 from tissuec.forces.contact_points import ContactPoints
 from tissuec.forces.contact_points_kernel import PLACING, ContactPointTable, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
+from tissuec.forces.contact_sides import kept_outside
 from tissuec.forces.contact_sliding import turning
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
+from tissuec.geometry.nearest_triangles import nearest_triangles
 from tissuec.kernels.records import (
     BoundaryConditions,
     ContactNodeTable,
@@ -88,26 +90,37 @@ class ContactPairs(NamedTuple):
         shape: Numbers of shapes, shape (pair,).
         weight: How often the shape counts for this node, shape (pair,).
         radius: At which it touches this node [m], shape (pair,).
+        sided: Whether it is a triangle that tells on which side of a closed surface the node
+            is, shape (pair,); None if none is.
     """
 
     node: Indices
     shape: Indices
     weight: Floats
     radius: Floats
+    sided: NDArray[np.bool_] | None = None
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "ContactPairs":
         """Return a selection of pairs, by a mask of shape (pair,) or indices of shape (n,)."""
         return ContactPairs(
-            self.node[which], self.shape[which], self.weight[which], self.radius[which]
+            self.node[which],
+            self.shape[which],
+            self.weight[which],
+            self.radius[which],
+            None if self.sided is None else self.sided[which],
         )
 
     def and_others(self, others: "ContactPairs") -> "ContactPairs":
-        """Return these pairs and others after them."""
+        """Return these pairs and others after them, none of which tells a side."""
+        sided = self.sided
+        if sided is not None:
+            sided = np.append(sided, np.zeros(len(others.node), dtype=bool))
         return ContactPairs(
             np.concatenate([self.node, others.node]),
             np.concatenate([self.shape, others.shape]),
             np.concatenate([self.weight, others.weight]),
             np.concatenate([self.radius, others.radius]),
+            sided,
         )
 
 
@@ -151,6 +164,8 @@ class Contact(Field, frozen=True, dict=True):
         between: The points between nodes; None without any.
         group, of: Of each node and face, a row and a column of ``meets``, shapes (m,), (face,).
         meets: Which nodes may touch which faces at all; None if every node may touch all.
+        sided: Which groups of points are kept outside of which surfaces, shape as ``meets``;
+            None without any, see ``forces.contact_sides``.
         whole: Which faces are neither cut nor torn, shape (face,); None if all are.
         there: Which nodes are not on torn faces, shape (m,); None if none is.
         pairs: Pairs that are considered; None for all that are near.
@@ -183,6 +198,7 @@ class Contact(Field, frozen=True, dict=True):
     group: Indices | None = None
     of: Indices | None = None
     meets: NDArray[np.bool_] | None = None
+    sided: NDArray[np.bool_] | None = None
     whole: NDArray[np.bool_] | None = None
     there: NDArray[np.bool_] | None = None
     pairs: ContactPairs | None = None
@@ -220,11 +236,47 @@ class Contact(Field, frozen=True, dict=True):
         pairs = pairs.some(
             (self._places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
         )
+        if self.sided is not None:
+            pairs = self._with_sides(position, pairs, margin)
         pairs = pairs.some(~self._are_joined(pairs, nodes))
         shared = self._shared(pairs)
         close = self._places(position, shared).depth > -margin
         every = pairs.and_others(shared.some(close))
         return every.some(np.lexsort((every.shape, self.surface[every.shape], every.node)))
+
+    def _with_sides(self, position: Floats, pairs: ContactPairs, margin: float) -> ContactPairs:
+        """Return pairs with the triangles that tell the sides of points, at any depth.
+
+        Args:
+            position: Of nodes and points [m], shape (node + point, 3).
+            pairs: Those that may touch.
+        """
+        assert self.sided is not None, "otherwise no point has a side"
+        assert self.group is not None, "points have groups"
+        assert self.of is not None, "surfaces have groups"
+        node, face = [pairs.node], [pairs.shape]
+        for column in np.flatnonzero(self.sided.any(axis=0)):
+            points = np.flatnonzero(self.sided[self.group, column])
+            faces = np.flatnonzero(self.of == column)
+            found = nearest_triangles(
+                position[self.nodes[points]], position, self.points[faces], margin
+            )
+            node.append(points[found.point])
+            face.append(faces[found.triangle])
+        count = len(self.radius)
+        key, own = np.unique(
+            np.concatenate(node) * count + np.concatenate(face), return_inverse=True
+        )
+        own, (point, triangle) = own.reshape(-1), np.divmod(key, count)
+        radius = self.size[point]
+        radius[own[: len(pairs.radius)]] = pairs.radius
+        sides = np.zeros(len(key), dtype=bool)
+        sides[own[len(pairs.node) :]] = True
+        # All triangles that touch a point are near if those that tell its side are.
+        surface = self.surface[triangle]
+        beside = point * (1 + int(self.surface.max())) + surface
+        sides |= np.isin(beside, beside[sides]) & (self.kind[triangle] == TRIANGLE)
+        return ContactPairs(point, triangle, np.ones(len(key)), radius, sides)
 
     def _shared(self, pairs: ContactPairs) -> ContactPairs:
         """Return the elements that faces near a node share, and which count."""
@@ -250,7 +302,8 @@ class Contact(Field, frozen=True, dict=True):
         )
         node, face = self._found(position, margin, faces)
         apart = (self.points[face] != self.nodes[node][:, None]).all(axis=1)
-        apart &= self.owner[node] != self.spared[face]
+        spared = self.spared[face]
+        apart &= (self.owner[node] != spared) | (spared < 0)
         if self.meets is not None and self.group is not None and self.of is not None:
             apart &= self.meets[self.group[node], self.of[face]]
         if self.there is not None:
@@ -269,7 +322,7 @@ class Contact(Field, frozen=True, dict=True):
         found = [_all_pairs(np.arange(len(self.nodes)), faces[endless])]
         for body in np.unique(self.spared[faces]):
             spares = self.spared[faces] == body
-            everyone = np.flatnonzero(self.owner != body)
+            everyone = np.flatnonzero((self.owner != body) | (body < 0))
             threads = everyone[self.size[everyone] > 0.0]
             found += [
                 self._around(position, margin, everyone, faces[spares & ~endless & ~thin]),
@@ -346,7 +399,30 @@ class Contact(Field, frozen=True, dict=True):
 
     def _places(self, position: Floats, pairs: ContactPairs) -> NearestPlace:
         x, corners = position[self.nodes[pairs.node]], position[self.points[pairs.shape]]
-        return places(x, self.kind[pairs.shape], corners, pairs.radius)
+        return self._sided(
+            pairs, places(x, self.kind[pairs.shape], corners, pairs.radius), corners
+        )
+
+    def _sided(
+        self,
+        pairs: ContactPairs,
+        place: NearestPlace,
+        corners: Floats,
+        state: Indices | int = 0,
+    ) -> NearestPlace:
+        """Return places in shapes, with the signs of depths of points inside of solids.
+
+        Args:
+            pairs: In one state or several.
+            place: Without signs.
+            corners: Of the shapes [m], shape (pair, 3, 3).
+            state: Number of each state by pairs, shape (pair,), or 0 for one state.
+        """
+        if pairs.sided is None or not pairs.sided.any():
+            return place
+        surfaces = 1 + int(self.surface.max())
+        group = (state * len(self.nodes) + pairs.node) * surfaces + self.surface[pairs.shape]
+        return kept_outside(place, corners, pairs.radius, pairs.sided, group)
 
     # --- what it does -----------------------------------------------------------------------
 
@@ -405,6 +481,23 @@ class Contact(Field, frozen=True, dict=True):
         """Return whether tools of a radius [m] have points along their axes."""
         return bool((self.size[self.owner < 0] == radius).any())
 
+    def keeps_outside(self, tool: slice, body: slice, alive: NDArray[np.bool_]) -> bool:
+        """Return whether all axes of a tool are kept outside of a body at any depth.
+
+        Args:
+            tool: Its nodes.
+            body: Nodes of the body.
+            alive: Springs that are there, shape (spring,).
+        """
+        sided = self.intact(alive).sided
+        if sided is None or self.between is None or self.group is None or self.of is None:
+            return False
+        first = self.between.corners[:, 0]
+        own = self.group[-len(first) :][(first >= tool.start) & (first < tool.stop)]
+        corner = self.points[: len(self.radius), 0]
+        faces = self.of[(corner >= body.start) & (corner < body.stop)]
+        return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())
+
     def extent_at(self, nodes: Indices, position: Floats) -> tuple[Floats, Floats]:
         """Return the area and the depth of contact of shapes that some nodes carry.
 
@@ -455,14 +548,15 @@ class Contact(Field, frozen=True, dict=True):
             count = max(1, MOST_TOGETHER // max(1, len(pairs.node)))
             for some in np.split(states, range(count, len(states), count)):
                 # States one after the other, as if each pair had been met in each of them.
-                node, shape = np.tile(pairs.node, len(some)), np.tile(pairs.shape, len(some))
+                every = pairs.some(np.tile(np.arange(len(pairs.node)), len(some)))
                 row, some = (
                     np.arange(len(some)).repeat(len(pairs.node)),
                     self._with_points(some),
                 )
-                x, corners = some[row, self.nodes[node]], some[row[:, None], self.points[shape]]
-                radius = np.tile(pairs.radius, len(some))
-                place = places(x, self.kind[shape], corners, radius)
+                x = some[row, self.nodes[every.node]]
+                corners = some[row[:, None], self.points[every.shape]]
+                place = places(x, self.kind[every.shape], corners, every.radius)
+                place = self._sided(every, place, corners, row)
                 depth = place.depth.reshape(len(some), -1)
                 for state, here in enumerate(depth):
                     inside = np.flatnonzero(here > 0.0)
@@ -550,7 +644,15 @@ class Contact(Field, frozen=True, dict=True):
         """
         pairs, place = self._pressed(position)
         touched = np.where(place.weights > 0.0, self.points[pairs.shape], -1)
-        key = np.column_stack([pairs.node, self.surface[pairs.shape], np.sort(touched, axis=1)])
+        # Only where the depth has a sign, it exceeds the radius.
+        key = np.column_stack(
+            [
+                pairs.node,
+                self.surface[pairs.shape],
+                place.depth > pairs.radius,
+                np.sort(touched, axis=1),
+            ]
+        )
         _, first, of = np.unique(key, axis=0, return_index=True, return_inverse=True)
         weight = _sums(of.reshape(-1), pairs.weight, len(first))
         counts = weight != 0.0
@@ -570,9 +672,8 @@ class Contact(Field, frozen=True, dict=True):
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
         """Return how far below zero round and hollow shapes may bring an eigenvalue [N/m]."""
         pairs, place = self._nearest(position)
-        round_ = (
-            np.maximum(pairs.weight, 0.0) * self.pressure(pairs, place.depth) * place.curvature
-        )
+        round_ = np.maximum(pairs.weight, 0.0) * self.pressure(pairs, place.depth)
+        round_ *= np.maximum(place.curvature, 0.0)
         hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(pairs, place.depth)
         count = 0 if self.between is None else len(self.between.corners)
         total, each = np.zeros(len(position) + count), 2.0 * (round_ + hollow)
@@ -667,10 +768,12 @@ class Contact(Field, frozen=True, dict=True):
         near = near[near >= count]
         own = near - count
         room = np.zeros((3, 3 * (kept + points)))
+        sided = np.zeros(0) if pairs.sided is None else pairs.sided
         return ContactPointTable(
             touches=self._table(places, position, pairs, listed),
             rough=Roughness(rough, self.face_friction),
             part=UNDIVIDED,
+            sided=(sided if sided.any() else sided[:0]).astype(np.int64),
             at=3 * places[near],
             corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
             shares=np.ascontiguousarray(self.between.shares[own]),
@@ -783,6 +886,11 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
     whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
     triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
     whole[triangles] = contact.edges.holding(there).all(axis=1)
+    if contact.sided is not None and contact.of is not None:
+        # The sides of a surface that is no longer closed are unknown.
+        closed = contact.sided.copy()
+        closed[:, contact.of[~whole]] = False
+        contact = replace(contact, sided=closed if closed.any() else None)
     points = contact.between
     if points is not None and not (stays := points.whole(there)).all():
         nodes = np.ones(len(contact.nodes) - len(stays), dtype=bool)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from tissuec.forces.bristle_kernel import bend
 from tissuec.forces.contact_kernel import add_up, count, look, press_surface, push_back
 from tissuec.forces.contact_rows_kernel import BENDS, STEADY, end_of_surface
+from tissuec.forces.contact_sides_kernel import push_outside
 from tissuec.forces.friction_kernel import rub_past
 from tissuec.kernels.records import (
     ContactTable,
@@ -33,6 +34,9 @@ class ContactPointTable(NamedTuple):
     touches: ContactTable
     rough: Roughness
     part: int  # of contact that is computed; PLACING to place the points first
+    sided: (
+        Integers  # 1 of pairs whose triangle tells the side of a point, shape (pair,) or (0,)
+    )
     at: Integers  # where the coordinates of each point begin, shape (near,)
     corners: IntegerRows  # the same of its corners, shape (near, 3)
     shares: Rows  # N_a, shape (near, 3)
@@ -73,7 +77,7 @@ def press_part(power: Floats, table: ContactPointTable) -> None:
         start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
         row = int(touches.first[start])
     for k in range(start, stop):
-        end = press_point(k, row, table.x, table.v, touches, table.rough)
+        end = press_point(k, row, table)
         if part == UNDIVIDED:
             bends += add_up(0, end, table.f, power, touches)
         else:
@@ -84,18 +88,17 @@ def press_part(power: Floats, table: ContactPointTable) -> None:
         count(round(bends), touches)
 
 
-def press_point(
-    k: int, begin: int, x: Floats, v: Floats, touches: ContactTable, rough: Roughness
-) -> int:
+def press_point(k: int, begin: int, table: ContactPointTable) -> int:
     """Fill the rows of a node or point, and set its bristle; return the end of the rows.
 
     Args:
         k: Its index among those of the contact.
         begin: First of its rows.
-        touches: Record of the contact.
-        rough: Coefficients of friction.
     """
+    x, v, touches, rough = table.x, table.v, table.touches, table.rough
     end = look(k, begin, x, v, touches)
+    if table.sided.size:
+        end = push_outside(k, begin, end, x, v, touches, table.sided)
     # Pressure with damping, largest friction, and that times sliding velocity.
     total = grip = u0 = u1 = u2 = 0.0
     start = begin

@@ -163,7 +163,7 @@ def contact_of(
         span=environment.span,
     )
     if points is not None:
-        contact = _with_points(contact, points, network, parts, environment, findings)
+        contact = _with_points(contact, points, network, parts, tools, environment, findings)
     if not settles:
         _warn_of_drawn_touches(contact, network, findings)
     return contact
@@ -206,12 +206,13 @@ def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
 
 def _with_points(
     contact: "Contact", points: FacePoints, network: Network, parts: "list[Faces]",
-    environment: Environment, findings: Findings,
+    tools: Sequence[Tool], environment: Environment, findings: Findings,
 ) -> "Contact":  # fmt: skip
     """Return contact with the stiffness of points and the pairs of groups that may touch.
 
     Args:
         parts: Faces of tools, of threads, and of skins.
+        tools: Those that may touch.
     """
     law = environment.contact
     assert law is not None, "otherwise there are no points"
@@ -237,6 +238,7 @@ def _with_points(
         group=group,
         of=of,
         meets=meets,
+        sided=points.sides(network, tools),
     )
 
 

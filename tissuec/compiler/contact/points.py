@@ -23,6 +23,8 @@ from tissuec.core.arrays import counted_up
 from tissuec.core.units import AREAL_STIFFNESS, show
 from tissuec.core.vectors import cross, norm
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
+from tissuec.geometry.edges import Edges
+from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import or_one
 from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
@@ -100,6 +102,48 @@ class FacePoints(Struct, frozen=True, eq=False):
         meets[2 * bodies :, shapes + bodies :] = self.thin
         own = np.where(self.owner < 0, 2 * bodies + self.shape, bodies + self.owner)
         return np.concatenate([nodes, own]), surface, meets
+
+    def sides(self, network: Network, tools: Sequence[Tool]) -> NDArray[np.bool_] | None:
+        """Return which groups of points are kept outside of which surfaces; see ``meetings``.
+
+        Points of thin tools are kept outside of solids that no axis of their tool enters as
+        drawn.
+
+        Args:
+            network: The network.
+            tools: Those that may touch.
+
+        Returns:
+            A table, shape (group of points, group of faces); None if there are none.
+        """
+        own = [n for n in self.bodies if self.thin[:, n].any() and _is_solid(network, n)]
+        bodies, shapes = len(network.bodies), len(self.thin)
+        sided = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
+        tool = np.repeat(np.arange(len(tools)), [len(one.shapes) for one in tools])
+        for body in own:
+            axis = np.flatnonzero(self.shape >= 0)
+            where = self.position[axis]
+            enters = inside(where, network.position, network.skin_of(network.bodies[body]))
+            entering = np.isin(tool, tool[self.shape[axis[enters]]])
+            sided[2 * bodies :, shapes + bodies + body] = self.thin[:, body] & ~entering
+        return sided if sided.any() else None
+
+
+def _is_solid(network: Network, number: int) -> bool:
+    """Return whether a body has a closed surface around elements that fill it.
+
+    A body that is cut in half by a plane of symmetry has none.
+    """
+    body = network.bodies[number]
+    skin = network.skin_of(body)
+    if len(_faces(network, body)) < len(skin) or not Edges.among(skin).is_closed:
+        return False
+    index, filled = TriangleIndex(skin), np.zeros(len(skin), dtype=bool)
+    for one in network.elements:
+        if one.nodes.shape[1] > 3:
+            place = index.find(one.faces.reshape(-1, 3))
+            filled[place[place >= 0]] = True
+    return bool(filled.all())
 
 
 def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> FacePoints | None:

@@ -207,6 +207,8 @@ class _Touched:
         plane = kind == PLANE
         normal = _unit(np.where(plane[:, None], ahead, arm))
         depth: Floats = np.where(plane, 0.0, pairs.radius) - (normal * arm).sum(axis=1)
+        if pairs.sided is not None:
+            _turn_out(of, position, pairs, arm, normal, depth)
         inside = depth > 0.0
         self.node, self.kind, self.weight = (
             pairs.node[inside],
@@ -336,6 +338,51 @@ class _Turning:
         return sums[of.group]
 
 
+def _turn_out(
+    of: "Contact", position: Floats, pairs: "ContactPairs", arm: Floats, normal: Floats,
+    depth: Floats,
+) -> None:  # fmt: skip
+    """Change normals and depths where points are inside of what keeps them outside.
+
+    Args:
+        position: Of all nodes and points [m], shape (n, 3).
+        pairs: All that may touch.
+        arm: x - p [m], shape (pair, 3).
+        normal: n, changed in place, shape (pair, 3).
+        depth: δ, changed in place [m], shape (pair,).
+    """
+    assert pairs.sided is not None, "otherwise nothing changes"
+    away = np.linalg.norm(arm, axis=1)
+    faces = np.arange(len(of.radius))
+    for surface in np.unique(of.surface[pairs.shape[pairs.sided]]):
+        skin = of.points[faces[(of.surface[faces] == surface) & (of.kind[faces] == TRIANGLE)]]
+        rows = np.flatnonzero(pairs.sided & (of.surface[pairs.shape] == surface))
+        least = np.full(len(of.nodes), np.inf)
+        np.minimum.at(least, pairs.node[rows], away[rows])
+        # Faces with a side in common are equally far away but for rounding: the first counts.
+        rows = rows[away[rows] <= least[pairs.node[rows]] + 1e-11 * pairs.radius[rows]]
+        rows = rows[np.unique(pairs.node[rows], return_index=True)[1]]
+        angle = solid_angles(position[of.nodes[pairs.node[rows]]], position[skin])
+        rows = rows[angle > 2.0 * np.pi]
+        normal[rows] *= -1.0
+        depth[rows] = pairs.radius[rows] + away[rows]
+
+
+def solid_angles(x: Floats, corners: Floats) -> Floats:
+    """Return the solid angles that a surface spans as seen from points, shape (n,).
+
+    It is 4π inside of a closed surface and 0 outside. By E. Eriksson, Math. Mag. 63:184 (1990).
+
+    Args:
+        x: Points [m], shape (n, 3).
+        corners: Of the triangles of the surface [m], shape (triangle, 3, 3).
+    """
+    a, b, c = (_unit(corners[None, :, i] - x[:, None]) for i in range(3))
+    volume = (a * cross(b, c)).sum(axis=-1)
+    rest = 1.0 + (a * b).sum(axis=-1) + (b * c).sum(axis=-1) + (c * a).sum(axis=-1)
+    return 2.0 * np.arctan2(volume, rest).sum(axis=1)
+
+
 def nearest(x: Floats, corners: Floats) -> Floats:
     """Return barycentric weights of the nearest points of lines or triangles, shape (n, 3).
 
@@ -379,7 +426,7 @@ def _divisor(values: Floats) -> Floats:
 
 def _unit(vectors: Floats) -> Floats:
     """Return unit vectors; on a point itself there is no direction, and so no force."""
-    return vectors / _divisor(np.linalg.norm(vectors, axis=1))[:, None]
+    return vectors / _divisor(np.linalg.norm(vectors, axis=-1))[..., None]
 
 
 def _across(vectors: Floats, normal: Floats) -> Floats:

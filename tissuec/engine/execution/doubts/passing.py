@@ -6,6 +6,9 @@ bears goes through. Then its line crosses the surface; a ball has its centre ins
 longer crosses is either pulled back, or has passed: then the place on its line where it crossed
 first is on the other side of the surface than before.
 
+Solids keep thin tools outside at any depth. Such a tool crosses their surface where it has sunk
+in by more than its radius; that is reported where it is deep, or has passed.
+
 So that nothing passes unseen, states are checked whenever a node has moved by a part of the
 size of a triangle, and passages between two checks are found by ``geometry.sweeps``.
 """
@@ -17,16 +20,19 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import norm
+from tissuec.core.vectors import cross, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.engine.execution.doubts.watched_skin import WatchedSkin
+from tissuec.geometry.edges import volume
 from tissuec.geometry.inside import inside
+from tissuec.geometry.nearest_triangles import nearest_triangles
 from tissuec.geometry.sweeps import Passage, near, side_of, sweeps, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
 KIND = "passes through a surface"
+SAMPLES = np.linspace(0.0, 1.0, 33)[:, None]  # where the depth of pieces of lines is looked at
 APART = 0.05  # of the median edge of a surface: path of a node between two checks
 _OBLIQUE = np.array([0.36, 0.48, 0.80])  # a unit vector that is at right angles to nothing
 _OF_THREADS = "use more pieces, or a larger thickness or contact stiffness"
@@ -121,6 +127,38 @@ class _WatchedPair:
             return 0
         return int(np.count_nonzero(inside(now[self._balls], now, self.skin.triangles)))
 
+    def depth(
+        self, network: Network, position: Floats, alive: NDArray[np.bool_]
+    ) -> float | None:
+        """Return how deep the line is inside the body [m]; None if contact may let it pass.
+
+        Args:
+            network: The network.
+            position: Of all nodes [m], shape (node, 3).
+            alive: Springs that are there, shape (spring,).
+        """
+        contact, tool, body = network.contact, self.line.part.nodes, self.skin.body.nodes
+        if contact is None or not contact.keeps_outside(tool, body, alive):
+            return None
+        start, end = position[self.line.pieces].swapaxes(0, 1)[:, :, None]
+        points = (start + SAMPLES * (end - start)).reshape(-1, 3)
+        found = nearest_triangles(points, position, self.skin.triangles, 0.0)
+        return float(found.distance.max(initial=0.0))
+
+    def deepest(self, drawn: Floats) -> float:
+        """Return the depth from which a line is reported that contact keeps outside [m].
+
+        It is half of an edge, as tools that are kept outside are thinner than half of a face,
+        or half of the way to the middle of a plate of equal volume and surface: beyond the
+        middle, contact pushes on.
+
+        Args:
+            drawn: Positions of all nodes [m], shape (node, 3).
+        """
+        a, b, c = drawn[self.skin.triangles.T]
+        area = 0.5 * float(norm(cross(b - a, c - a)).sum())
+        return 0.5 * min(self.skin.edge, volume(drawn, self.skin.triangles) / area)
+
     def holds(self, passage: Passage, alive: NDArray[np.bool_]) -> bool:
         """Return whether both the piece and the triangle of a passage are intact."""
         return bool(
@@ -211,20 +249,25 @@ class Passing:
         for pair in self._pairs:
             now, swept = pair.passages(before, position, alive)
             count = len(now) + pair.balls_inside(position, alive)
-            if not count and not swept and pair.key not in memory.seen:
+            if not count and not swept and pair.key not in (*memory.seen, *memory.begun):
                 continue
-            first = [*swept, *now][:1]
-            if (count or swept) and pair.key not in memory.seen:
+            first, most = [*swept, *now][:1], max(count, 1 if swept else 0)
+            depth = pair.depth(self._network, position, alive)
+            is_in = bool(count or depth)
+            if depth is not None:
+                is_deep = depth > pair.deepest(self._network.position)
+                most = count = max(count, 1) if is_deep else 0
+            if most and pair.key not in memory.seen:
                 memory.seen.append(pair.key)
-            place = self._at(pair.node(first[0], position), pair) if first else ""
-            most = max(count, 1 if swept else 0)
-            yield self._finding(pair, most, place)
-            if most != count:
-                yield self._finding(pair, count, place)
+            if pair.key in memory.seen:
+                place = self._at(pair.node(first[0], position), pair) if first else ""
+                yield self._finding(pair, most, place, is_kept=depth is not None)
+                if most != count:
+                    yield self._finding(pair, count, place)
             if first and pair.key not in memory.begun:
                 is_in_front, _ = pair.side(first[0], before, alive)
                 memory.begun[pair.key] = Begun(first[0], is_in_front)
-            if not count:
+            if not is_in:
                 yield from self._passed(pair, position, alive)
         memory.before = position.copy()
 
@@ -236,14 +279,18 @@ class Passing:
     def _at(self, node: int, pair: _WatchedPair) -> str:
         return f"at node {self._network.node_ids[node]} of {pair.skin.body.name}"
 
-    def _finding(self, pair: _WatchedPair, count: int, where: str) -> Finding:
-        """Return the report that a line crosses a surface."""
+    def _finding(
+        self, pair: _WatchedPair, count: int, where: str, *, is_kept: bool = False
+    ) -> Finding:
+        """Return the report that a line crosses a surface, or has sunk deep into it."""
         line, body = pair.line, pair.skin.body
+        how = f"passes through the surface of {body.name}: contact cannot hold it back there"
+        if is_kept:
+            how = f"sinks deep into {body.name}: contact is too soft there"
         return Finding(
             pair.key,
             count,
-            f"{line.name} passes through the surface of {body.name}: contact cannot hold "
-            "it back there",
+            f"{line.name} {how}",
             where,
             "crossing",
             _OF_THREADS if line.is_thread else _OF_TOOLS,

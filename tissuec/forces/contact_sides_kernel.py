@@ -1,0 +1,261 @@
+"""Points that closed surfaces keep outside, as scalar loops; see ``forces.contact_sides``.
+
+Shared arguments:
+    k: Index of the point among those of the contact.
+    i: Index of its first component in ``x``.
+    pair, last: Pairs of the point with one surface: from ``pair`` up to before ``last``.
+    sided: 1 of pairs whose triangle tells the side of the point.
+    x, v: Positions [m] and velocities [m/s], flat.
+    touches: Record of the contact; its fields give the shapes and units.
+"""
+
+from math import pi, sqrt
+
+from tissuec.forces.contact_kernel import press_at
+from tissuec.forces.contact_place_kernel import corners
+from tissuec.forces.contact_rows_kernel import (
+    BENDS,
+    COLUMNS,
+    GAP,
+    LEVER,
+    NORMAL,
+    PAIR,
+    PLACES,
+    RATE,
+    SLIDE,
+    STEADY,
+    SURFACE,
+    WEIGHT,
+)
+from tissuec.forces.contact_sides import ALIKE, NONE
+from tissuec.kernels.records import ContactTable, Floats, Integers
+
+Three = tuple[float, float, float]
+
+
+def push_outside(
+    k: int,
+    begin: int,
+    end: int,
+    x: Floats,
+    v: Floats,
+    touches: ContactTable,
+    sided: Integers,
+) -> int:
+    """Set rows for the triangles that a point is nearest to and behind; return the new end.
+
+    Args:
+        begin, end: All rows of the point, which ``look`` has set: from ``begin`` up to before
+            ``end``.
+    """
+    i, pair, stop = 3 * touches.nodes[k], touches.first[k], touches.first[k + 1]
+    while pair < stop:
+        last = pair + 1
+        surface = touches.surface[touches.shape[pair]]
+        while last < stop and touches.surface[touches.shape[last]] == surface:
+            last += 1
+        if sided[pair]:
+            behind, below, outwards = nearest_behind(i, pair, last, x, touches, sided)
+            if behind >= 0:
+                row = begin
+                while row < end and touches.at[row, PAIR] < behind:
+                    row += 1
+                if row == end or touches.at[row, PAIR] != behind:
+                    make_room(row, end, touches)
+                    end += 1
+                lay_inside(k, row, i, behind, below, outwards, x, v, touches)
+        pair = last
+    return end
+
+
+def make_room(row: int, end: int, touches: ContactTable) -> None:
+    """Move rows by one place.
+
+    Args:
+        row, end: They are from ``row`` up to before ``end``.
+    """
+    for each in range(end, row, -1):
+        for column in range(COLUMNS):
+            touches.met[each, column] = touches.met[each - 1, column]
+        for column in range(PLACES):
+            touches.at[each, column] = touches.at[each - 1, column]
+
+
+def nearest_behind(
+    i: int, pair: int, last: int, x: Floats, touches: ContactTable, sided: Integers
+) -> tuple[int, float, Three]:
+    """Return the nearest triangle of a point that is inside, or on the surface.
+
+    Returns:
+        Its pair, -1 if the point is outside; how deep the point is below it [m]; and the normal
+        of the surface there, of any length.
+    """
+    least = distance(i, pair, x, touches)
+    for each in range(pair + 1, last):
+        if sided[each]:
+            least = min(least, distance(i, each, x, touches))
+    nearest = pair
+    while is_farther(i, nearest, least, x, touches) or not sided[nearest]:
+        nearest += 1
+    least = distance(i, nearest, x, touches)
+    r0, r1, r2, wb, wc = above(i, touches.shape[nearest], x, touches)
+    alone = wb > NONE and wc > NONE and 1.0 - wb - wc > NONE
+    side = n0 = n1 = n2 = 0.0
+    for each in range(pair, last):
+        if each != nearest and (alone or not sided[each]):
+            continue
+        if is_farther(i, each, least, x, touches):
+            continue
+        r0, r1, r2, wb, wc = above(i, touches.shape[each], x, touches)
+        f0, f1, f2 = facing(touches.shape[each], 1.0 - wb - wc, wb, wc, x, touches)
+        side += f0 * r0 + f1 * r1 + f2 * r2
+        n0, n1, n2 = n0 + f0, n1 + f1, n2 + f2
+    if side >= 0.0 and least > ALIKE * touches.radius[nearest]:
+        nearest = -1
+    return nearest, least if side < 0.0 else -least, (n0, n1, n2)
+
+
+def lay_inside(
+    k: int, row: int, i: int, pair: int, below: float, outwards: Three, x: Floats, v: Floats,
+    touches: ContactTable,
+) -> None:  # fmt: skip
+    """Set a row for the nearest triangle of a point that is inside, without forces.
+
+    Args:
+        row: Index of the row.
+        below: How deep the point is below the triangle [m].
+        outwards: Normal of the surface, for a point that is on it.
+    """
+    met, at, shape = touches.met[row], touches.at[row], touches.shape[pair]
+    a, b, c = corners(shape, touches)
+    n0, n1, n2, wb, wc = above(i, shape, x, touches)
+    wa, turned = 1.0 - wb - wc, -1.0
+    if abs(below) <= ALIKE * touches.radius[pair]:
+        n0, n1, n2 = outwards
+        turned = 1.0
+    size = sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    inverse = turned / size if size > 0.0 else 0.0
+    n0, n1, n2 = n0 * inverse, n1 * inverse, n2 * inverse
+    depth, weight = touches.radius[pair] + below, touches.weight[pair]
+    at[0], at[1], at[2], at[3] = i, a, b, c
+    at[PAIR], at[SURFACE] = pair, touches.surface[shape]
+    # Forces jump where another triangle becomes the nearest one.
+    met[BENDS] = 4.0 * (1.0 + shape) + weight * (1.0 if depth < touches.layer else 2.0)
+    met[STEADY] = weight * press_at(depth, touches.stiffness[k], touches.layer)
+    met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
+    met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
+    met[LEVER], met[LEVER + 1], met[LEVER + 2] = 0.0, 0.0, 0.0
+    met[GAP] = -below
+    s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
+    s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
+    s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
+    met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
+    met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
+
+
+def above(
+    i: int, shape: int, x: Floats, touches: ContactTable
+) -> tuple[float, float, float, float, float]:
+    """Return where a point is as seen from the nearest point of a triangle [m].
+
+    Args:
+        shape: The triangle.
+
+    Returns:
+        The three components, and the weights of the second and third corner.
+    """
+    a, b, c = corners(shape, touches)
+    d0, d1, d2 = x[b] - x[a], x[b + 1] - x[a + 1], x[b + 2] - x[a + 2]
+    e0, e1, e2 = x[c] - x[a], x[c + 1] - x[a + 1], x[c + 2] - x[a + 2]
+    r0, r1, r2 = x[i] - x[a], x[i + 1] - x[a + 1], x[i + 2] - x[a + 2]
+    dd, de, ee = (
+        d0 * d0 + d1 * d1 + d2 * d2,
+        d0 * e0 + d1 * e1 + d2 * e2,
+        e0 * e0 + e1 * e1 + e2 * e2,
+    )
+    dr, er = d0 * r0 + d1 * r1 + d2 * r2, e0 * r0 + e1 * r1 + e2 * r2
+    area = dd * ee - de * de
+    wb, wc = ee * dr - de * er, dd * er - de * dr
+    if area > 0.0 and wb >= 0.0 and wc >= 0.0 and wb + wc <= area:
+        wb, wc = wb / area, wc / area
+    else:
+        wb, wc = on_sides(dd, de, ee, dr, er)
+    r0 -= wb * d0 + wc * e0
+    r1 -= wb * d1 + wc * e1
+    r2 -= wb * d2 + wc * e2
+    return r0, r1, r2, wb, wc
+
+
+def on_sides(dd: float, de: float, ee: float, dr: float, er: float) -> tuple[float, float]:
+    """Return the weights of the second and third corner at the nearest point of the sides.
+
+    Args:
+        dd, de, ee: Products of the two sides that begin at the first corner [m²].
+        dr, er: Their products with the place of the point as seen from there [m²].
+    """
+    # The square of the distance is r·r + wb (wb dd - 2 dr) + wc (wc ee - 2 er) + 2 wb wc de.
+    wb, wc = min(max(dr / dd, 0.0), 1.0) if dd > 0.0 else 0.0, 0.0
+    least = wb * (wb * dd - 2.0 * dr)
+    part = min(max(er / ee, 0.0), 1.0) if ee > 0.0 else 0.0
+    square = part * (part * ee - 2.0 * er)
+    if square < least:
+        least, wb, wc = square, 0.0, part
+    span = dd - 2.0 * de + ee
+    part = min(max((er - dr - de + dd) / span, 0.0), 1.0) if span > 0.0 else 0.0
+    square = (1.0 - part) * ((1.0 - part) * dd - 2.0 * dr) + part * (part * ee - 2.0 * er)
+    if square + 2.0 * part * (1.0 - part) * de < least:
+        wb, wc = 1.0 - part, part
+    return wb, wc
+
+
+def is_farther(i: int, pair: int, least: float, x: Floats, touches: ContactTable) -> bool:
+    """Return whether a triangle is farther away than another one.
+
+    Args:
+        least: Distance of the other one [m].
+    """
+    return distance(i, pair, x, touches) > least + ALIKE * touches.radius[pair]
+
+
+def distance(i: int, pair: int, x: Floats, touches: ContactTable) -> float:
+    """Return the distance of a point from a triangle [m]."""
+    r0, r1, r2, _, _ = above(i, touches.shape[pair], x, touches)
+    return sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+
+
+def facing(
+    shape: int, wa: float, wb: float, wc: float, x: Floats, touches: ContactTable
+) -> Three:
+    """Return the normal of a triangle times its angle at a point of it.
+
+    Args:
+        shape: The triangle.
+        wa, wb, wc: Weights of the corners in the point.
+    """
+    a, b, c = corners(shape, touches)
+    if wb > wa and wb >= wc:
+        a, b, c = b, c, a
+    elif wc > wa and wc > wb:
+        a, b, c = c, a, b
+    d0, d1, d2 = x[b] - x[a], x[b + 1] - x[a + 1], x[b + 2] - x[a + 2]
+    e0, e1, e2 = x[c] - x[a], x[c + 1] - x[a + 1], x[c + 2] - x[a + 2]
+    n0, n1, n2 = d1 * e2 - d2 * e1, d2 * e0 - d0 * e2, d0 * e1 - d1 * e0
+    twice, angle = sqrt(n0 * n0 + n1 * n1 + n2 * n2), pi
+    if max(wa, wb, wc) > 1.0 - NONE:
+        angle = angle_of(d0 * e0 + d1 * e1 + d2 * e2, twice)
+    part = angle / twice if twice > 0.0 else 0.0
+    return part * n0, part * n1, part * n2
+
+
+def angle_of(along: float, across: float) -> float:
+    """Return the angle of a vector in a half plane to 7e-5, without a library function [rad].
+
+    By M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions (1964), 4.4.45.
+
+    Args:
+        along, across: Components of the vector, the second one at least 0, in any unit.
+    """
+    size = sqrt(along * along + across * across)
+    c = abs(along) / size if size > 0.0 else 1.0
+    sharp = sqrt(1.0 - c) * (1.5707288 + c * (-0.2121144 + c * (0.0742610 - 0.0187293 * c)))
+    return sharp if along >= 0.0 else pi - sharp
