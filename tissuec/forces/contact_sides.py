@@ -48,10 +48,10 @@ def kept_outside(
     distance = radius[own] - place.depth[own]
     nearest = np.full(int(of.max()) + 1, np.inf)
     np.minimum.at(nearest, of, distance)
-    near: NDArray[np.bool_] = distance <= nearest[of] + ALIKE * radius[own]
+    near = distance <= nearest[of] + ALIKE * radius[own]
     # Of equally near triangles, the first one.
     first = np.flatnonzero(near)[np.unique(of[near], return_index=True)[1]]
-    alone = (place.weights[own[first]] > NONE).all(axis=1)
+    alone = np.asarray((place.weights[own[first]] > NONE).all(axis=1))
     near &= ~alone[of]
     near[first] = True
     facing = _facing(corners[own[near]], place.weights[own[near]])

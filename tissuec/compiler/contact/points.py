@@ -116,7 +116,9 @@ class FacePoints(Struct, frozen=True, eq=False):
         Returns:
             A table, shape (group of points, group of faces); None if there are none.
         """
-        own = [n for n in self.bodies if self.thin[:, n].any() and _is_solid(network, n)]
+        own = [
+            int(n) for n in self.bodies if self.thin[:, n].any() and _is_solid(network, int(n))
+        ]
         bodies, shapes = len(network.bodies), len(self.thin)
         sided = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
         tool = np.repeat(np.arange(len(tools)), [len(one.shapes) for one in tools])
