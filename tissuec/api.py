@@ -513,7 +513,6 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
         KeyboardInterrupt, SystemExit: The run or its companion was interrupted.
     """
     from tissuec.engine.execution.signals import exit_code
-    from tissuec.results.wording import accuracy, failure
 
     if outcome.kind == "interrupted" or outcome.signal is not None:
         if outcome.signal in (None, signal.SIGINT):
@@ -524,12 +523,13 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
         yield SimulationError(f"{name}: {outcome.message}")
     promise = trajectory.promise
     if promise.state in ("broken", "unknown"):
-        yield SimulationError(f"{name}: {accuracy(promise)}")
+        yield SimulationError(f"{name}: {promise.sentence}")
     for doubt in trajectory.doubts:
         yield SimulationError(f"{name}: {doubt}")
     for judged in trajectory.expectations:
         if judged.state == "fails":
-            yield ExpectationError("\n  failed ".join(failure(judged)))
+            failure = judged.failure
+            yield ExpectationError(f"{failure.expectation}\n  failed {failure.measured}")
 
 
 def _warn(*messages: str, depth: int = 3) -> None:

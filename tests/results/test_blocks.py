@@ -15,7 +15,6 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import wishes
 from tissuec.pipeline import compile_request, simulate
-from tissuec.results import wording
 from tissuec.results.blocks.fields import fields_of
 from tissuec.results.blocks.file import write_blocks
 from tissuec.results.blocks.layout import Names
@@ -25,7 +24,7 @@ from tissuec.results.instruments.meshes import mesh_of
 from tissuec.results.paraview import blocks_path
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
-from tissuec.scene.request import Request
+from tissuec.scene.request import Request, run_command
 
 pytest.importorskip("vtkmodules.vtkIOHDF")
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -667,6 +666,6 @@ def test_what_is_left_out_is_said(tmp_path):
 
 
 def test_the_command_that_resumes_a_run_writes_blocks_too():
-    assert wording.command("a.tis", (), resume=True, blocks=True) == (
+    assert run_command("a.tis", (), resume=True, blocks=True) == (
         "tissuec run a.tis --resume --blocks"
     )

@@ -32,7 +32,6 @@ from tissuec.core.report import (
     failed,
 )
 from tissuec.engine.execution.signals import exit_code
-from tissuec.results import wording
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -141,11 +140,13 @@ def _again(
     scene: Path, name: str | None, given: SceneOptions, options: dict[str, Any]
 ) -> list[str]:
     """Return the words of the command line that resumes a learning."""
+    from tissuec.scene.request import set_options
+
     words = ["tissuec", "learn", str(scene), *([] if name is None else [name])]
     if options["output"] is not None:
         words += ["-o", str(options["output"])]
     words += [f"--{flag}" for flag in ("anyway", "force", "diff") if options[flag]]
-    pairs = wording.set_options(given.overrides, given.libraries)
+    pairs = set_options(given.overrides, given.libraries)
     words += [str(word) for pair in pairs for word in pair]
     return [*words, *(["--strict"] if given.strict else [])]
 

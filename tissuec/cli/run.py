@@ -20,7 +20,6 @@ from tissuec.cli.common import (
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.precision import PRECISIONS, SINGLE
 from tissuec.core.report import STOPPED, WRONG_TEXT, Report, failed
-from tissuec.results import wording
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -128,11 +127,13 @@ class _RunOrder(NamedTuple):
 
     def again(self, path: Path) -> str:
         """Return the command line that resumes the run of a scene."""
+        from tissuec.scene.request import run_command, set_options
+
         options = [
             ("-o", self.output), ("--out", self.folder),
-            *wording.set_options(self.given.overrides, self.given.libraries),
+            *set_options(self.given.overrides, self.given.libraries),
         ]  # fmt: skip
-        return wording.command(
+        return run_command(
             path, options, resume=True, strict=self.given.strict, blocks=self.blocks
         )
 

@@ -19,11 +19,10 @@ from tissuec.cli.common import (
     show_page,
 )
 from tissuec.cli.field_range import field_range
-from tissuec.core.errors import TissueError, counted
+from tissuec.core.errors import TissueError, counted, shown_size
 from tissuec.core.files import replacing, write_file
 from tissuec.core.report import Part, Report
 from tissuec.core.units import TIME, show
-from tissuec.results.wording import size
 from tissuec.view.player.fields import TISSUE, known_fields
 from tissuec.view.player.options import COLOURS, Options
 from tissuec.view.section import read_plane
@@ -359,7 +358,7 @@ def _write_page(
     data = render_film(film, trajectory, options).encode("utf-8")
     write_file(page, data)
     parts: list[Part] = [
-        f"wrote {page}: {counted(film.frame_count, 'frame')}, {size(len(data))}"
+        f"wrote {page}: {counted(film.frame_count, 'frame')}, {shown_size(len(data))}"
     ]
     if len(data) > _HEAVY:
         parts.append("  --nodes 10000 or --frames 50 reduces the size")
@@ -400,7 +399,7 @@ def _draw(
         return {"file": str(path), "time": time}, [said, *left_out]
     write = write_gif if kind == "gif" else write_video
     pictures = write(painter, path, options.speed, _progress(settings))
-    said = f"wrote {path}: {counted(pictures, 'picture')}, {size(path.stat().st_size)}"
+    said = f"wrote {path}: {counted(pictures, 'picture')}, {shown_size(path.stat().st_size)}"
     return {"file": str(path), "pictures": pictures}, [said, *left_out]
 
 

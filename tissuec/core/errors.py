@@ -157,6 +157,14 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else ending}"
 
 
+def shown_size(count: int) -> str:
+    """Return a number of bytes: ``1.2 MB``."""
+    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return counted(count, "byte")
+
+
 #: Longer lines are shown as a window of this width around the place.
 _WIDEST = 160
 _TAB = 4

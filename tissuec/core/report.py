@@ -117,6 +117,25 @@ class Report(Struct, frozen=True):
         return {"ok": self.code == DONE, **document, **found}
 
 
+def judged(states: Sequence[str], failures: Iterable[FailedExpectation]) -> Iterator[Part]:
+    """Yield the expectations that fail, and how many hold; nothing if there are none.
+
+    Args:
+        states: Of all: "holds", "fails" or "not reached".
+        failures: Those that fail.
+    """
+    yield from failures
+    if states:
+        yield Fact("expectations", holding(states))
+
+
+def holding(states: Sequence[str]) -> str:
+    """Return how many expectations hold, by their states."""
+    unreached = states.count("not reached")
+    rest = f", {unreached} not reached" if unreached else ""
+    return f"{states.count('holds')} of {len(states)} hold{rest}"
+
+
 def failed(error: Exception | str, code: int, **facts: Any) -> Report:
     """Return the report of a command that failed.
 

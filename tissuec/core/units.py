@@ -240,6 +240,11 @@ def unit_pattern() -> str:
     return rf"{one}(?:[*/·]{one}(?![ \t]*\())*"
 
 
+def show_interval(first: float, last: float) -> str:
+    """Return an interval of time [s]: ``0 s to 300 ms``."""
+    return f"{show(first, TIME)} to {show(last, TIME)}"
+
+
 def describe(dimension: Dimension) -> str:
     """Return a dimension in words with its SI unit, such as ``a force (N)``."""
     name, unit = DIMENSION_NAMES.get(dimension, ("a quantity", si_unit(dimension)))

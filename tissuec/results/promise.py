@@ -1,10 +1,12 @@
 """Accuracy of positions, compared with the tolerance of the run."""
 
 from collections.abc import Mapping
-from math import inf
+from math import inf, isfinite
 from typing import Any, Self
 
 from msgspec import Struct
+
+from tissuec.core.units import LENGTH, TIME, show
 
 
 class Promise(Struct, frozen=True):
@@ -44,3 +46,36 @@ class Promise(Struct, frozen=True):
 
     def __str__(self) -> str:
         return self.state if self.since is None else f"{self.state} from {self.since:g} s"
+
+    @property
+    def sentence(self) -> str:
+        """Return how accurate positions are, in one line."""
+        allowed = self.tolerance
+        scale = "the largest displacement"
+        if self.least is not None:
+            scale = (
+                f"{show(self.least, LENGTH)}, a millionth of the size, as nothing moves further"
+            )
+        error = "" if self.error is None else f"{self.error:.1e} of {scale}"
+        limit = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
+        if self.state == "not checked":
+            reason = f": {self.reason}" if self.reason else ""
+            if error and not isfinite(allowed):
+                return f"{error} apart from a run with half the step (no tolerance)"
+            apart = f", {error} apart" if error else ""
+            return f"not checked{reason}{apart}{limit}"
+        by = f", checked by {self.method}" if self.differs else ""
+        if self.since is None:
+            return f"{error}{limit}{by}"
+        from_then = f"after {show(self.since, TIME)}"
+        if self.state == "broken":
+            what = f"{from_then} positions are less accurate than the tolerance {allowed:g}"
+        else:
+            what = f"{from_then} the accuracy of positions is unknown{limit}"
+        apart = f"{self._other} differs by {error}; " if error else ""
+        return f"{what}: {apart}{self.reason}"
+
+    @property
+    def _other(self) -> str:
+        """Return which run the run was compared with."""
+        return f"a run with {self.method}" if self.differs else "a run with finer steps"

@@ -1,12 +1,16 @@
 """The contents of a recording: the request of the output block, and the rows it needs."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from tissuec.core.errors import counted
+from tissuec.core.report import FailedExpectation
+from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.fields import FieldChannel, always_recorded
 from tissuec.results.volume_cells import VolumeCells
@@ -148,6 +152,45 @@ class ExpectationResult(Struct, frozen=True):
     state: str
     time: float | None
     measured: str
+
+    @property
+    def failure(self) -> FailedExpectation:
+        """Return it with the measured value, and when that was."""
+        when = "" if self.time is None else f"at {show(self.time, TIME)}: "
+        return FailedExpectation(f"{self.place}: {self.expect}", f"{when}{self.measured}")
+
+
+def concerned(springs: Sequence[int], network: Network) -> tuple[int, str]:
+    """Return how many elements, edges of elements or springs an event concerned, and which.
+
+    Args:
+        springs: Of the event. Where there are marks of elements among them, all others are
+            edges of these.
+        network: The network.
+    """
+    marks = sum(spring >= network.first_mark for spring in springs)
+    if marks:
+        return marks, "element"
+    of_elements = bool(springs) and all(map(network.is_edge, springs))
+    return len(springs), "element edge" if of_elements else "spring"
+
+
+def springs_of_events(
+    events: Iterable[tuple[str, Sequence[int]]], network: Network
+) -> list[str]:
+    """Return how many springs or elements events concerned: ``rupture: 3 springs``.
+
+    Args:
+        events: Kinds with the springs.
+        network: The network.
+    """
+    counts: Counter[tuple[str, str]] = Counter()
+    for kind, springs in events:
+        count, what = concerned(springs, network)
+        counts[kind, what] += count
+    return [
+        f"{kind}: {counted(count, what)}" for (kind, what), count in counts.items() if count
+    ]
 
 
 def body_of(network: Network, node: int) -> str:

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tissuec.core.errors import shown_size
 from tissuec.results import access
 from tissuec.results.checksums import DatasetSum, crc_of, sums_as_text
 from tissuec.results.datasets import TEXT, DatasetSpec
@@ -19,7 +20,6 @@ from tissuec.results.hdf5 import add_text, change_attribute, open_file
 from tissuec.results.journal import JournaledFile
 from tissuec.results.places import busy
 from tissuec.results.schema import SUMS
-from tissuec.results.wording import size
 
 # Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
 # neither their compressed chunks nor their virtual datasets.
@@ -387,8 +387,8 @@ def member_name(name: str) -> str:
 def _no_space(path: Path, needed: int, error: OSError) -> str:
     free = shutil.disk_usage(path.parent).free
     message = (
-        f'cannot write "{path}": {error.strerror}; {size(needed)} are needed, '
-        f"{size(free)} are free on that disk"
+        f'cannot write "{path}": {error.strerror}; {shown_size(needed)} are needed, '
+        f"{shown_size(free)} are free on that disk"
     )
     if not path.stat().st_size:
         return message

@@ -1,6 +1,8 @@
 """Requests to compile a scene: its text, and what was given with it."""
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Iterable, Sequence
+from os import PathLike
 from pathlib import Path
 
 from msgspec import Struct
@@ -47,3 +49,38 @@ class Request(Struct, frozen=True):
             CompileError: The file cannot be read.
         """
         return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
+
+
+def run_command(
+    scene: str | PathLike[str],
+    options: Iterable[tuple[str, str | PathLike[str] | None]],
+    *,
+    resume: bool = False,
+    strict: bool = False,
+    blocks: bool = False,
+) -> str:
+    """Return the command line of a run; options without a value are left out.
+
+    Args:
+        scene: The scene.
+        options: Options with their values.
+        resume: Whether ``--resume`` is given.
+        strict: Whether ``--strict`` is given.
+        blocks: Whether ``--blocks`` is given.
+    """
+    given = [str(word) for pair in options if pair[1] is not None for word in pair]
+    head = ["tissuec", "run", str(scene), *(["--resume"] if resume else [])]
+    flags = [
+        name for name, is_given in (("--strict", strict), ("--blocks", blocks)) if is_given
+    ]
+    return shlex.join([*head, *given, *flags])
+
+
+def set_options(
+    overrides: Iterable[str], libraries: Iterable[str | PathLike[str]]
+) -> list[tuple[str, str | PathLike[str] | None]]:
+    """Return the settings of a scene, as options."""
+    return [
+        *(("--set", text) for text in overrides),
+        *(("--library", place) for place in libraries),
+    ]

@@ -15,8 +15,8 @@ from tissuec.core.report import (
     FailedExpectation,
     Part,
     Report,
+    holding,
 )
-from tissuec.results import wording
 from tissuec.scene.study.model import called
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.study import RUNS, PreparedStudy, StudyResult
@@ -82,11 +82,13 @@ def _said(result: StudyResult) -> Iterator[Part]:
             yield Fact(f"accuracy {promise}", counted(promises[promise], "run"))
     if doubts := doubts_in_words(table):
         yield Fact("doubtful", doubts)
-    for verdict in verdicts:
-        if not verdict.holds:
-            yield FailedExpectation(f"{verdict.span.place}: {verdict.expect}", verdict.measured)
+    yield from (
+        FailedExpectation(f"{one.span.place}: {one.expect}", one.measured)
+        for one in verdicts
+        if not one.holds
+    )
     if verdicts:
         states = ["holds" if verdict.holds else "fails" for verdict in verdicts]
         left_out = completed(table).left_out
         beside = f" ({left_out})" if left_out.count else ""
-        yield Fact("expectations", f"{wording.expectations(states)}{beside}")
+        yield Fact("expectations", f"{holding(states)}{beside}")

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 from tissuec.core.errors import counted
 from tissuec.core.printable import printable
+from tissuec.core.report import holding
+from tissuec.core.units import show_interval
 from tissuec.model.net_size import NetSize
-from tissuec.results import conversion, wording
+from tissuec.results import conversion
 from tissuec.results import trajectory as results
 from tissuec.results.export import frame_shape
 
@@ -131,7 +133,7 @@ def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
     network = trajectory.network
     rows = [
         ("outcome", trajectory.outcome),
-        ("accuracy", wording.accuracy(trajectory.promise)),
+        ("accuracy", trajectory.promise.sentence),
         ("frames", _frames(trajectory)),
     ]
     rows += [("body", f"{body.name}, {body.size}") for body in network.bodies]
@@ -151,7 +153,7 @@ def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
         ("logs", _some([*logs, *energies])),
         ("surfaces", _some(list(trajectory.surfaces))),
         ("events", _some([f"{count} {kind}" for kind, count in kinds.items()])),
-        ("expectations", wording.expectations(states) if states else ""),
+        ("expectations", holding(states) if states else ""),
     ]
     return [(head, text) for head, text in rows if text]
 
@@ -160,7 +162,7 @@ def _frames(trajectory: results.Trajectory) -> str:
     times, frames = trajectory.times, len(trajectory.position)
     if not frames:
         return "none"
-    span = wording.span(float(times[0]), float(times[-1]))
+    span = show_interval(float(times[0]), float(times[-1]))
     return f"{frames}, {span}, of {_recorded(trajectory)}"
 
 

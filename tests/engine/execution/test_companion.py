@@ -26,7 +26,6 @@ from tissuec.engine.execution.run import run
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
-from tissuec.results.wording import accuracy
 from tissuec.scene.request import Request
 
 
@@ -370,5 +369,5 @@ def test_errors_of_a_net_that_hardly_moves_are_told_to_be_relative_to_its_size()
     found = promise_of(PAIR.replace("2 11", "2 10.0000000000001"))
     assert found.state == "kept"
     assert found.least == pytest.approx(1e-8)  # of 10 mm
-    assert "of 10 nm, a millionth of the size" in accuracy(found)
+    assert "of 10 nm, a millionth of the size" in found.sentence
     assert promise_of(PAIR).least is None

@@ -14,7 +14,6 @@ from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.run import run
 from tissuec.pipeline import compile_request, simulate
-from tissuec.results import wording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 from tissuec.scene.request import Request
@@ -335,7 +334,7 @@ def test_errors_are_those_of_the_file_below_what_is_allowed(result, strip):
 
 def test_a_long_head_stays_on_the_page(result, monkeypatch):
     changes = "rkn4, dop853 from 237 us on, esdirk43 from 0.6 s on, 1278 steps (compiled)"
-    monkeypatch.setattr(wording, "stepping", lambda manifest: changes)
+    monkeypatch.setattr("tissuec.view.plots.overview.stepping", lambda manifest: changes)
     figure = draw("overview", result)
     head = figure._suptitle
     assert "1278" in head.get_text()

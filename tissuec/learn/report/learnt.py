@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from tissuec.core.errors import counted
-from tissuec.core.report import Fact, FactTable, FailedExpectation, Part
+from tissuec.core.report import Fact, FactTable, FailedExpectation, Part, holding
 from tissuec.core.units import si_unit
 from tissuec.learn.fit.expectations import DemandVerdict, errors_of, judged
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
@@ -12,7 +12,6 @@ from tissuec.learn.fit.shown import percent, shown
 from tissuec.learn.report.numbers import numbers_of
 from tissuec.learn.report.words import sentences
 from tissuec.learn.vocabulary.drift import Drift
-from tissuec.results import wording
 from tissuec.script.fit_problem import WORDS
 
 DATA = ("data", "error", "points", "residuals")
@@ -50,7 +49,7 @@ def judged_parts(verdicts: Sequence[DemandVerdict]) -> list[Part]:
         if not one.holds
     ]
     states = ["holds" if one.holds else "fails" for one in verdicts]
-    return [*failures, Fact("expectations", wording.expectations(states), "remark")]
+    return [*failures, Fact("expectations", holding(states), "remark")]
 
 
 def ending(learnt: Learnt) -> str:

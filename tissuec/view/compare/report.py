@@ -7,8 +7,15 @@ from typing import Any, cast
 from tissuec.core.data import as_data
 from tissuec.core.errors import counted
 from tissuec.core.report import FactSection, FactTable, Part
-from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show, show_si
-from tissuec.results.wording import span
+from tissuec.core.units import (
+    DIMENSION_NAMES,
+    LENGTH,
+    TIME,
+    Dimension,
+    show,
+    show_interval,
+    show_si,
+)
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
 from tissuec.view.compare.curves import Curves, LogDifference
 from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
@@ -330,7 +337,7 @@ def _motion(found: Comparison) -> Iterator[str]:
 
 def _compared(motion: MotionDifference) -> str:
     times = counted(len(motion.times), "time")
-    interval = span(float(motion.times[0]), float(motion.times[-1]))
+    interval = show_interval(float(motion.times[0]), float(motion.times[-1]))
     said = f"{counted(motion.nodes, 'node')} at {times}, {interval}"
     parts: list[str] = []
     if not motion.nodes == motion.nodes_a == motion.nodes_b:

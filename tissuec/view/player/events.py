@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from tissuec.core.errors import counted
-from tissuec.results.recording import Event
-from tissuec.results.wording import concerned
+from tissuec.results.recording import Event, concerned
 
 if TYPE_CHECKING:
     from tissuec.model.network import Network

@@ -4,7 +4,8 @@ import re
 from typing import Any
 
 from tissuec.core.printable import printable
-from tissuec.results import wording
+from tissuec.results.manifest import credits as credits_of
+from tissuec.results.manifest import stepping
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import PlayerData
 
@@ -32,7 +33,7 @@ def credits(trajectory: Trajectory) -> str:
     """Return authors, laboratory, licence and how to cite the scene, as far as it says so."""
     manifest = trajectory.manifest
     cite = f"cite as: {manifest['cite']}" if manifest.get("cite") else ""
-    return " · ".join(filter(None, (wording.credits(manifest), cite)))
+    return " · ".join(filter(None, (credits_of(manifest), cite)))
 
 
 def provenance(trajectory: Trajectory) -> str:
@@ -41,8 +42,8 @@ def provenance(trajectory: Trajectory) -> str:
     network = trajectory.network
     parts = [
         str(network.size),
-        wording.stepping(manifest),
-        f"accuracy: {wording.accuracy(trajectory.promise)}",
+        stepping(manifest),
+        f"accuracy: {trajectory.promise.sentence}",
         ", ".join(f"--set {text}" for text in manifest.get("overrides") or ()),
         "" if trajectory.finished else str(manifest.get("outcome") or "unfinished"),
         ", ".join(f"{name} {_version(manifest, name)}" for name in _PACKAGES

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
-from tissuec.results import wording
+from tissuec.results.manifest import stepping
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.energies import EnergyPlot
 from tissuec.view.plots.frames import FramesPlot
@@ -100,7 +100,7 @@ def _head(subject: PlotSubject) -> str:
     network, manifest = trajectory.network, trajectory.manifest
     facts = [
         str(network.size),
-        wording.stepping(manifest),
+        stepping(manifest),
         *manifest.get("overrides", ()),
         trajectory.outcome,
     ]

@@ -5,22 +5,24 @@ from datetime import datetime
 
 import numpy as np
 
+from tissuec.core.report import holding
 from tissuec.core.units import TIME, show
 from tissuec.model.net_size import NetSize
-from tissuec.results import wording
+from tissuec.results.manifest import credits, stepping
+from tissuec.results.recording import springs_of_events
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, link
 
 
 def head(content: ReportContent) -> Html:
     """Return the part above all sections."""
-    about, credits = content.manifest.get("about"), wording.credits(content.manifest)
+    about, authors = content.manifest.get("about"), credits(content.manifest)
     return element(
         "header",
         element("p", "Report of a run · ", content.trajectory.path.name, class_="kicker"),
         element("h1", content.title),
         element("p", about, class_="about") if about else None,
-        element("p", credits, class_="credits") if credits else None,
+        element("p", authors, class_="credits") if authors else None,
         _verdict(content),
         element("p", f"{'; '.join(sentence(content))}.", class_="summary"),
         _tiles(content),
@@ -52,16 +54,16 @@ def sentence(content: ReportContent) -> Iterator[str]:
     yield str(NetSize(net["nodes"], net["springs"], net.get("elements", 0)))
     yield from _reached(content)
     if content.statistics is not None:
-        yield wording.stepping(content.manifest)
-    yield from wording.springs_of_events(
+        yield stepping(content.manifest)
+    yield from springs_of_events(
         ((one.kind, one.springs) for one in content.events),
         content.trajectory.network,
     )
     states = [one.state for one in content.expectations]
     if states and content.kind == "done" and "not recorded" not in states:
-        yield f"expectations: {wording.expectations(states)}"
+        yield f"expectations: {holding(states)}"
     if content.promise.since is None and content.promise.error is not None:
-        yield f"accuracy: {wording.accuracy(content.promise)}"
+        yield f"accuracy: {content.promise.sentence}"
 
 
 def _reached(content: ReportContent) -> Iterator[str]:

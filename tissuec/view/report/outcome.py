@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
-from tissuec.core.errors import counted
-from tissuec.core.units import LENGTH, TIME, show
-from tissuec.results import wording
+from tissuec.core.errors import counted, shown_size
+from tissuec.core.units import LENGTH, TIME, show, show_interval
 from tissuec.results.export import ELEMENT, event_facts
+from tissuec.results.manifest import methods
 from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.report import VERDICTS, measured, validation_report, verdict
@@ -42,7 +42,7 @@ def _exactness(content: ReportContent) -> Iterator[tuple[Content, Content]]:
     if errors is not None and len(errors.value):
         worst = show(float(errors.value.max()), LENGTH)
         yield "estimate", f"{worst}, summed over all steps"
-    yield "accuracy", wording.accuracy(content.promise)
+    yield "accuracy", content.promise.sentence
 
 
 def run(content: ReportContent) -> Section:
@@ -68,7 +68,7 @@ def _run_facts(content: ReportContent) -> Iterator[tuple[Content, Content]]:
     if statistics is None:
         yield "statistics", "None, because the run did not finish."
         return
-    yield "method", wording.methods(statistics)
+    yield "method", methods(statistics)
     yield "steps", _steps(statistics)
     yield "step size", _step_range(statistics)
     yield "force evaluations", f"{statistics['evaluations']:,}"
@@ -117,7 +117,7 @@ def _recorded(content: ReportContent) -> Html:
     return html(
         (
             element("h3", "Contents of the file"),
-            table(f"Recorded in {wording.size(facts['bytes'])}", heads, rows),
+            table(f"Recorded in {shown_size(facts['bytes'])}", heads, rows),
         )
     )
 
@@ -125,7 +125,7 @@ def _recorded(content: ReportContent) -> Html:
 def _span(one: Any) -> str:
     if one["first_time"] is None:
         return "–"
-    return wording.span(one["first_time"], one["last_time"])
+    return show_interval(one["first_time"], one["last_time"])
 
 
 TONES: Mapping[str, Tone] = {

@@ -6,7 +6,7 @@ from urllib.parse import quote
 
 from tissuec.core.citation import PAPER, SOFTWARE
 from tissuec.core.errors import Diagnostic
-from tissuec.results import wording
+from tissuec.scene.request import run_command, set_options
 from tissuec.view.report.content import ReportContent, file_name
 from tissuec.view.report.markup import (
     Content,
@@ -31,10 +31,10 @@ def again(content: ReportContent) -> Section:
 
 def _commands(content: ReportContent) -> Html:
     manifest = content.manifest
-    options = wording.set_options(manifest.get("overrides", ()), manifest.get("libraries", ()))
-    lines = [wording.command(content.texts.scene, options)]
+    options = set_options(manifest.get("overrides", ()), manifest.get("libraries", ()))
+    lines = [run_command(content.texts.scene, options)]
     if content.facts["can_resume"]:
-        lines.append(wording.command(content.texts.scene, options, resume=True))
+        lines.append(run_command(content.texts.scene, options, resume=True))
     texts = ("To run it again:", "To resume it:")
     return html(
         [

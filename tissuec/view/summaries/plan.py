@@ -3,15 +3,15 @@
 from math import isfinite
 
 from tissuec.compiler.prediction import Prediction
+from tissuec.core.errors import shown_size
 from tissuec.core.report import FactSection, FactTable
 from tissuec.core.units import TIME, show
-from tissuec.results.wording import size
 
 
 def plan_sections(plan: Prediction) -> list[FactSection]:
     """Return the arrays, the method, the parts that are skipped, and the cost."""
     rows = [
-        (name, " x ".join(map(str, array["shape"])), size(array["bytes"]))
+        (name, " x ".join(map(str, array["shape"])), shown_size(array["bytes"]))
         for name, array in plan.arrays.items()
     ]
     table = FactTable(("array", "shape", "size"), rows, "Arrays of the net", (12, 16))
@@ -41,7 +41,7 @@ def _method(plan: Prediction) -> list[str]:
 
 def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
-    file = f"result file of {'at most' if plan.compress else 'about'} {size(plan.bytes)}"
+    file = f"result file of {'at most' if plan.compress else 'about'} {shown_size(plan.bytes)}"
     if not isfinite(plan.steps):
         each = show(plan.step_seconds, TIME, digits=2)
         return [

@@ -11,15 +11,15 @@ from tissuec.core.report import (
     STOPPED,
     Fact,
     FactSection,
-    FailedExpectation,
     Part,
     Report,
+    judged,
 )
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import exit_code
-from tissuec.results import wording
+from tissuec.results.manifest import stepping
 from tissuec.results.promise import Promise
-from tissuec.results.recording import ExpectationResult
+from tissuec.results.recording import ExpectationResult, concerned, springs_of_events
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -80,18 +80,15 @@ def _said(
     compiled: "Compiled", result: "Result", facts: Mapping[str, Any], *, details: bool
 ) -> Iterator[Part]:
     outcome, network = result.outcome, compiled.network
-    yield f"{network.size}; {wording.stepping(facts)}"
+    yield f"{network.size}; {stepping(facts)}"
     yield from (Fact("note", note) for note in outcome.notes)
     yield from _events(outcome, network, details=details)
-    yield from wording.springs_of_events(
+    yield from springs_of_events(
         ((e.kind, e.springs) for _, e in outcome.logged_events), network
     )
     expectations = [ExpectationResult(**one) for one in facts["expectations"]]
-    for one in expectations:
-        if one.state == "fails":
-            yield FailedExpectation(*wording.failure(one))
-    if expectations:
-        yield Fact("expectations", wording.expectations([one.state for one in expectations]))
+    failures = (one.failure for one in expectations if one.state == "fails")
+    yield from judged([one.state for one in expectations], failures)
     for doubt in outcome.doubts:
         yield Fact("doubtful", str(doubt), "failure")
     if "promise" in facts:
@@ -125,13 +122,13 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
         return ""
     ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
-    what = wording.concerned(springs, network)[1]
+    what = concerned(springs, network)[1]
     return f" of {what}{'s' if len(springs) > 1 else ''} {ids}{more}"
 
 
 def _accuracy(promise: Promise) -> Fact:
     """Return how accurate positions are; a failure if less than the tolerance demands."""
-    said = wording.accuracy(promise)
+    said = promise.sentence
     if promise.since is not None:
         return Fact("warning", said, "failure")
     verb = "" if promise.differs else "; checked"
