@@ -10,10 +10,10 @@ from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.text_tables.column_units import is_count
-from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
+from tissuec.core.text_tables.columns import BadRow
 from tissuec.core.text_tables.dialect import Dialect
-from tissuec.core.text_tables.heads import find_dialect
 from tissuec.core.text_tables.odd_cells import GAP, gap_mark
+from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, Unit, UnitError, describe, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
@@ -112,18 +112,17 @@ class _ProfileTable:
 
     def read(self, width: int) -> tuple[Floats, Floats]:
         """Return times [s], shape (row,), and factors or displacements [m], (row, column)."""
-        text = self._text()
-        dialect = find_dialect(text)
-        if dialect is None:
+        table = TextTable.of(str(self.path), self._text())
+        if table is None:
             self.reject("TIS313", f"{self.path} is empty")
-        self._check_width(dialect, width)
-        time_unit = self._time_unit(dialect)
-        self._check_units(dialect)
-        rows = self._rows(text, dialect)
+        self._check_width(table.dialect, width)
+        time_unit = self._time_unit(table.dialect)
+        self._check_units(table.dialect)
+        rows = self._rows(table)
         with np.errstate(over="ignore"):
             times = rows[:, 0] * time_unit
             values = rows[:, 1:] * (1.0 if self.unit is None else self.unit.factor)
-        self._check_times(times, text, dialect)
+        self._check_times(times, table)
         return times, values
 
     def _check_width(self, dialect: Dialect, width: int) -> None:
@@ -179,33 +178,31 @@ class _ProfileTable:
             written = self.order.clauses["in"].span.text
             self.reject("TIS502", f'{column} has another unit than "{written}"', hint)
 
-    def _rows(self, text: str, dialect: Dialect) -> Floats:
+    def _rows(self, table: TextTable) -> Floats:
         """Return two rows of numbers or more, in the units of the text, shape (row, column)."""
         try:
-            rows = read_columns(text, dialect, range(len(dialect.names)))
+            rows = table.numbers(range(len(table.names)))
         except BadRow as error:
-            self._bad_row(text, dialect, error)
+            self._bad_row(table, error)
         gaps = np.argwhere(np.isnan(rows))
         if len(gaps):
             row, column = gaps[0].tolist()
-            self._bad_row(text, dialect, BadRow(row, column, "the number is missing"))
+            self._bad_row(table, BadRow(row, column, "the number is missing"))
         for column in range(1, rows.shape[1]):
             if (row := gap_mark(rows[:, column])) is not None:
                 problem = f"{rows[row, column]:g} is far from all other numbers"
                 remedy = "remove rows without a number; some programs mark them so"
-                self._bad_row(text, dialect, BadRow(row, column, problem, remedy))
+                self._bad_row(table, BadRow(row, column, problem, remedy))
         if len(rows) < 2:
             self.reject("TIS313", f"{self.path} contains fewer than two rows of numbers")
         return rows
 
-    def _bad_row(self, text: str, dialect: Dialect, error: BadRow) -> NoReturn:
-        where = f"line {line_number(text, dialect, error.row)} of {self.path}"
-        if error.column is not None:
-            where += f', column "{dialect.names[error.column]}"'
+    def _bad_row(self, table: TextTable, error: BadRow) -> NoReturn:
         remedy = "" if error.remedy == GAP else error.remedy
-        self.reject("TIS313", f"{where}: {error.problem}", remedy)
+        message = f"{table.place(error.row, error.column)}: {error.problem}"
+        self.reject("TIS313", message, remedy)
 
-    def _check_times(self, times: Floats, text: str, dialect: Dialect) -> None:
+    def _check_times(self, times: Floats, table: TextTable) -> None:
         hint = "sort the rows by time, each time once, from 0 s on"
         if times[0] < 0.0:
             message = f"{self.path} begins at {show(times[0], TIME)}, before its order does"
@@ -213,10 +210,10 @@ class _ProfileTable:
         wrong = np.flatnonzero(np.diff(times) <= 0.0)
         if len(wrong):
             row = int(wrong[0])
-            lines = [line_number(text, dialect, one) for one in (row, row + 1)]
             before, behind = (show(float(times[one]), TIME) for one in (row, row + 1))
-            where = f"lines {lines[0]} and {lines[1]} of {self.path}"
-            message = f"{where} do not ascend: {behind} comes after {before}"
+            message = (
+                f"{table.places(row, row + 1)} do not ascend: {behind} comes after {before}"
+            )
             self.reject("TIS313", message, hint)
 
     def _text(self) -> str:

@@ -80,21 +80,6 @@ def read_columns(text: str, dialect: Dialect, wanted: Sequence[int]) -> Floats:
     return np.concatenate(parts) if parts else np.zeros((0, len(wanted)))
 
 
-def line_number(text: str, dialect: Dialect, row: int) -> int:
-    """Return the line number, from 1, of a row.
-
-    Args:
-        row: Index of the row, from 0.
-
-    Raises:
-        IndexError: There is no such row.
-    """
-    for number, line in enumerate(lines_of(text, dialect.start)):
-        if number == row:
-            return text.count("\n", 0, line.start) + 1
-    raise IndexError(row)
-
-
 def _blocks(text: str, start: int) -> Iterator[str]:
     """Yield whole lines, about as many as a block holds."""
     while start < len(text):

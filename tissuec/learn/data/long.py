@@ -59,9 +59,9 @@ def _ids(fit: Fit, column: Floats, chosen: Indices, rows: DataRows) -> Indices:
     if len(bad):
         value, row = written[bad[0]], int(rows.number[chosen[bad[0]]])
         problem = "no node" if np.isnan(value) else f"the node {value:g}, which is not an id"
-        message = f"{rows.table.line(row)} has {problem}"
+        message = f"{rows.table.place(row)} has {problem}"
         hint = "ids of nodes are whole numbers"
-        rows.table.complaints.reject("TIS313", message, fit.columns[0].span, hint)
+        rows.complaints.reject("TIS313", message, fit.columns[0].span, hint)
     return written.astype(np.int64)
 
 
@@ -77,7 +77,7 @@ def _numbers(
     twice = np.flatnonzero(np.diff(listed) == 0)
     if len(twice):
         names = " and ".join(body.name for body in owners(network, wanted))
-        rows.table.complaints.reject(
+        rows.complaints.reject(
             "TIS313",
             f"the id {listed[twice[0]]} belongs to several nodes of {fit.text}",
             fit.span,
@@ -95,7 +95,7 @@ def _check_known(fit: Fit, unknown: Indices, rows: DataRows, network: Network) -
     names = np.unique(unknown).astype(str).tolist()
     bodies = owners(network, nodes_of(fit.subjects))
     has = "; ".join(_range_of(body.name, network.node_ids[body.nodes]) for body in bodies)
-    rows.table.complaints.reject(
+    rows.complaints.reject(
         "TIS301",
         f"{rows.table.file} contains {counted(len(names), 'node')} that "
         f"{' and '.join(body.name for body in bodies)} does not have: "

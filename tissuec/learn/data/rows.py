@@ -7,33 +7,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
-from tissuec.core.text_tables.columns import line_number
-from tissuec.core.text_tables.dialect import Dialect
+from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, show
 from tissuec.learn.data.complaints import Complaints
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import Fit
-
-
-class Text(Struct, frozen=True, eq=False):
-    """A table as it was read, so that its lines can be named."""
-
-    text: str
-    dialect: Dialect
-    complaints: Complaints
-
-    @property
-    def file(self) -> str:
-        return self.complaints.file
-
-    def line(self, row: int) -> str:
-        """Return how messages call a row."""
-        return f"line {line_number(self.text, self.dialect, row)} of {self.file}"
-
-    def lines(self, row: int, other: int) -> str:
-        """Return how messages call two rows, the upper one first."""
-        numbers = sorted(line_number(self.text, self.dialect, r) for r in (row, other))
-        return f"lines {numbers[0]} and {numbers[1]} of {self.file}"
 
 
 class DataRows(Struct, frozen=True, eq=False):
@@ -48,7 +26,8 @@ class DataRows(Struct, frozen=True, eq=False):
         timed: Whether there is a time.
     """
 
-    table: Text
+    table: TextTable
+    complaints: Complaints
     places: Floats
     values: Floats
     number: Indices
@@ -57,12 +36,14 @@ class DataRows(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(
-        cls, table: Text, places: Floats, values: Floats, span: Span, timed: bool
-    ) -> "DataRows":
+        cls, table: TextTable, complaints: Complaints, places: Floats, values: Floats,
+        span: Span, timed: bool,
+    ) -> "DataRows":  # fmt: skip
         """Return the rows that have values.
 
         Args:
             table: The table.
+            complaints: Takes errors in the data.
             places: Times [s], or displacements [m], shape (row,).
             values: Cells in the units of the text, shape (row, column).
             span: Place at which the column of ``places`` is named.
@@ -76,13 +57,13 @@ class DataRows(Struct, frozen=True, eq=False):
         if (no_place & says).any():
             row = int(np.flatnonzero(no_place & says)[0])
             what = "time" if timed else "displacement"
-            table.complaints.reject("TIS313", f"{table.line(row)} has no {what}", span)
+            complaints.reject("TIS313", f"{table.place(row)} has no {what}", span)
         rows = np.flatnonzero(~no_place)
         if not len(rows):
-            hint = f"the columns are {', '.join(table.dialect.names)}"
+            hint = f"the columns are {', '.join(table.names)}"
             message = f"{table.file} contains no row of numbers"
-            table.complaints.reject("TIS313", message, span, hint)
-        return cls(table, places[rows], values[rows], rows, span, timed)
+            complaints.reject("TIS313", message, span, hint)
+        return cls(table, complaints, places[rows], values[rows], rows, span, timed)
 
     def in_order(self) -> "DataRows":
         """Return the rows of a table that has one for each time; displacements are sorted.
@@ -109,8 +90,8 @@ class DataRows(Struct, frozen=True, eq=False):
         else:
             problem = f"do not ascend: {show(behind, TIME)} comes after {show(before, TIME)}"
             hint = "sort the rows by time, each time once"
-        where = self.table.lines(*self.number[[row, row + 1]].tolist())
-        self.table.complaints.reject("TIS313", f"{where} {problem}", self.span, hint)
+        where = self.table.places(*self.number[[row, row + 1]].tolist())
+        self.complaints.reject("TIS313", f"{where} {problem}", self.span, hint)
 
     def _shown(self, row: int) -> str:
         return show(float(self.places[row]), TIME if self.timed else LENGTH, digits=6)
@@ -148,7 +129,7 @@ class DataRows(Struct, frozen=True, eq=False):
             other: Index of the other.
             what: Name of the quantity.
         """
-        where = self.table.lines(*self.number[[row, other]].tolist())
+        where = self.table.places(*self.number[[row, other]].tolist())
         message = f"{where} both give {what} at {self._shown(row)}"
         hint = "remove one of them"
-        self.table.complaints.reject("TIS313", message, self.span, hint)
+        self.complaints.reject("TIS313", message, self.span, hint)

@@ -11,16 +11,16 @@ from msgspec import Struct
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.core.text_tables.column_units import is_count
-from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
+from tissuec.core.text_tables.columns import BadRow
 from tissuec.core.text_tables.dialect import Dialect, decoded
-from tissuec.core.text_tables.heads import find_dialect
 from tissuec.core.text_tables.odd_cells import GAP, gap_mark
+from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, Dimension, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import TWO_MACHINES, Complaints, first_few
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.long import LONG, is_long, read_long
 from tissuec.learn.data.nodes import nodes_of
-from tissuec.learn.data.rows import DataRows, Text
+from tissuec.learn.data.rows import DataRows
 from tissuec.learn.data.thinning import nearest_rows
 from tissuec.model.network import Floats, Network
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
@@ -230,11 +230,11 @@ def read_table(
         message = f"{complaints.file} is neither text nor HDF5"
         hint = "data is a table as text (CSV), a result of tissuec or an H5MD file"
         complaints.reject("TIS604", message, hint=hint)
-    dialect = find_dialect(text)
-    if dialect is None:
+    table = TextTable.of(complaints.file, text)
+    if table is None:
         complaints.reject("TIS313", f"{complaints.file} is empty")
-    wanted = find_columns(dialect, axis, fits, complaints)
-    rows = _rows(Text(text, dialect, complaints), wanted, timed=axis.nodes is None)
+    wanted = find_columns(table.dialect, axis, fits, complaints)
+    rows = _rows(table, wanted, complaints, timed=axis.nodes is None)
     is_once = not any(map(is_long, fits))
     if is_once:
         rows = rows.in_order()
@@ -249,20 +249,20 @@ def read_table(
     return series
 
 
-def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:
+def _rows(table: TextTable, wanted: Wanted, complaints: Complaints, *, timed: bool) -> DataRows:
     """Return the rows that say something, with the wanted columns."""
     try:
-        numbers = read_columns(table.text, table.dialect, wanted.numbers)
+        numbers = table.numbers(wanted.numbers)
     except BadRow as error:
-        where, span, hint = table.line(error.row), None, "comments begin with #"
+        column, span, hint = None, None, "comments begin with #"
         if error.remedy:
             hint = f"{error.remedy}; {hint}"
         if error.column is not None:
-            name = table.dialect.names[wanted.numbers[error.column]]
-            where += f', column "{name}"'
-            span = wanted.spans[error.column]
-        table.complaints.reject("TIS313", f"{where}: {error.problem}", span, hint)
-    return DataRows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
+            column, span = wanted.numbers[error.column], wanted.spans[error.column]
+        message = f"{table.place(error.row, column)}: {error.problem}"
+        complaints.reject("TIS313", message, span, hint)
+    times = numbers[:, 0] * wanted.factor
+    return DataRows.of(table, complaints, times, numbers, wanted.spans[0], timed)
 
 
 def _refuse_marks(fit: Fit, columns: Floats, rows: DataRows) -> None:
@@ -278,12 +278,12 @@ def _refuse_marks(fit: Fit, columns: Floats, rows: DataRows) -> None:
         row = gap_mark(values)
         if row is None:
             continue
-        where = f'{rows.table.line(int(rows.number[row]))}, column "{column.name}"'
+        where = f'{rows.table.place(int(rows.number[row]))}, column "{column.name}"'
         message = (
             f"{where}: {values[row]:g} is far from all other numbers, as marks of gaps are"
         )
         hint = f"{GAP}; if it was measured, remove its row"
-        rows.table.complaints.reject("TIS313", message, column.span, hint)
+        rows.complaints.reject("TIS313", message, column.span, hint)
 
 
 def _units(fit: Fit) -> Floats:
@@ -307,7 +307,7 @@ def _series(
     if fit.measure is None:
         nodes = nodes_of(fit.subjects)
         if len(nodes) != 1:
-            rows.table.complaints.reject(
+            rows.complaints.reject(
                 "TIS313",
                 f"{fit.text} has {len(nodes)} nodes, but x, y and z describe one node",
                 fit.columns[0].span.to(fit.columns[-1].span),
@@ -338,8 +338,7 @@ def _check_varies(one: Series, rows: DataRows) -> None:
             return
     table = rows.table
     first, last = (
-        line_number(table.text, table.dialect, int(row))
-        for row in (rows.number.min(), rows.number.max())
+        table.line_number(int(row)) for row in (rows.number.min(), rows.number.max())
     )
     lines = f"from line {first} to line {last} of {table.file}"
     called = " ".join(column.name for column in columns)
@@ -349,14 +348,14 @@ def _check_varies(one: Series, rows: DataRows) -> None:
     if not len(known):
         message = f"{name} empty {lines}: {fit.text} has no value"
         alone = "name another column, or remove the fit"
-        hint = alone if table.complaints.is_alone else TWO_MACHINES
+        hint = alone if rows.complaints.is_alone else TWO_MACHINES
     else:
         message = f"{name} constant {lines}: {fit.text} does not change"
         hint = (
             "a sensor that is off or out of range shows this: name another column, or remove "
             "the fit; if the quantity is at rest, keep its value in one row only"
         )
-    table.complaints.reject("TIS313", message, span, hint)
+    rows.complaints.reject("TIS313", message, span, hint)
 
 
 def _thinned(one: Series) -> Series:

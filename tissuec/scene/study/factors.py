@@ -9,8 +9,8 @@ from tissuec.core.files import read_bytes
 from tissuec.core.hints import proposal
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.core.text_tables.dialect import as_number, cells_of, decoded, lines_of
-from tissuec.core.text_tables.heads import find_dialect
+from tissuec.core.text_tables.dialect import as_number, decoded
+from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import (
     NUMBER,
     Dimension,
@@ -271,29 +271,25 @@ class FactorReader:
         except OSError as error:
             message = f'cannot read "{name.quoted}": {error.strerror or error}'
             self.findings.reject("TIS604", message.lower(), item.span)
-        dialect = None if text is None else find_dialect(text, _SEPARATORS)
-        if text is None or dialect is None:
-            message = f'"{name.quoted}" is not text, or empty'
-            self.findings.reject("TIS604", message, item.span)
-        head, lines = dialect.names, list(lines_of(text, dialect.start))
-        if not lines:
-            message = f'"{name.quoted}" has no rows'
+        quoted = f'"{name.quoted}"'
+        table = None if text is None else TextTable.of(quoted, text, _SEPARATORS)
+        if table is None:
+            self.findings.reject("TIS604", f"{quoted} is not text, or empty", item.span)
+        head, body = table.names, table.cells()
+        if not body:
             hint = "the first line names the factors: lift [mm],hardness of liver"
-            self.findings.reject("TIS604", message, item.span, hint=hint)
-        body = [cells_of(line.text, dialect.delimiter) for line in lines]
-        numbers = [1 + text.count("\n", 0, line.start) for line in lines]
-        for number, line in zip(numbers, body, strict=True):
+            self.findings.reject("TIS604", f"{quoted} has no rows", item.span, hint=hint)
+        for row, line in enumerate(body):
             if len(line) != len(head):
-                self._bad_row(
-                    name, number, f"has {len(line)} cells instead of {len(head)}", item
-                )
+                what = f"has {len(line)} cells instead of {len(head)}"
+                self._bad_row(table, row, what, item)
         columns = [[line[n] for line in body] for n in range(len(head))]
         factors = [
             self._column(title.strip(), cells, name, item)
             for title, cells in zip(head, columns, strict=True)
         ]
         values = [
-            self._cells(factor, cells, numbers, name, item)
+            self._cells(factor, cells, table, item)
             for factor, cells in zip(factors, columns, strict=True)
         ]
         return factors, list(zip(*values, strict=True))
@@ -342,21 +338,20 @@ class FactorReader:
         return True
 
     def _cells(
-        self, factor: Factor, cells: Sequence[str], lines: Sequence[int], name: s.Name,
-        item: s.Sentence,
-    ) -> list[Cell]:  # fmt: skip
+        self, factor: Factor, cells: Sequence[str], table: TextTable, item: s.Sentence
+    ) -> list[Cell]:
         if factor.is_text:
             return list(cells)
         values: list[Cell] = []
-        for number, cell in zip(lines, cells, strict=True):
+        for row, cell in enumerate(cells):
             value = as_number(cell)
             if value is None or math.isnan(value):
-                self._bad_row(name, number, f'"{cell}" is not a number of {factor.name}', item)
+                self._bad_row(table, row, f'"{cell}" is not a number of {factor.name}', item)
             values.append(value)
         return values
 
-    def _bad_row(self, name: s.Name, number: int, what: str, item: s.Sentence) -> NoReturn:
-        self.findings.reject("TIS121", f'line {number} of "{name.quoted}": {what}', item.span)
+    def _bad_row(self, table: TextTable, row: int, what: str, item: s.Sentence) -> NoReturn:
+        self.findings.reject("TIS121", f"{table.place(row)}: {what}", item.span)
 
 
 def _texts(places: tuple[Span, ...]) -> Levels:
