@@ -221,7 +221,7 @@ set hand = nodes of strip in [2]
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 script {{ at 0 s: fix wall; {script} }}
 simulate {{ duration = 2 s; tolerance = 1e-6 }}
-output {{ tension of strip every 2 ms; length of strip every 2 ms }}
+output {{ tension(strip) every 2 ms; length(strip) every 2 ms }}
 """
 HOLD = "from 0 s to 0.1 s: move hand by (4, 0, 0) mm using constant speed"
 SWING = "from 0 s to 2 s: move hand by (4, 0, 0) mm using sine of 1 Hz"

@@ -370,7 +370,7 @@ def study(
         name: Of the study block; not needed if there is one, or none.
         vary: Factors as texts, such as "lift = 2 mm to 10 mm in 9 steps"; or values by name:
             texts such as "2 mm to 10 mm in 9 steps", or lists of texts or numbers in SI units.
-        measure: Measures as texts, such as "pull = max(force of forceps A)"; or by name.
+        measure: Measures as texts, such as "pull = max(force(forceps A))"; or by name.
         design: "grid", "list", "one at a time", "latin hypercube", "sobol" or "sobol indices".
         runs, seed: Number of runs of a random design, and which of them.
         sentences: More sentences of the study block, such as "error estimate is off".

@@ -383,7 +383,7 @@ MISTAKES = {
         "force of forceps A 1000 Hz",
         "TIS312",
         " 1000 Hz",
-        "for example: force of A every 1 ms",
+        "for example: force(A) every 1 ms",
     ),
     "output of two tools": M(
         "force of forceps A every 1 ms",
@@ -404,14 +404,7 @@ MISTAKES = {
         "displacement of right edge",
         "TIS701",
         "displacement",
-        "outputs: trajectory, precision, compress, blocks, surface, contact area, distance, elas",
-    ),
-    "output of a component": M(
-        "force of forceps A every 1 ms",
-        "force of forceps A along (0, 0, 1) every 1 ms",
-        "TIS303",
-        "along (0, 0, 1)",
-        "for a component, write: force(A along (1, 0, 0)) every 10 ms",
+        "outputs: trajectory, precision, compress, blocks, surface, energy, contact area, distanc",
     ),
     "direction without brackets": M(
         "force of forceps A every 1 ms",

@@ -459,7 +459,7 @@ MISTAKES = {
         "colour of strip every",
         "TIS701",
         "colour",
-        "outputs: trajectory, precision, compress, blocks, surface, contact area, distance",
+        "outputs: trajectory, precision, compress, blocks, surface, energy, contact area",
     ),
     "output at a rate": M(
         "force of forceps A every 1 ms",

@@ -67,7 +67,7 @@ LARGE = 1_000_000
 )
 @click.option(
     "--precision",
-    type=click.Choice(PRECISIONS),
+    type=click.Choice(list(PRECISIONS)),
     help="Precision of frames and surfaces in the result, instead of that of the scene.",
 )
 @click.option("--compress", is_flag=True, help="Compress frames and surfaces, without loss.")

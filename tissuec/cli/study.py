@@ -42,7 +42,7 @@ _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol 
     "--measure",
     multiple=True,
     metavar="TEXT",
-    help='A measure, such as "max(force of forceps A)" or "tear = time of rupture".',
+    help='A measure, such as "max(force(forceps A))" or "tear = time of rupture".',
 )
 @click.option(
     "--design",

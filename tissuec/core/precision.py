@@ -1,4 +1,4 @@
 """Precisions in which frames are stored."""
 
 SINGLE = "single"
-PRECISIONS = (SINGLE, "double")
+PRECISIONS = {SINGLE: "24 binary digits", "double": "53 binary digits"}

@@ -56,7 +56,7 @@ _HABITS = (
     ),
     Habit(
         rf"^{_WORDS} of {_WORDS}(?P<wrong> (?P<rate>{_NUMBER} ?[kM]?Hz))$",
-        'an output is taken "every" so often', None, "for example: force of A every 1 ms",
+        'an output is taken "every" so often', None, "for example: force(A) every 1 ms",
     ),
     Habit(
         rf"^{_WORDS} of {_WORDS}(?P<wrong> and {_WORDS}) every\b",

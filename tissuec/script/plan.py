@@ -85,7 +85,7 @@ class Trigger(Struct, frozen=True, eq=False):
 
 
 class LogRequest(Struct, frozen=True, eq=False):
-    """One measure at a rate: ``force of forceps A every 1 ms``."""
+    """One measure at a rate: ``force(forceps A) every 1 ms``."""
 
     name: str  # "force of forceps A"
     measure: type[Measure]

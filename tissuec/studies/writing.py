@@ -65,7 +65,7 @@ def sentences_of(
 
     Args:
         vary: Texts such as "lift = 2 mm to 10 mm in 9 steps", or values by name.
-        measure: Texts such as "pull = max(force of forceps A)", or measures by name.
+        measure: Texts such as "pull = max(force(forceps A))", or measures by name.
         rows: Name of a file of rows.
         design: Of the study.
         runs: Number of runs of a random design.

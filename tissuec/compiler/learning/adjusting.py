@@ -58,19 +58,14 @@ class AdjustReader:
         """Return what an entry lets change, or reject it."""
         reader = LearnReader(ADJUST, item, self.scope)
         if isinstance(item, s.Assign):
-            value = reader.get(AdjustListed).listed
-            listed = value.items if isinstance(value, s.Listing) else (value,)
             found: list[Adjust] = []
-            for name in listed:
-                if not isinstance(name, s.Name):
-                    message = "the adjusted quantity must be a name"
-                    reader.reject_at(name.span, "TIS312", message)
+            for name in reader.get(AdjustListed).listed:
                 with self.findings.item():
                     found.append(limited(self._own(name, None), reader, name.span))
             return found
         name = reader.object
         if name.key == WORDS:
-            return [self._words(reader.get(AdjustScales).owners, item)]
+            return [self._words(one, item) for one in reader.get(AdjustScales).owners]
         if name.key == WEIGHTS:
             self.findings.reject(
                 "TIS801", "weights of rules are not adjusted to measured data", item.span,
@@ -87,20 +82,20 @@ class AdjustReader:
 
     # --- what, and of what --------------------------------------------------------------------
 
-    def _words(self, owner: s.Expression | None, item: s.Sentence) -> Adjust:
+    def _words(self, owner: s.Name, item: s.Sentence) -> Adjust:
         """Return the words of a quantity or property of the vocabulary."""
         vocabulary = self.scene.vocabulary
         quantities = {key: scale.named for key, scale in vocabulary.quantities.items()}
         scales = {**vocabulary.properties, **quantities}
-        if not isinstance(owner, s.Name) or owner.key not in scales:
-            text = owner.text if isinstance(owner, s.Name) else ""
-            self.findings.pass_over_doubtful(key_of(text))
+        if owner.key not in scales:
+            self.findings.pass_over_doubtful(owner.key)
             known = [scale.name for scale in scales.values()]
             self.findings.reject(
                 "TIS202",
-                f'"{text}" is not a quantity or property with words in the vocabulary',
-                item.span if owner is None else owner.span,
-                hint=alternatives(text, known, what="scales") or "the scene has no vocabulary",
+                f'"{owner.text}" is not a quantity or property with words in the vocabulary',
+                owner.span,
+                hint=alternatives(owner.text, known, what="scales")
+                or "the scene has no vocabulary",
             )
         scale = scales[owner.key]
         return Adjust(

@@ -1,34 +1,82 @@
 """The output block: trajectories, blocks, smooth surfaces, logs, energies, storage."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from typing import Any, Never
+from collections.abc import Collection, Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.compiler.measures.conditions import COUNT, COUNTED, LEDGER, Conditions
+from tissuec.compiler.measures.conditions import LEDGER, Conditions
 from tissuec.compiler.measures.quantities import QuantityReader
-from tissuec.compiler.output.smoothing import SURFACE, read_surface
+from tissuec.compiler.output.smoothing import read_surface
 from tissuec.compiler.sets import Groups
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
-from tissuec.core.precision import PRECISIONS, SINGLE
+from tissuec.core.precision import SINGLE
 from tissuec.core.source import Span
 from tissuec.core.units import FREQUENCY, TIME, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
+from tissuec.scene.output import (
+    BLOCKS,
+    COMPRESS,
+    ENERGY,
+    PRECISION,
+    RECORDED,
+    SURFACE,
+    TRAJECTORY,
+)
+from tissuec.scene.reading.block_sentences import BlockItems, SentenceReader
+from tissuec.scene.reading.clauses import Written, clauses_of
 from tissuec.scene.reading.expressions import Scope
-from tissuec.script.measures import MEASURES, Subject
+from tissuec.scene.reading.spellings import COUNT, COUNTED, in_parentheses
+from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
-_FORCE_ALONG = "for a component, write: force(A along (1, 0, 0)) every 10 ms"
-
-_CLAUSES = ("of", "to", "every")
-MOST_SAMPLES = 100_000_000
+MOST_SAMPLES, RATE = 100_000_000, "every 10 ms"
 
 
-class OutputReader:
+class _OutputSentence(SentenceReader):
+    """Reads one output, with hints about clauses that outputs do not have."""
+
+    def hint_without(self, clause: s.Clause) -> Hint:
+        value, item = clause.value, self.sentence
+        if clause.word == "is" and self.verb == SURFACE:
+            every = (
+                self.clauses["every"].span.text if "every" in self.clauses else "every 40 ms"
+            )
+            of = self.clauses["of"].span.text if "of" in self.clauses else "of BODY"
+            text = f"{SURFACE} {of} {every} {{ kind is {value.span.text} }}"
+            return Hint(f"write its options in braces: {text}", Edit(text, self.span))
+        if clause.word == "along" and isinstance(item, s.RecordedCall):
+            along = f"{item.call.span.text[:-1]} {clause.span.text})"
+            edit = Edit(along, item.call.span.to(clause.span))
+            return Hint(f"a direction is written inside the parentheses: {along}", edit)
+        if clause.word in ("at", "per", "after"):
+            return _rate_meant(clause)
+        if not any(self.forms[0].clauses):
+            return Hint(f"write only: {self.verb}", Edit(self.verb, self.span))
+        takes_of = "of" not in self.clauses and self.forms[0].of_word("of") is not None
+        if takes_of:
+            return proposal(f"of {value.span.text}", clause.span)
+        return super().hint_without(clause)
+
+
+def _rate_meant(clause: s.Clause) -> Hint:
+    """Return a hint for ``at 1 kHz``, and for ``at 1 ms`` where "every" was meant."""
+    value = clause.value
+    if isinstance(value, s.Quantity):
+        unit = parse_unit(value.unit)
+        amount = value.value * unit.factor
+        if unit.dimension == TIME:
+            return proposal(f"every {value.span.text}")
+        if unit.dimension == FREQUENCY and amount > 0.0:
+            return proposal(f"every {show(1.0 / amount, TIME, digits=6)}")
+    return Hint("write how often, such as: every 10 ms; a log has the end of the run, too")
+
+
+class OutputReader(BlockItems):
     """Reads the items of an output block.
 
     Args:
@@ -47,21 +95,16 @@ class OutputReader:
         duration: float,
         idle: Indices,
     ):
+        super().__init__("output", RECORDED, {}, scope)
         self.groups = groups
         self.conditions = conditions
-        self.scope = scope
-        self.findings = scope.findings
         self.node_count = nodes
         self.duration = duration
         self.idle = idle
-        self.places: dict[str, Span] = {}
-        self.about_frames = set[str]()  # words without an error that need frames
         self.frames: Indices = np.zeros(0, dtype=np.int64)
         self.every = math.inf
         self.energy = math.inf
-        self.single = False
-        self.blocks = False
-        self.compress = False
+        self.words: set[str] = set()  # of those that stand alone, and single precision
         self.asked: dict[str, Span] = {}
         self.logs: list[LogRequest] = []
         self.surfaces: list[SurfaceOutput] = []
@@ -70,13 +113,13 @@ class OutputReader:
         """Return the recording; each error rejects one sentence only."""
         for item in items:
             with self.findings.item():
-                self._item(item)
+                self._item(in_parentheses(item))
         written = {one.name.key for one in items if isinstance(one, s.Sentence | s.Block)}
         self._require_frames(written)
         logs, surfaces = tuple(self.logs), tuple(self.surfaces)
         return Output(
-            self.frames, self.every, self.single, logs, self.energy, surfaces, self.blocks,
-            self.compress, tuple(self.asked),
+            self.frames, self.every, SINGLE in self.words, logs, self.energy, surfaces,
+            BLOCKS in self.words, COMPRESS in self.words, tuple(self.asked),
         )  # fmt: skip
 
     def _require_frames(self, written: Collection[str]) -> None:
@@ -85,68 +128,77 @@ class OutputReader:
         Args:
             written: Names of all outputs, wrong ones included.
         """
-        if "trajectory" in written:
+        if TRAJECTORY in written:
             return
-        needs = {"blocks": "blocks needs a trajectory, whose frames it shows"}
+        needs = {BLOCKS: "blocks needs a trajectory, whose frames it shows"}
         if SURFACE not in written:
             needs |= {
-                "compress": "compress needs a trajectory or a surface, which it makes smaller",
-                "precision": "precision needs a trajectory or a surface, which it rounds",
+                COMPRESS: "compress needs a trajectory or a surface, which it makes smaller",
+                PRECISION: "precision needs a trajectory or a surface, which it rounds",
             }
         for word, message in needs.items():
-            if word in self.about_frames:
+            if word in self.words:
                 hint = "for example: trajectory every 10 ms"
                 self.findings.add("TIS304", message, self.places[word], hint=hint)
 
     def _item(self, item: s.Item) -> None:
-        if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
-            self._surface(item, self._clauses(item))
-            return
         if isinstance(item, s.RecordedCall):
             self._recording(item)
             return
-        if not isinstance(item, s.Sentence):
+        if not isinstance(item, s.Sentence | s.Block):
             self.findings.reject(
                 "TIS312", "an output has the form: force(forceps A) every 1 ms", item.span
             )
-        key = item.name.key
-        clauses = self._clauses(item)
-        if item.phrase is not None and key != "precision":
-            self._chosen(item, item.phrase)
-        if key == "precision":
-            self._precision(item)
-        elif key == "blocks":
-            self._alone(item, "it shows the frames of the trajectory")
-            self.blocks = True
-        elif key == "compress":
-            self._alone(item, "it applies to all frames and surfaces")
-            self.compress = True
-        elif key == "trajectory":
-            self._trajectory(item, clauses)
-        elif key == "energy" and "of" not in clauses:
-            self._once("energy", item)
-            self.energy = self._rate(item, clauses)
-            self.conditions.needs_ledger = True
-        elif key in MEASURES:
-            self._log(item, clauses)
-        else:
-            known = ("trajectory", "precision", "compress", "blocks", SURFACE, *MEASURES)
-            self.findings.reject(
-                "TIS701",
-                f'"{item.name.text}" is not an output',
-                item.name.span,
-                hint=alternatives(key, known, what="outputs"),
-            )
+        entry = self.entry(item) or ""
+        measure = MEASURES.get(entry)
+        if measure is not None and entry != ENERGY and measure.subjects:
+            self._refuse_form(item, measure)
+        sentence = self._sentence(entry, item)
+        match entry:
+            case "trajectory":
+                self._trajectory(sentence)
+            case "surface":
+                self._surface(item, sentence)
+            case "energy":
+                self.energy = self._rate(sentence.get().every, sentence)
+                self.conditions.needs_ledger = True
+            case "precision":
+                self.words |= {PRECISION, sentence.get().kind}
+            case "compress" | "blocks":
+                sentence.get()
+                self.words.add(entry)
+            case _:
+                self._log(item, entry, ())
 
-    def _surface(self, item: s.Sentence | s.Block, clauses: dict[str, s.Clause]) -> None:
-        if "of" not in clauses:
-            text, hint = 'surface needs "of"', "for example: surface of BODY every 40 ms"
-            self.findings.reject("TIS304", text, item.span, hint=hint)
-        every = self._rate(item, clauses)
-        for name in self._names(clauses["of"]):
+    def _sentence(self, entry: str, item: Written) -> _OutputSentence:
+        return _OutputSentence(entry, RECORDED[entry], item, self.scope)
+
+    def refuse_name(self, name: s.Name, known: Collection[str]) -> NoReturn:
+        message = f'"{name.text}" is not an output'
+        hint = alternatives(name.key, known, what="outputs")
+        self.findings.reject("TIS701", message, name.span, hint=hint)
+
+    # --- frames and surfaces ------------------------------------------------------------------
+
+    def _trajectory(self, sentence: _OutputSentence) -> None:
+        said = sentence.get()
+        self.every = self._rate(said.every, sentence)
+        self.frames = np.arange(self.node_count)
+        if said.of is not None:
+            groups = [self.groups.nodes(name).indices for name in said.of]
+            self.frames = np.unique(np.concatenate(groups))
+        if said.fields is not None:  # rarely, and what describes them takes long to import
+            from tissuec.compiler.output.frame_fields import asked_fields
+
+            self.asked = asked_fields(said.fields, self.findings)
+
+    def _surface(self, item: s.Sentence | s.Block, sentence: _OutputSentence) -> None:
+        said = sentence.get()
+        every = self._rate(said.every, sentence)
+        for name in said.of:
             with self.findings.item():
                 mesh, body = self._drawn(name)
-                self._once(f"surface of {body}", item)
+                self.once(f"surface of {body}", item.span)
                 kind, smoothing = read_surface(item, name, body, mesh, self.scope)
                 self.surfaces.append(SurfaceOutput(body, kind, smoothing, every, item.span))
 
@@ -167,121 +219,10 @@ class OutputReader:
             hint=Hint(f"write surface of {' or of '.join(bodies)}", *map(Edit, bodies)),
         )
 
-    def _clauses(self, item: s.Sentence | s.Block) -> dict[str, s.Clause]:
-        """Return the clauses of an output by their words; those without a meaning reject it."""
-        clauses: dict[str, s.Clause] = {}
-        known = _clause_words(item.name.key)
-        for clause in item.clauses:
-            if clause.word in _CLAUSES and clause.word not in known:
-                self._without_meaning(item, clause, has_of="of" not in known or "of" in clauses)
-            if clause.word not in known or clause.word in clauses:
-                subject = clause.span.one_line.removeprefix(f"{clause.word} ")
-                hint = "" if "of" in clauses else proposal(f"of {subject}")
-                hint = self._rate_meant(clause) or hint
-                message = f'"{clause.word}" is not allowed in an output'
-                self.findings.reject("TIS303", message, clause.span, hint=hint)
-            clauses[clause.word] = clause
-        return clauses
+    # --- measures -----------------------------------------------------------------------------
 
-    def _without_meaning(
-        self, item: s.Sentence | s.Block, clause: s.Clause, *, has_of: bool
-    ) -> Never:
-        """Reject a clause that other outputs have."""
-        subject = clause.span.one_line.removeprefix(f"{clause.word} ")
-        hint = (
-            Hint("leave it out", Edit("", clause.span)) if has_of else proposal(f"of {subject}")
-        )
-        message = f'"{clause.word}" has no meaning in {item.name.text}'
-        self.findings.reject("TIS303", message, clause.span, hint=hint)
-
-    def _chosen(self, item: s.Sentence, phrase: s.Predicate) -> Never:
-        """Reject an output with a choice, such as "trajectory is liver"."""
-        place = Span(item.span.source, item.name.span.end, phrase.span.end)
-        has_of = any(clause.word == "of" for clause in item.clauses)
-        takes = "of" in _clause_words(item.name.key) and not has_of
-        hint = Hint("leave it out", Edit("", place))
-        if takes:
-            text = f"{item.name.text} of {phrase.span.text.removeprefix('is ')}"
-            hint = proposal(text, Span(item.span.source, item.name.span.start, place.end))
-        message = f'"is" is not allowed in {item.name.text}'
-        self.findings.reject("TIS303", message, phrase.span, hint=hint)
-
-    def _rate_meant(self, clause: s.Clause) -> Hint | str:
-        """Return a hint for ``at 1 kHz``, and for ``at 1 ms`` where "every" was meant."""
-        value = clause.value
-        if clause.word == "along":
-            return _FORCE_ALONG
-        if clause.word not in ("at", "per", "after"):
-            return ""
-        if not isinstance(value, s.Quantity):
-            return "write how often, such as: every 10 ms; a log has the end of the run, too"
-        unit = parse_unit(value.unit)
-        amount = value.value * unit.factor
-        if unit.dimension == TIME:
-            return proposal(f"every {value.span.text}")
-        if unit.dimension != FREQUENCY or amount <= 0.0:
-            return ""
-        return proposal(f"every {show(1.0 / amount, TIME, digits=6)}")
-
-    def _once(self, key: str, item: s.Sentence | s.Block | s.RecordedCall) -> None:
-        if key in self.places:
-            hint = (
-                "list several bodies: trajectory of [A, B] every 10 ms"
-                if key == "trajectory"
-                else ""
-            )
-            self.findings.refuse_second(f'"{key}"', item.span, self.places[key], hint=hint)
-        self.places[key] = item.span
-
-    def _precision(self, item: s.Sentence) -> None:
-        self._once("precision", item)
-        word = item.phrase.words[0].key if item.phrase and item.phrase.kind == "word" else ""
-        if word not in PRECISIONS:
-            self.findings.reject("TIS305", "precision is single or double", item.span)
-        self.single = word == SINGLE
-        self.about_frames.add("precision")
-
-    def _alone(self, item: s.Sentence, why: str) -> None:
-        """Reject a word with anything behind it."""
-        word = item.name.key
-        self._once(word, item)
-        if item.span != item.name.span:
-            self.findings.reject(
-                "TIS303",
-                f"nothing can follow {word}: {why}",
-                item.span,
-                hint=proposal(word),
-            )
-        self.about_frames.add(word)
-
-    def _trajectory(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
-        self._once("trajectory", item)
-        self.every = self._rate(item, clauses)
-        if "of" in clauses:
-            groups = [self.groups.nodes(name) for name in self._names(clauses["of"])]
-            self.frames = np.unique(np.concatenate([group.indices for group in groups]))
-        else:
-            self.frames = np.arange(self.node_count)
-        if "with" in clauses:
-            from tissuec.compiler.output.frame_fields import (
-                asked_fields,  # where any are asked for
-            )
-
-            self.asked = asked_fields(self._names(clauses["with"]), self.findings)
-
-    def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
-        if MEASURES[item.name.key].subjects > 1 and "to" not in clauses:
-            names = self._names(clauses["of"]) if "of" in clauses else []
-        else:
-            names = [self._name(clauses[word]) for word in ("of", "to") if word in clauses]
-        self._log_of(item, item.name.key, names, clauses)
-
-    def _log_of(
-        self,
-        item: s.Sentence | s.RecordedCall,
-        key: str,
-        names: Sequence[s.Name],
-        clauses: Mapping[str, s.Clause],
+    def _log(
+        self, item: s.Sentence | s.Block | s.RecordedCall, key: str, names: Sequence[s.Name]
     ) -> None:
         """Add the log of a measure.
 
@@ -289,75 +230,63 @@ class OutputReader:
             item: The output.
             key: Of the measure.
             names: What is measured.
-            clauses: Of the output, by their words.
         """
         measure = MEASURES[key]
+        every = self._recorded(key, item)
         if len(names) != measure.subjects:
-            self.findings.reject(
-                "TIS702",
-                f"wrong form of {item.name.text}",
-                item.span,
-                hint=f"write: {measure.form} every 10 ms",
-            )
-        every = self._rate(item, clauses)
+            self._refuse_form(item, measure)
         subjects = self.conditions.log_subjects(measure, names)
         if measure.takes == "springs":
             subjects = tuple(self._without_idle(subject) for subject in subjects)
         self.conditions.needs_ledger |= key == LEDGER
         name = " to ".join(subject.name for subject in subjects)
         title = f"{key} of {name}" if name else key
-        self._once(title, item)
+        self.once(title, item.span)
         self.logs.append(LogRequest(title, measure, subjects, every, item.span))
+
+    def _refuse_form(self, item: Written, measure: type[Measure]) -> NoReturn:
+        """Reject an output that does not name what its measure is taken of."""
+        hint = Hint(f"write: {measure.form} {RATE}")
+        said = [one for one in clauses_of(item) if one.word != "every"]
+        if len(said) == measure.subjects == 1 and s.as_name(said[0].value) is not None:
+            written = f"{item.name.text}({said[0].value.span.text})"
+            hint = proposal(written, item.name.span.to(said[0].span))
+        message = f"wrong form of {item.name.text}"
+        self.findings.reject("TIS702", message, item.span, hint=hint)
 
     def _recording(self, item: s.RecordedCall) -> None:
         """Read a measure that is written as in conditions: ``force(A along (1, 0, 0))``."""
-        key, clauses = item.name.key, dict[str, s.Clause]()
-        for clause in item.clauses:
-            if clause.word != "every" or clause.word in clauses:
-                hint = self._rate_meant(clause)
-                if clause.word == "along":
-                    along = f"{item.call.span.text[:-1]} {clause.span.text})"
-                    hint = Hint(
-                        f"a direction is written inside the parentheses: {along}",
-                        Edit(along, item.call.span.to(clause.span)),
-                    )
-                message = f'"{clause.word}" is not allowed in an output'
-                self.findings.reject("TIS303", message, clause.span, hint=hint)
-            clauses[clause.word] = clause
-        if key in ("trajectory", SURFACE):
-            bodies = ", ".join(one.span.one_line for one in item.call.arguments)
+        key, arguments = item.name.key, item.call.arguments
+        if key in (TRAJECTORY, SURFACE):
+            bodies = ", ".join(one.span.one_line for one in arguments)
             hint = proposal(f"{key} of {bodies}", item.call.span)
             self.findings.reject(
                 "TIS312", f"{key} has no parentheses", item.call.span, hint=hint
             )
         if key not in MEASURES and key != COUNT:
-            self.findings.reject(
-                "TIS701",
-                f'"{item.name.text}" is not a measure',
-                item.name.span,
-                hint=alternatives(key, MEASURES, what="measures"),
-            )
-        arguments = item.call.arguments
+            hint = alternatives(key, MEASURES, what="measures")
+            message = f'"{item.name.text}" is not a measure'
+            self.findings.reject("TIS701", message, item.name.span, hint=hint)
         match arguments:
             case (s.Argument(s.Name(key=counted), (s.Clause("of", s.Name() as of),)),):
                 if key == COUNT and counted in COUNTED:
-                    self._log_of(item, counted, [of], clauses)
+                    self._log(item, counted, [of])
                     return
             case _:
                 pass
         named = (s.as_name(one.value) for one in arguments if not one.clauses)
         names = [name for name in named if name is not None]
         if key in MEASURES and len(names) == len(arguments):
-            self._log_of(item, key, names, clauses)
+            self._log(item, key, names)
             return
-        every = self._rate(item, clauses)
+        every = self._recorded(COUNTED[0] if key == COUNT else key, item)
         quantity = QuantityReader(self.conditions).read(item.call)
         if any(reading.time is not None for reading in quantity.readings.values()):
             message = "an output is taken over the whole run and cannot name a time"
             self.findings.reject("TIS702", message, item.call.span)
         of = " to ".join(one.span.one_line for one in arguments)
-        title = f"{item.name.key} of {of}"
-        self._once(title, item)
+        title = f"{key} of {of}"
+        self.once(title, item.span)
         measure: Any = quantity  # has the methods of a measure
         self.logs.append(LogRequest(title, measure, (), every, item.span))
 
@@ -365,54 +294,24 @@ class OutputReader:
         is_idle = np.isin(subject.springs, self.idle)
         return replace(subject, springs=subject.springs[~is_idle])
 
-    def _name(self, clause: s.Clause) -> s.Name:
-        """Return a name, or several as that of their union."""
-        name = s.as_name(clause.value)
-        if name is None:
-            self.findings.reject(
-                "TIS312", "a name, or a list of names, is needed here", clause.value.span
-            )
-        return name
+    def _recorded(self, key: str, item: Written) -> float:
+        """Return the time between the values of a log [s]."""
+        sentence = self._sentence(key, item)
+        return self._rate(sentence.get().every, sentence)
 
-    def _names(self, clause: s.Clause) -> list[s.Name]:
-        parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)
-        names = [part for part in parts if isinstance(part, s.Name)]
-        if not names or len(names) != len(parts):
-            self.findings.reject(
-                "TIS312", "a name, or a list of names, is needed here", clause.value.span
-            )
-        return names
+    # --- times --------------------------------------------------------------------------------
 
-    def _rate(
-        self, item: s.Sentence | s.Block | s.RecordedCall, clauses: Mapping[str, s.Clause]
-    ) -> float:
-        if "every" not in clauses:
-            self.findings.reject(
-                "TIS304",
-                f'{item.name.text} needs "every"',
-                item.span,
-                hint=Hint(
-                    f"for example: {_head(item)} every 10 ms",
-                    Edit(f"{_head(item)} every 10 ms", old=_head(item)),
-                ),
-            )
-        node = clauses["every"].value
-        value = self.scope.number(node)
-        self.scope.expect(value, TIME, node.span, what="the time between outputs")
-        every = float(value.amount)
-        if every <= 0.0:
-            message = f"the time between outputs must be above 0 s, not {value}"
-            hint = Hint("for example: every 10 ms", Edit("10 ms"))
-            self.findings.reject("TIS308", message, node.span, hint=hint)
+    def _rate(self, every: float, sentence: _OutputSentence) -> float:
+        """Return the time between the values of an output [s], which are not too many."""
+        node = sentence.clauses["every"].value
         if math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES:
+            least = show(self.duration / MOST_SAMPLES, TIME)
             self.findings.reject(
                 "TIS308",
                 f"a sample every {node.span.text} for {show(self.duration, TIME)} gives too "
                 "many samples",
-                node.span,
-                hint="the shortest possible time is "
-                f"{show(self.duration / MOST_SAMPLES, TIME)}",
-            )
+                node.span, hint=f"the shortest possible time is {least}",
+            )  # fmt: skip
         if every > self.duration * (1 + 1e-12):
             self.findings.add(
                 "W405",
@@ -422,21 +321,3 @@ class OutputReader:
                 hint="write a shorter time after every, or a longer duration in simulate",
             )
         return every
-
-
-def _clause_words(key: str) -> tuple[str, ...]:
-    """Return the words of the clauses that an output has; all of them if it is unknown."""
-    if key == "precision":
-        return ()
-    if key == "trajectory":
-        return "of", "with", "every"
-    if key == SURFACE:
-        return "of", "every"
-    if key in MEASURES:
-        return (*("of", "to")[: MEASURES[key].subjects], "every")
-    return _CLAUSES
-
-
-def _head(item: s.Sentence | s.Block | s.RecordedCall) -> str:
-    """Return what stands before the braces of an output."""
-    return (item.head if isinstance(item, s.Block) else item.span).text

@@ -7,11 +7,11 @@ from tissuec.core.source import Span
 from tissuec.geometry.surfaces import ELSEWHERE, MOST_POINTS, ON_GRIDS, SURFACES, Smoothing
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
+from tissuec.scene.output import SURFACE
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import entries_in
 
-SURFACE = "surface"
 KIND = "kind"
 
 
@@ -27,13 +27,6 @@ def read_surface(
         mesh: Mesh of the body.
         scope: Looks up names of expressions.
     """
-    if item.phrase is not None:
-        every = next((c.span.text for c in item.clauses if c.word == "every"), "every 40 ms")
-        sentence = f"surface of {body} {every} {{ kind is {item.phrase.span.text} }}"
-        hint = Hint(f"write: {sentence}", Edit(sentence, item.span))
-        scope.findings.reject(
-            "TIS312", "the options of a surface must be in braces", item.phrase.span, hint=hint
-        )
     if not len(mesh.skin):
         scope.findings.reject(
             "TIS704",

@@ -174,4 +174,4 @@ class LearnBlockReader(LearnItems):
         there = {"data": self.data.files, FIT: self.fits, ADJUST: self.adjusts or self.revise}
         for entry, found in there.items():
             if not found:
-                self.need(entry)
+                self.need(entry, self.block.head)

@@ -22,8 +22,9 @@ class LearnItems(BlockItems):
     """
 
     def __init__(self, declared: Declared, constants: Constants, sources: Sequence[Source]):
-        what = f"learn {declared.name.text}"
-        super().__init__(declared, what, SENTENCES, learn_schema(), constants)
+        assert isinstance(declared.item, s.Block)
+        self.name, self.block = declared.name, declared.item
+        super().__init__(f"learn {self.name.text}", SENTENCES, learn_schema(), constants)
         self.data = DataReader(self.block, constants)
         self.sources = sources
         self.write: Path | None = None

@@ -130,7 +130,7 @@ class FitTissueWords(VerbSentence, frozen=True):
     """A fit of a number of tissues."""
 
     quantity: Annotated[s.Name, NameClause("=", what="quantity", places=(QUANTITY,))]
-    tissues: Annotated[s.Expression | None, _TISSUES]
+    tissues: Annotated[tuple[s.Name, ...] | None, _TISSUES]
     weight: Weight
 
 
@@ -138,7 +138,7 @@ class AdjustListed(VerbSentence, frozen=True):
     """Numbers of the tissue or force with the name of the block."""
 
     listed: Annotated[
-        s.Expression, NameClause("=", what="quantities", places=(LISTED,), listed=True)
+        tuple[s.Name, ...], NameClause("=", what="quantities", places=(LISTED,), listed=True)
     ]
 
 
@@ -148,7 +148,7 @@ class AdjustScales(VerbSentence, frozen=True):
     literal = WORDS
 
     owners: Annotated[
-        s.Expression,
+        tuple[s.Name, ...],
         NameClause("of", what="owner of the words", places=(QUANTITY,), listed=True),
     ]
 
@@ -159,7 +159,7 @@ class AdjustWeights(VerbSentence, frozen=True):
     literal = WEIGHTS
 
     owners: Annotated[
-        s.Expression,
+        tuple[s.Name, ...],
         NameClause("of", what="owner of the weights", places=(RULES,), listed=True),
     ]
 
@@ -205,15 +205,21 @@ class FilesHeld(VerbSentence, frozen=True):
 
 
 class PartHeld(VerbSentence, frozen=True):
-    """A part that is held out, or tissues."""
+    """A part that is held out."""
 
     held: Annotated[s.Expression, ValueClause("=", what="part")]
+
+
+class TissuesHeld(VerbSentence, frozen=True):
+    """Tissues that are held out."""
+
+    held: Annotated[tuple[s.Name, ...], NameClause("=", places=(TISSUE,), listed=True)]
 
 
 class TissueHeld(VerbSentence, frozen=True):
     """A tissue that is held out."""
 
-    held: Annotated[s.Name, NameClause("", what="tissue", places=(TISSUE,))]
+    held: Annotated[tuple[s.Name, ...], NameClause("", places=(TISSUE,), listed=True)]
 
 
 class WriteWords(VerbSentence, frozen=True):
@@ -305,7 +311,7 @@ SENTENCES: dict[str, SentenceKind] = {
         " were not fitted. Words and numbers are fitted again with each candidate.",
     ),
     "hold out": SentenceKind(
-        (FilesHeld, FileWords, PartHeld, TissueHeld),
+        (FilesHeld, FileWords, PartHeld, TissuesHeld, TissueHeld),
         ('hold out "three.csv"', "hold out = 20 %", "hold out TISSUE"),
         "Data for testing, not for learning: some of the files, the last part of each"
         " experiment, or tissues whose numbers are fitted.",

@@ -15,7 +15,12 @@ from tissuec.lang import syntax as s
 from tissuec.scene.learning.entries import LearnSettings
 from tissuec.scene.learning.items import LearnItems
 from tissuec.scene.learning.model import ADJUST, FIT, VocabularyFit, WordTarget
-from tissuec.scene.learning.sentences import ALL_TISSUES, FitTissueWords, PartHeld, TissueHeld
+from tissuec.scene.learning.sentences import (
+    ALL_TISSUES,
+    FitTissueWords,
+    TissueHeld,
+    TissuesHeld,
+)
 from tissuec.scene.model import KnownQuantity, Tissue
 from tissuec.scene.program.declarations import Declared
 from tissuec.scene.program.resolved import ResolvedProgram
@@ -72,7 +77,7 @@ class VocabularyFitReader(LearnItems):
                 self._read(item)
         if self.findings.failures == failures:
             if not self.adjusted:
-                self.need(ADJUST, f"{ADJUST} {WORDS} of {QUANTITY}")
+                self.need(ADJUST, self.block.head, f"{ADJUST} {WORDS} of {QUANTITY}")
             with self.findings.item():
                 self._hold_out()
         settings = LearnSettings(**self.values)  # type: ignore[arg-type]
@@ -139,11 +144,11 @@ class VocabularyFitReader(LearnItems):
                 hint=f"write: fit = {item.value.text} of TISSUE",
             )  # fmt: skip
         weight = 1.0 if said.weight is None else said.weight
-        if isinstance(of, s.Name) and of.key == ALL_TISSUES:
+        if of[0].key == ALL_TISSUES:
             self._fit_all(key, weight, item)
             return
         with self.findings.together():
-            for name in of.items if isinstance(of, s.Listing) else (of,):
+            for name in of:
                 with self.findings.item():
                     tissue = self._tissue(name)
                     problem = self._problem(tissue, key)
@@ -187,9 +192,7 @@ class VocabularyFitReader(LearnItems):
             or 'use a vocabulary, for example: use "fuzzy/soft_matter"',
         )  # fmt: skip
 
-    def _tissue(self, name: s.Expression) -> Tissue:
-        if not isinstance(name, s.Name):
-            self.findings.reject("TIS312", "a fit needs the name of a tissue", name.span)
+    def _tissue(self, name: s.Name) -> Tissue:
         self.words.declarations.find("tissue", name, self.findings)
         tissue = self.words.tissues.get(name.key)
         if tissue is None:
@@ -271,15 +274,12 @@ class VocabularyFitReader(LearnItems):
         if reader.object.key not in (WORDS, WEIGHTS):
             self._only_words(item.span)
         said = reader.get()
-        of = said.owners
         with self.findings.together():
-            for name in of.items if isinstance(of, s.Listing) else (of,):
+            for name in said.owners:
                 with self.findings.item():
                     self._adjust_one(said.literal, name)
 
-    def _adjust_one(self, what: str, name: s.Expression) -> None:
-        if not isinstance(name, s.Name):
-            self.findings.reject("TIS312", f"{what} are adjusted by name", name.span)
+    def _adjust_one(self, what: str, name: s.Name) -> None:
         if what == WEIGHTS:
             self.words.declarations.find("rules", name, self.findings)
             if name.key not in self.vocabulary.rules:
@@ -320,9 +320,10 @@ class VocabularyFitReader(LearnItems):
 
     def _held_names(self, item: s.Item) -> Iterator[s.Name]:
         reader = self.reader("hold out", item)
-        held = reader.get(PartHeld if isinstance(item, s.Assign) else TissueHeld).held
-        for name in held.items if isinstance(held, s.Listing) else (held,):
-            if not isinstance(name, s.Name) or name.quoted is not None:
+        reader.texts = ("hold out = [skin, liver]",)
+        form = TissuesHeld if isinstance(item, s.Assign) else TissueHeld
+        for name in reader.get(form).held:
+            if name.quoted is not None:
                 self.findings.reject(
                     "TIS312", "tissues are held out by their names", name.span,
                     hint="for example: hold out = [skin, liver]",

@@ -1,6 +1,6 @@
 """Blocks of sentences, such as ``learn`` and ``study``: declarations, and how they are read."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, NoReturn
 
 from msgspec import Struct
@@ -9,7 +9,6 @@ from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.markdown import fenced, paragraphs
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.scene.program.declarations import Declared
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.clauses import ClauseReader, Written
 from tissuec.scene.reading.entries import BlockEntries, Entries, Entry, written
@@ -34,6 +33,8 @@ class SentenceKind(Struct, frozen=True):
         examples: How it is written; words in capitals are placeholders.
         about: What it says.
         opens: The block that can follow it.
+        begins: What an editor writes after its first words, if not what its forms begin with.
+        instead: The way out if it is given twice, if not to remove one.
         is_needed: Whether there must be one.
         is_single: Whether there can only be one.
     """
@@ -44,6 +45,8 @@ class SentenceKind(Struct, frozen=True):
     is_needed: bool = False
     is_single: bool = False
     opens: BlockEntries | None = None
+    begins: str = ""
+    instead: str = ""
 
 
 class FileWords(VerbSentence, frozen=True):
@@ -62,6 +65,7 @@ def as_entries(kinds: Mapping[str, SentenceKind]) -> dict[str, Entry]:
         name: written(
             name, f"{fenced(chr(10).join(one.examples), 'tis')}\n\n{paragraphs(one.about)}",
             *one.examples, repeats=not one.is_single, opens=one.opens, sentences=one.forms,
+            begins=one.begins,
         )
         for name, one in kinds.items()
     }  # fmt: skip
@@ -104,6 +108,14 @@ class SentenceReader(ClauseReader):
         """Reject the sentence, with an example as the hint."""
         self.reject("TIS312", f'wrong form of "{self.verb}"')
 
+    def read_form(self, form: VerbForm) -> VerbSentence:
+        known = {word for one in self.forms for word, *_ in one.clauses}
+        for word, clause in self.clauses.items():
+            is_refused = word in form.kind.refused
+            if not is_refused and word.partition(" ")[0] not in known:
+                self.refuse(clause)
+        return super().read_form(form)
+
     def choose(self) -> VerbForm:
         of_words = [form for form in self.forms if form.literal == self.object.key != ""]
         forms = of_words or [form for form in self.forms if not form.literal]
@@ -132,18 +144,29 @@ class SentenceReader(ClauseReader):
 
     def read_other(self, part: Part, *, is_optional: bool) -> Any:
         match part:
+            case NameClause(word=word, listed=True):
+                return self._names(self.clauses[word].value if word else self.object)
             case NameClause(word=""):
                 return self.object if self.object.text else None
-            case NameClause(word=word, listed=False, owners=()):
+            case NameClause(word=word, owners=()):
                 return self.name_in(word)
-            case NameClause(word=word, listed=False):
+            case NameClause(word=word):
                 return (self.name_in(word), *self.repeated)
-            case NameClause(word=word) | ValueClause(word=word) | MeasureClause(word=word):
+            case ValueClause(word=word) | MeasureClause(word=word):
                 return self.clauses[word].value
             case FilesClause(word=word):
                 return self._files(self.clauses[word].value if word else self.object)
             case _:
                 return super().read_other(part, is_optional=is_optional)
+
+    def _names(self, node: s.Expression) -> tuple[s.Name, ...]:
+        """Return one name, or those of a list."""
+        parts = node.items if isinstance(node, s.Listing) else (node,)
+        wrong = next((part for part in parts or (node,) if not isinstance(part, s.Name)), None)
+        if wrong is not None:
+            message = "a name, or a list of names, is needed here"
+            self.reject_at(wrong.span, "TIS312", message)
+        return tuple(part for part in parts if isinstance(part, s.Name))
 
     def _files(self, node: s.Expression) -> tuple[s.Name, ...]:
         """Return the names of files in quotes; each wrong one is rejected."""
@@ -162,7 +185,6 @@ class BlockItems:
     """Sorts the items of one block of sentences.
 
     Args:
-        declared: The block.
         what: It is called in messages.
         kinds: Its sentences by their first words.
         settings: Its other entries.
@@ -174,12 +196,9 @@ class BlockItems:
     """
 
     def __init__(
-        self, declared: Declared, what: str, kinds: Mapping[str, SentenceKind],
-        settings: Entries, scope: Scope,
-    ):  # fmt: skip
-        assert isinstance(declared.item, s.Block)
-        self.name, self.block, self.scope = declared.name, declared.item, scope
-        self.findings, self.what = scope.findings, what
+        self, what: str, kinds: Mapping[str, SentenceKind], settings: Entries, scope: Scope
+    ):
+        self.scope, self.findings, self.what = scope, scope.findings, what
         self.kinds, self.settings = kinds, settings
         self.places: dict[str, Span] = {}
         self.values: dict[str, Any] = {}
@@ -199,7 +218,7 @@ class BlockItems:
             self.findings.reject("TIS303", message, item.span)
         if kind is not None:
             if kind.is_single:
-                self.once(entry, item.span)
+                self.once(entry, item.span, hint=kind.instead)
             return entry
         if isinstance(item, s.Function):
             self.findings.reject("TIS303", f"this is not allowed in {self.what}", item.span)
@@ -210,35 +229,42 @@ class BlockItems:
 
     def _entry_of(self, name: s.Name) -> str:
         known, words = (*self.kinds, *self.settings), s.key_of(name.words)
-        for entry in known:
-            if words == entry or words.startswith(f"{entry} "):
-                return entry
+        found = [entry for entry in known if f"{words} ".startswith(f"{entry} ")]
+        return max(found, key=len) if found else self.refuse_name(name, known)
+
+    def refuse_name(self, name: s.Name, known: Sequence[str]) -> NoReturn:
+        """Reject the name of an entry that there is not."""
+        words = s.key_of(name.words)
         key = words if did_you_mean(words, known) else words.partition(" ")[0]
         hint = alternatives(key, known, what="entries")
         message = f'"{name.text}" is not an entry of {self.what}'
         self.findings.reject("TIS303", message, name.span, hint=hint)
 
-    def once(self, entry: str, span: Span, places: dict[str, Span] | None = None) -> None:
+    def once(
+        self, entry: str, span: Span, places: dict[str, Span] | None = None, hint: str = ""
+    ) -> None:
         """Reject an entry that was given before.
 
         Args:
             entry: The entry, or another name that is unique.
             span: Where it is given.
             places: Where others are given, if they are no entries.
+            hint: The way out, if it is another than to remove one of them.
         """
         places, key = self.places if places is None else places, s.key_of(entry)
         if key in places:
-            self.findings.refuse_second(f'"{entry}"', span, places[key])
+            self.findings.refuse_second(f'"{entry}"', span, places[key], hint=hint)
         places[key] = span
 
-    def need(self, entry: str, example: str = "") -> None:
+    def need(self, entry: str, head: Span, example: str = "") -> None:
         """Report that a block lacks an entry.
 
         Args:
             entry: The entry.
+            head: Head of the block.
             example: An example; by default, the first of its forms.
         """
         self.findings.add(
-            "TIS304", f'{self.what} needs "{entry}"', self.block.head,
+            "TIS304", f'{self.what} needs "{entry}"', head,
             hint=f"for example: {example or self.kinds[entry].examples[0]}",
         )  # fmt: skip

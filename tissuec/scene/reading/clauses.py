@@ -66,7 +66,7 @@ class ClauseReader:
         self.texts = texts
         self.duration, self._lasts = duration, False
         self.scope = scope
-        self.span: Span = sentence.span
+        self.span: Span = sentence.head if isinstance(sentence, s.Block) else sentence.span
         self.object = behind(sentence.name, verb)
         self.words = self.object.text
         self.asked: set[str] = set()
@@ -115,8 +115,7 @@ class ClauseReader:
         """Reject clauses that the form does not have; warn of an end that has no effect."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
-                message = f'{self.verb} does not take "{word}"'
-                self.reject("TIS303", message, hint=self.hint_without(clause), word=word)
+                self.refuse(clause)
         if self.duration is not None and not self._lasts:
             self.scope.findings.add(
                 "W412",
@@ -125,6 +124,12 @@ class ClauseReader:
                 self.span,
                 hint='use "at" and a time; to end the effect, add an action at a later time',
             )
+
+    def refuse(self, clause: s.Clause) -> NoReturn:
+        """Reject a clause that the form does not have."""
+        message = f'{self.verb} does not take "{clause.word}"'
+        hint = self.hint_without(clause)
+        self.scope.findings.reject("TIS303", message, clause.span, hint=hint)
 
     def hint_without(self, clause: s.Clause) -> Hint:
         """Return the remedy for a clause that the form does not have."""
@@ -503,7 +508,9 @@ def clauses_of(sentence: Written) -> Iterator[s.Clause]:
         yield from sentence.arguments
     if isinstance(sentence, s.Sentence | s.Block) and (phrase := sentence.phrase) is not None:
         place = phrase.span
-        yield s.Clause("is", s.Name(place.one_line.removeprefix("is "), None, place), place)
+        start = place.source.text.rfind("is", sentence.name.span.end, place.start)
+        word = s.Name(place.one_line, None, place)
+        yield s.Clause("is", word, replace(place, start=start))
     if isinstance(sentence, s.Assign | s.Function):
         yield s.Clause("=", sentence.value, sentence.value.span)
     if isinstance(sentence, s.Assign) and (ends := sentence.bounds) is not None:

@@ -3,40 +3,13 @@
 from msgspec.structs import replace
 
 from tissuec.core.fields import OneOf
-from tissuec.core.precision import PRECISIONS
-from tissuec.geometry.surfaces import SURFACES
 from tissuec.scene.learning import entries as learn_entries
 from tissuec.scene.learning import sentences as learn_sentences
 from tissuec.scene.reading.block_sentences import as_entries
-from tissuec.scene.reading.entries import Entries, by_name, entries_of, entry, written
-from tissuec.scene.reading.parts import SCENE, block, block_of, declare
+from tissuec.scene.reading.entries import Entries, entries_of
+from tissuec.scene.reading.parts import SCENE, block, declare
 from tissuec.scene.settings import integrators
 from tissuec.scene.study import entries as study_entries
-
-#: Entries of output beside measures.
-OUTPUT_ENTRIES = by_name(
-    written(
-        "trajectory", "Positions of all or some nodes at regular times.",
-        "trajectory of SET with FIELD every TIME", begins=" every ",
-    ),
-    written(
-        "surface", "A smooth surface through a body at regular times.",
-        "surface of BODY every TIME", repeats=True,
-        opens=block_of(SURFACES, "kind of surface", default=""),
-    ),
-    entry(
-        "precision", OneOf(PRECISIONS),
-        "whether positions are stored with single or double precision", "single",
-    ),
-    written("compress", "Makes frames and surfaces smaller, without loss.", "compress"),
-    written(
-        "blocks", "A file for ParaView with the parts of bodies, beside the result.", "blocks"
-    ),
-    written(
-        "energy", "Energies of the whole scene and the drift of their sum.",
-        "energy every TIME", "energy of MEASURED every TIME", begins=" every ",
-    ),
-)  # fmt: skip
 
 
 def _learn_entries() -> Entries:
@@ -60,11 +33,6 @@ declare(
 declare(
     "script", "Actions at given times or conditions.", 41, "single",
     block=block({}),
-)  # fmt: skip
-declare(
-    "output", "Contents of the result file.", 43, "single",
-    example="output { trajectory every 10 ms }",
-    block=block(OUTPUT_ENTRIES, "MEASURE of MEASURED to MEASURED every TIME"),
 )  # fmt: skip
 declare(
     "set", "A named set of nodes or springs, selected on the mesh as drawn.", 52, "sentence",

@@ -49,7 +49,9 @@ class _StudyReader(BlockItems):
     def __init__(self, declared: Declared, declarations: Declarations, scope: Constants):
         name = called(declared.name.text)
         what = f"the {name}" if name == UNNAMED else name
-        super().__init__(declared, what, SENTENCES, entries_of(StudySettings), scope)
+        assert isinstance(declared.item, s.Block)
+        self.name, self.block = declared.name, declared.item
+        super().__init__(what, SENTENCES, entries_of(StudySettings), scope)
         self.reader = FactorReader(self.block, declarations, scope)
         self.columns: dict[str, Span] = {}
         self.factors: list[Factor] = []
@@ -133,7 +135,7 @@ class _StudyReader(BlockItems):
         """Reject what is missing, and what does not go together."""
         for entry, there in ((VARY, self.factors), (MEASURE, self.measures)):
             if not there:
-                self.need(entry)
+                self.need(entry, self.block.head)
         varied = [factor for factor in self.factors if factor.spread is not None]
         if self.rows is not None and varied:
             self.findings.reject(

@@ -150,5 +150,5 @@ def logs_of(run: "Trajectory", wanted: str = "") -> str:
     """
     names = list(run.logs)
     if not names:
-        return "the result has no logs; write output { force of NAME every 1 ms }"
+        return "the result has no logs; write output { force(NAME) every 1 ms }"
     return alternatives(wanted, [*names, TIME], what="there are")

@@ -74,7 +74,7 @@ def _chosen(table: StudyTable, names: Sequence[str]) -> list[MeasureCurve]:
     by_key = {key_of(curve.name): curve for curve in table.curves}
     if not by_key:
         raise TissueError(
-            "nothing was measured over time; for example: measure force of hand every 1 ms"
+            "nothing was measured over time; for example: measure force(hand) every 1 ms"
         )
     for name in names:
         if key_of(name) not in by_key:

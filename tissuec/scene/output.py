@@ -1,0 +1,118 @@
+"""The sentences of the output block, for checks, editors and the reference."""
+
+from typing import Annotated, TypeAlias
+
+from tissuec.core.precision import PRECISIONS, SINGLE
+from tissuec.core.units import TIME
+from tissuec.geometry.surfaces import SURFACES
+from tissuec.lang import syntax as s
+from tissuec.scene.reading.block_sentences import SentenceKind, as_entries
+from tissuec.scene.reading.parts import block, block_of, declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.measures import MEASURES
+from tissuec.script.parts import BODY, SET, ChoiceClause, NameClause, NumberClause, Placeholder
+
+TRAJECTORY, SURFACE, ENERGY = "trajectory", "surface", "energy"
+PRECISION, COMPRESS, BLOCKS = "precision", "compress", "blocks"
+FIELD = Placeholder("FIELD")
+
+Names: TypeAlias = tuple[s.Name, ...]
+#: Time between values [s].
+Rate = Annotated[
+    float,
+    NumberClause("every", TIME, "positive", what="time between outputs", example="every 10 ms"),
+]
+
+
+class RecordedWords(VerbSentence, frozen=True):
+    """What is recorded at regular times."""
+
+    every: Rate
+
+
+class TrajectoryWords(VerbSentence, frozen=True):
+    """Positions of nodes, by default of all, and fields."""
+
+    of: Annotated[tuple[s.Name, ...] | None, NameClause("of", places=(SET,), listed=True)]
+    fields: Annotated[
+        tuple[s.Name, ...] | None, NameClause("with", places=(FIELD,), listed=True)
+    ]
+    every: Rate
+
+
+class SurfaceWords(VerbSentence, frozen=True):
+    """Surfaces of bodies."""
+
+    of: Annotated[
+        tuple[s.Name, ...], NameClause("of", what="body", places=(BODY,), listed=True)
+    ]
+    every: Rate
+
+
+class PrecisionWords(VerbSentence, frozen=True):
+    """How many digits of positions are stored."""
+
+    kind: Annotated[str, ChoiceClause("is", PRECISIONS, what="precision")]
+
+
+class AloneWords(VerbSentence, frozen=True):
+    """A word that nothing can follow."""
+
+
+#: What is recorded beside measures, by its first words.
+SENTENCES: dict[str, SentenceKind] = {
+    TRAJECTORY: SentenceKind(
+        (TrajectoryWords,),
+        ("trajectory of SET with FIELD every 10 ms",),
+        "Positions of all or some nodes at regular times.",
+        is_single=True,
+        begins=" every ",
+        instead="list several bodies: trajectory of [A, B] every 10 ms",
+    ),
+    PRECISION: SentenceKind(
+        (PrecisionWords,),
+        tuple(f"{PRECISION} is {one}" for one in PRECISIONS),
+        f"Whether positions are stored with single or double precision; without it, {SINGLE}.",
+        is_single=True,
+    ),
+    COMPRESS: SentenceKind(
+        (AloneWords,),
+        (COMPRESS,),
+        "Makes frames and surfaces smaller, without loss.",
+        is_single=True,
+    ),
+    BLOCKS: SentenceKind(
+        (AloneWords,),
+        (BLOCKS,),
+        "A file for ParaView with the parts of bodies, beside the result.",
+        is_single=True,
+    ),
+    SURFACE: SentenceKind(
+        (SurfaceWords,),
+        ("surface of BODY every 10 ms",),
+        "A smooth surface through a body at regular times.",
+        opens=block_of(SURFACES, "kind of surface", default=""),
+    ),
+    ENERGY: SentenceKind(
+        (RecordedWords,),
+        ("energy every 10 ms",),
+        "Energies of the whole scene and the drift of their sum.",
+        is_single=True,
+        begins=" every ",
+    ),
+}
+#: Measures are recorded alike; those of something are written with parentheses.
+RECORDED: dict[str, SentenceKind] = {
+    **SENTENCES,
+    **{
+        name: SentenceKind((RecordedWords,), (f"{measure.form} every 10 ms",), "A measure.")
+        for name, measure in MEASURES.items()
+        if name not in SENTENCES
+    },
+}
+
+declare(
+    "output", "Contents of the result file.", 43, "single",
+    example="output { trajectory every 10 ms }",
+    block=block(lambda: as_entries(SENTENCES), "MEASURE(MEASURED, MEASURED) every TIME"),
+)  # fmt: skip
