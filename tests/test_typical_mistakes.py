@@ -115,7 +115,7 @@ MISTAKES = {
         "mesh is tube { rings = 5 }",
     ),
     "on for of in an output": M(
-        "force of forceps A", "force on forceps A", "TIS303", "on forceps A", "of forceps A"
+        "force of forceps A", "force on forceps A", "TIS702", None, '"force(forceps A)"'
     ),
     "number in a name": M("set rim =", "set rim 2 =", "TIS109", "2", '"rim 2"'),
     "reserved word in a name": M(
