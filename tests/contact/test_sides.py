@@ -312,3 +312,79 @@ output {{ energy every 0.1 ms; penetration of needle every 0.1 ms }}
         whole = energy["kinetic"] + energy["elastic"]
         gaps.append(np.abs(whole - whole[0]).max() / whole[0])
     assert gaps[1] < 0.4 * gaps[0] < 0.4e-2
+
+
+# --- threads ----------------------------------------------------------------------------------
+
+
+def strand(drop, *, line="(1, 3, 4.7) mm to (15, 11, 4.7) mm", extra=""):
+    """Return a slab, positions with a thread moved down [mm], and the nodes of the thread."""
+    network = slab(
+        "kind is probe; radius = 3 mm; centre = (0, 0, 30) mm",
+        entries="friction = 0.3",
+        extra=f"""
+tissue silk {{ spring constant = 50 N/m; viscosity = 0 N*s/m; mass = 5 mg }}
+body strand {{ mesh is thread {{ line from {line}; pieces = 3; thickness = 1 mm }}
+  tissue is silk }}
+{extra}""",
+    )
+    position, _ = deformed(network, 1e-4)
+    thread = network.bodies[1].nodes
+    position[thread, 2] -= 1e-3 * drop
+    return network, position, thread
+
+
+@pytest.mark.parametrize("drop", [0.4, 0.8, 1.1, 1.6])
+def test_threads_that_are_drawn_outside_are_pushed_out_at_any_depth(drop):
+    network, position, thread = strand(drop)
+    contact = network.contact.intact(network.present)
+    velocity = 0.1 * np.random.default_rng(4).standard_normal(position.shape)
+    force = forces(contact, position, np.zeros_like(position))
+    assert force[thread, 2].min() > 0.0
+    way = np.random.default_rng(5).standard_normal(position.shape)
+    ends = [contact.energy(0.0, position + side * 1e-8 * way) for side in (1.0, -1.0)]
+    assert (force * way).sum() == pytest.approx(-(ends[0] - ends[1]) / 2e-8, rel=1e-6)
+    found = ContactForce(contact).at(position, velocity, contact.near(position, 1e-4)).force
+    force = forces(contact, position, velocity)
+    shown = slice(0, network.shown_nodes)
+    assert np.abs(force - found)[shown].max() < 1e-9 * np.abs(found[shown]).max()
+
+
+def test_threads_that_are_drawn_inside_sewn_or_torn_are_not_kept_outside():
+    inner = strand(0.0, line="(1, 3, 4.7) mm to (15, 11, 3) mm")[0]
+    assert inner.contact.sided is None
+    sewn = """set end = nodes of strand in [1]
+set corner = nodes of slab in [1]
+joint suture { springs from end to corner; tissue is silk }"""
+    assert strand(0.0, extra=sewn)[0].contact.sided is None
+    network, position, thread = strand(1.6)
+    alive = network.present.copy()
+    alive[network.bodies[1].thread.pieces] = False
+    force = forces(network.contact.intact(alive), position, np.zeros_like(position))
+    assert np.abs(force[thread]).max() == 0.0
+
+
+def test_a_thread_that_is_pulled_hard_over_an_edge_is_held_deeper_than_its_radius():
+    played = play("""language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue silk { spring law is tension only; spring constant = 400 N/m
+  viscosity = 0.1 N*s/m; mass = 5 mg }
+body block { mesh is lattice { cell = 8 mm; box from (0, 0, 0) mm to (16, 16, 16) mm }
+  tissue is gel }
+body strand { mesh is thread { line from (-8, 9, 16.8) mm to (24, 9, 16.8) mm; pieces = 8
+  thickness = 0.6 mm }; tissue is silk }
+set base = nodes of block where z < 0.1 mm
+set ends = nodes of strand where x < -7.9 mm or x > 23.9 mm
+environment { gravity = (0, 0, 0) m/s^2; mass damping = 50 Hz; contact is tools only
+  contact surface stiffness = 30 MPa/m }
+script {
+  at 0 s: { fix base; hold ends }
+  from 0 s to 0.1 s: move ends by (0, 0, -6) mm using smooth profile
+}
+simulate { duration = 0.12 s; tolerance = 1e-2 }
+output { force of ends every 10 ms; penetration of strand every 5 ms }
+""")
+    assert played.log("penetration of strand")[1].max() > 0.6e-3
+    down = played.log("force of ends")[1][:, 2]
+    assert down[-1] < 0.8 * down.min() < -5e-3
+    assert not any("holds it no longer" in doubt.what for doubt in played.outcome.doubts)

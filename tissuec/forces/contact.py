@@ -52,7 +52,7 @@ from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.bristle_kernel import AHEAD
 from tissuec.forces.contact_kernel import touch
-from tissuec.forces.contact_points import ContactPoints
+from tissuec.forces.contact_points import NO_FACE, ContactPoints
 from tissuec.forces.contact_points_kernel import PLACING, ContactPointTable, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
 from tissuec.forces.contact_sides import kept_outside
@@ -228,9 +228,7 @@ class Contact(Field, frozen=True, dict=True):
         """
         nodes, position = len(position), self._with_points(position)
         node, face = self._candidates(position, margin)
-        flat, radius = self.kind[face] == TRIANGLE, self.radius[face]
-        thick = np.where(self.owner[node] < 0, 0.0, radius)
-        radius = np.where(flat, np.maximum(thick, self.size[node]), radius)
+        flat, radius = self.kind[face] == TRIANGLE, self._radii(node, face)
         pairs = ContactPairs(node, face, np.ones(len(node)), radius)
         reach = margin * (1.0 + self._lever(position, node, face))
         pairs = pairs.some(
@@ -244,6 +242,13 @@ class Contact(Field, frozen=True, dict=True):
         every = pairs.and_others(shared.some(close))
         return every.some(np.lexsort((every.shape, self.surface[every.shape], every.node)))
 
+    def _radii(self, node: Indices, face: Indices) -> Floats:
+        """Return the radii at which faces touch nodes [m], shape (pair,)."""
+        radius = self.radius[face]
+        thick = np.where(self.owner[node] < 0, 0.0, radius)
+        flat = self.kind[face] == TRIANGLE
+        return np.where(flat, np.maximum(thick, self.size[node]), radius)
+
     def _with_sides(self, position: Floats, pairs: ContactPairs, margin: float) -> ContactPairs:
         """Return pairs with the triangles that tell the sides of points, at any depth.
 
@@ -255,8 +260,9 @@ class Contact(Field, frozen=True, dict=True):
         assert self.group is not None, "points have groups"
         assert self.of is not None, "surfaces have groups"
         node, face = [pairs.node], [pairs.shape]
+        there = np.ones(len(self.nodes), dtype=bool) if self.there is None else self.there
         for column in np.flatnonzero(self.sided.any(axis=0)):
-            points = np.flatnonzero(self.sided[self.group, column])
+            points = np.flatnonzero(self.sided[self.group, column] & there)
             faces = np.flatnonzero(self.of == column)
             found = nearest_triangles(
                 position[self.nodes[points]], position, self.points[faces], margin
@@ -268,14 +274,13 @@ class Contact(Field, frozen=True, dict=True):
             np.concatenate(node) * count + np.concatenate(face), return_inverse=True
         )
         own, (point, triangle) = own.reshape(-1), np.divmod(key, count)
-        radius = self.size[point]
-        radius[own[: len(pairs.radius)]] = pairs.radius
         sides = np.zeros(len(key), dtype=bool)
         sides[own[len(pairs.node) :]] = True
         # All triangles that touch a point are near if those that tell its side are.
         surface = self.surface[triangle]
         beside = point * (1 + int(self.surface.max())) + surface
         sides |= np.isin(beside, beside[sides]) & (self.kind[triangle] == TRIANGLE)
+        radius = self._radii(point, triangle)
         return ContactPairs(point, triangle, np.ones(len(key)), radius, sides)
 
     def _shared(self, pairs: ContactPairs) -> ContactPairs:
@@ -481,11 +486,11 @@ class Contact(Field, frozen=True, dict=True):
         """Return whether tools of a radius [m] have points along their axes."""
         return bool((self.size[self.owner < 0] == radius).any())
 
-    def keeps_outside(self, tool: slice, body: slice, alive: NDArray[np.bool_]) -> bool:
-        """Return whether all axes of a tool are kept outside of a body at any depth.
+    def keeps_outside(self, line: slice, body: slice, alive: NDArray[np.bool_]) -> bool:
+        """Return whether all of a tool or a thread is kept outside of a body at any depth.
 
         Args:
-            tool: Its nodes.
+            line: Nodes of the tool or thread.
             body: Nodes of the body.
             alive: Springs that are there, shape (spring,).
         """
@@ -493,7 +498,8 @@ class Contact(Field, frozen=True, dict=True):
         if sided is None or self.between is None or self.group is None or self.of is None:
             return False
         first = self.between.corners[:, 0]
-        own = self.group[-len(first) :][(first >= tool.start) & (first < tool.stop)]
+        lies = (first >= line.start) & (first < line.stop) & (self.between.face == NO_FACE)
+        own = self.group[-len(first) :][lies]
         corner = self.points[: len(self.radius), 0]
         faces = self.of[(corner >= body.start) & (corner < body.stop)]
         return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())

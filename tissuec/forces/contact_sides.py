@@ -1,4 +1,4 @@
-"""The side of a surface on which contact keeps points: axes of thin tools, outside of solids.
+"""The side of a surface on which contact keeps points: axes and threads, outside of solids.
 
 Distances from triangles have no sign, so that a point which has gone through a surface would be
 pushed on. The surface of a solid is closed and faces outwards. So of its triangles, the one

@@ -106,8 +106,8 @@ class FacePoints(Struct, frozen=True, eq=False):
     def sides(self, network: Network, tools: Sequence[Tool]) -> NDArray[np.bool_] | None:
         """Return which groups of points are kept outside of which surfaces; see ``meetings``.
 
-        Points of thin tools are kept outside of solids that no axis of their tool enters as
-        drawn.
+        Points of thin tools and of threads are kept outside of solids that no point of their
+        tool or thread is in as drawn, unless a joint sews the thread to the body.
 
         Args:
             network: The network.
@@ -116,18 +116,19 @@ class FacePoints(Struct, frozen=True, eq=False):
         Returns:
             A table, shape (group of points, group of faces); None if there are none.
         """
-        own = [
-            int(n) for n in self.bodies if self.thin[:, n].any() and _is_solid(network, int(n))
-        ]
         bodies, shapes = len(network.bodies), len(self.thin)
         sided = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
         tool = np.repeat(np.arange(len(tools)), [len(one.shapes) for one in tools])
-        for body in own:
-            axis = np.flatnonzero(self.shape >= 0)
-            where = self.position[axis]
-            enters = inside(where, network.position, network.skin_of(network.bodies[body]))
-            entering = np.isin(tool, tool[self.shape[axis[enters]]])
-            sided[2 * bodies :, shapes + bodies + body] = self.thin[:, body] & ~entering
+        threads, lines = self.is_on_thread, np.flatnonzero(self.between.face == NO_FACE)
+        for number in [int(n) for n in self.bodies if _is_solid(network, int(n))]:
+            body, column = network.bodies[number], shapes + bodies + number
+            within = inside(self.position[lines], network.position, network.skin_of(body))
+            entering = lines[within]
+            of_tools = np.unique(tool[self.shape[entering[self.shape[entering] >= 0]]])
+            sided[2 * bodies :, column] = self.thin[:, number] & ~np.isin(tool, of_tools)
+            free = np.setdiff1d(self.owner[threads], self.owner[entering]).tolist()
+            free = [n for n in free if not network.are_joined(network.bodies[n], body)]
+            sided[bodies + np.array(free, dtype=np.int64), column] = True
         return sided if sided.any() else None
 
 

@@ -6,8 +6,8 @@ bears goes through. Then its line crosses the surface; a ball has its centre ins
 longer crosses is either pulled back, or has passed: then the place on its line where it crossed
 first is on the other side of the surface than before.
 
-Solids keep thin tools outside at any depth. Such a tool crosses their surface where it has sunk
-in by more than its radius; that is reported where it is deep, or has passed.
+Solids keep thin tools and threads outside at any depth. Such a line crosses their surface where
+it has sunk in by more than its radius; that is reported where it is deep, or has passed.
 
 So that nothing passes unseen, states are checked whenever a node has moved by a part of the
 size of a triangle, and passages between two checks are found by ``geometry.sweeps``.
@@ -137,8 +137,8 @@ class _WatchedPair:
             position: Of all nodes [m], shape (node, 3).
             alive: Springs that are there, shape (spring,).
         """
-        contact, tool, body = network.contact, self.line.part.nodes, self.skin.body.nodes
-        if contact is None or not contact.keeps_outside(tool, body, alive):
+        contact, line, body = network.contact, self.line.part.nodes, self.skin.body.nodes
+        if contact is None or not contact.keeps_outside(line, body, alive):
             return None
         start, end = position[self.line.pieces].swapaxes(0, 1)[:, :, None]
         points = (start + SAMPLES * (end - start)).reshape(-1, 3)
