@@ -11,7 +11,7 @@ from tissuec.core.units import TIME, parse_unit
 
 
 class OptionReader(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
-    """A value that a function reads from a text; its ValueError says what is wrong."""
+    """A value that a function reads from a text; its ValueError describes the error."""
 
     def __init__(self, read: Callable[[str], Any]):
         self.read, self.name = read, "text"

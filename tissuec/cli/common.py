@@ -44,7 +44,7 @@ FLAGS: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 class Settings(Struct, frozen=True):
-    """The global flags, before or after the name of a command, and what they depend on.
+    """The global flags, before or after the name of a command, and their context.
 
     Attributes:
         strict: Whether warnings are errors, for commands that compile a scene.
@@ -127,7 +127,7 @@ class Settings(Struct, frozen=True):
 
 
 class Reports(Struct, frozen=True):
-    """Reports on several subjects, which are printed one by one when they are complete.
+    """Reports on several subjects, each printed when it is complete.
 
     Attributes:
         is_list: Whether the JSON document is a list; otherwise it is that of the only report.
@@ -248,7 +248,7 @@ class Command(click.Command):
 
 
 def _unknown(written: Sequence[str], option: str) -> tuple[str, str]:
-    """Return the name of an option that there is not, and what was written as its value."""
+    """Return the name of an unknown option, and its written value."""
     for place, word in enumerate(written):
         head, _, value = word.partition("=")
         if head == option:

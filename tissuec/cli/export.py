@@ -219,7 +219,7 @@ def _blocks(trajectory: "Trajectory", output: Path | None) -> dict[str, Any]:
 
 
 def _anatomy(trajectory: "Trajectory") -> "tuple[Anatomy | None, list[str]]":
-    """Return the anatomy of the scene of a result, and what is left out if it is unknown."""
+    """Return the anatomy of the scene of a result, and the omissions if it is unknown."""
     from tissuec.analysis.result_anatomy import anatomy_of_result
 
     anatomy, reason = anatomy_of_result(trajectory)

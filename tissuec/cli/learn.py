@@ -294,7 +294,7 @@ def _doubt(
     learnt: "Learnt", verdicts: "Sequence[DemandVerdict]", *, strict: bool = False,
     identified: bool = False,
 ) -> str:  # fmt: skip
-    """Return why what was learnt should not be used, empty if it can be.
+    """Return why the learnt numbers should not be used, empty if they can be.
 
     Args:
         learnt: What was learnt.

@@ -74,7 +74,7 @@ def plot_options(function: Any) -> Any:
 
 
 def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
-    """Return an option with what it means to the kinds that have it."""
+    """Return an option with its meanings for the kinds that have it."""
     texts: dict[str, list[str]] = {}
     for kind, option in options.items():
         texts.setdefault(option.help, []).append(kind)

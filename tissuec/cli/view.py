@@ -81,7 +81,7 @@ def _without_picture(written: tuple[str, ...]) -> str:
 
 
 def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
-    """Return that an option takes the name of a picture, with the whole command.
+    """Return an error for an option that takes the name of a picture, with the whole command.
 
     Args:
         name: Of the option.
@@ -339,7 +339,7 @@ def _check_section(
 
 
 def _check_extras(pictures: dict[str, Path]) -> None:
-    """Say what is not installed before any work is done; TissueError."""
+    """Raise TissueError for missing packages before any work is done."""
     if "mp4" in pictures:  # first: the extra that brings it brings what the others need
         from tissuec.view.player.animation import need_ffmpeg
 

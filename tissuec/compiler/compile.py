@@ -218,7 +218,7 @@ def _refuse_forces(network: Network, findings: Findings) -> None:
 
 
 def build_bodies(scene: Scene, findings: Findings) -> Bodies:
-    """Return the bodies of a scene, and report what is wrong with the others."""
+    """Return the bodies of a scene, and report the errors of others."""
     drawings: list[Drawing] = []
     built: list[BodyArrays] = []
     for key, declared in scene.declarations.of("body").items():

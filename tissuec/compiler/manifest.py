@@ -65,7 +65,7 @@ def digests(compiled: Compiled) -> Mapping[str, str]:
 
 
 def sources_of(compiled: Compiled) -> Mapping[str, str]:
-    """Return the texts beside the scene that it is made of: what it uses, and its tables."""
+    """Return the other texts of a scene: the files that it uses, and its tables."""
     declarations = compiled.scene.declarations
     script = declarations.single.get("script")
     tables = table_texts(script.items, declarations.library) if script is not None else {}

@@ -1,4 +1,4 @@
-"""One program compiled again and again with other values: what they do not change is kept."""
+"""One program compiled repeatedly with other values: unchanged parts are kept."""
 
 from collections.abc import Sequence
 from operator import is_
@@ -72,7 +72,7 @@ class Recompiler:
 
 
 class _KeptBodies(Struct, frozen=True, eq=False):
-    """Bodies, and what they are made of.
+    """Bodies and their materials.
 
     Attributes:
         items: Declarations and tables.

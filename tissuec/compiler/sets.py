@@ -244,7 +244,7 @@ class Groups:
         return self.sets.find(name.key)
 
     def refuse_parted(self, name: s.Name, tools: Iterable[str] = ()) -> None:
-        """Reject what is no name because its end, or another sentence, is read otherwise.
+        """Reject a text that is no name because of its end or of another sentence.
 
         Args:
             name: The name, which is not known.

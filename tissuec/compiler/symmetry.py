@@ -1,4 +1,4 @@
-"""Planes of symmetry of a scene: which nodes are on them, and what does not go with them."""
+"""Planes of symmetry of a scene: the nodes on them, and features that contradict them."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -82,7 +82,7 @@ def symmetry_block(
 
 
 def shared_contact(contact: Contact, planes: SymmetryPlanes, law: ContactLaw) -> Contact:
-    """Return contact of which nodes on planes have the part of what is drawn.
+    """Return contact in which nodes on planes have the share of the drawn half.
 
     Args:
         contact: Where each node represents all that is around it.
@@ -154,7 +154,7 @@ def _placed(plane: Blade, network: Network, findings: Findings, span: Span) -> W
 
 
 def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> None:
-    """Reject what is within a plane, of which half belongs to the mirror image; and bending."""
+    """Reject parts within a plane, half of which belong to the mirror image; and bending."""
     springs = network.springs
     acts = (springs.stiffness > 0.0) | (springs.law > 0)
     within = np.flatnonzero(acts & np.isin(springs.ends, one.nodes).all(axis=1))

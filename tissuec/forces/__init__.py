@@ -244,7 +244,7 @@ class Nodal(Effect, frozen=True):
         return coo_matrix((3 * size, 3 * size))
 
     def stiffening(self, time: float, position: Floats) -> Resisting | None:
-        """Return that nothing resists displacements."""
+        """Return None: this force does not depend on displacements."""
         return None
 
     def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:

@@ -27,12 +27,12 @@ class Drag(Nodal, frozen=True):
         to -= self.damping[:, None] * velocity
 
     def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
-        """Return that nothing is put in, and d v² [W], shape (…, 2)."""
+        """Return the supplied power, zero, and the dissipated one, d v² [W], shape (…, 2)."""
         lost = (velocity**2).sum(axis=-1) @ self.damping
         return np.stack([np.zeros_like(lost), lost], axis=-1)
 
     def braking(self, position: Floats) -> Resisting:
-        """Return the product of the damping matrix and velocities [N s/m]."""
+        """Return the damping as a function that adds its product with velocities [N s/m]."""
 
         def resist(moved: Floats, to: Floats) -> None:
             to += self.damping[:, None] * moved

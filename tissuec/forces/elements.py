@@ -111,7 +111,7 @@ class SolidMaterial(NamedTuple):
     yielding: SolidYield | None = None
 
     def some(self, items: Indices) -> "SolidMaterial":
-        """Return that of some elements, by indices of shape (n,)."""
+        """Return the material of some elements, by indices of shape (n,)."""
         fibres, prestretch = self.fibres, self.prestretch
         limits, branches, yielding = self.limits, self.branches, self.yielding
         return SolidMaterial(

@@ -411,7 +411,7 @@ class FluidCavities(KeptVolumes, frozen=True):
 
     @property
     def derivatives(self) -> str:
-        """Return that there are no exact derivatives."""
+        """Why learning refuses fluids: they have no exact derivatives."""
         return "has no exact derivatives"
 
 

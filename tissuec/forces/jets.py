@@ -157,7 +157,7 @@ class Jet(Field, frozen=True):
 
     @property
     def loss(self) -> str:
-        """Return that it is no elastic force."""
+        """Why energy is not conserved: a jet supplies it."""
         return "a jet puts energy in"
 
     @property

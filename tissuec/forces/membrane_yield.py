@@ -39,7 +39,7 @@ class PlasticPlane(NamedTuple):
     square: Floats
 
     def some(self, items: Indices) -> "PlasticPlane":
-        """Return that of some triangles, by indices of shape (n,)."""
+        """Return the yielding of some triangles, by indices of shape (n,)."""
         return PlasticPlane(self.inverse[..., items, :, :], self.square[..., items])
 
     @property

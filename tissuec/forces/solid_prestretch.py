@@ -33,7 +33,7 @@ class Prestretch(Struct, frozen=True, eq=False):
     stretch: Floats
 
     def some(self, items: Indices) -> Self:
-        """Return that of some elements, by indices of shape (n,)."""
+        """Return the prestretch of some elements, by indices of shape (n,)."""
         return replace(self, stretch=self.stretch[items])
 
     @property

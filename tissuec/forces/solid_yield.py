@@ -58,7 +58,7 @@ class PlasticDeformation:
         self._root = root
 
     def some(self, items: Indices) -> "PlasticDeformation":
-        """Return that of some elements, by indices of shape (n,)."""
+        """Return the yielding of some elements, by indices of shape (n,)."""
         tensors, root = (
             each[..., items, :, :, :] for each in (self._tensors, self._root)
         )  # fmt: skip

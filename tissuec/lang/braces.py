@@ -63,7 +63,7 @@ class Nesting:
         self.lines = [*_lines(text, tokens)]
 
     def missing(self, count: int) -> Iterator[Insertion]:
-        """Yield where closing braces are missing, by what is indented.
+        """Yield the places of missing closing braces, by indentation.
 
         Args:
             count: How many are missing.
@@ -74,7 +74,7 @@ class Nesting:
             yield place
 
     def strays(self, count: int) -> Iterator[int]:
-        """Yield the offsets of closing braces that are too many, by what is indented.
+        """Yield the offsets of superfluous closing braces, by indentation.
 
         Args:
             count: How many there are.

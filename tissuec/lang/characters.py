@@ -95,7 +95,7 @@ def _clean(text: str) -> str:
 
 
 def _not_text(text: str, raw: bytes | str) -> tuple[int, str]:
-    """Return where it shows that this is no text, or -1, and what it is."""
+    """Return the first offset at which this is no text, or -1, and a description."""
     if isinstance(raw, bytes):
         try:
             raw.decode("utf-8")

@@ -56,7 +56,7 @@ class KnownStatements:
 
 
 def _moved(value: Any, source: Source, by: int) -> Any:
-    """Return a node, or what is in one, at another place."""
+    """Return a node, or a part of one, at another place."""
     kind = cast("type[Any]", type(value))
     if kind is Span:
         return Span(source, value.start + by, value.end + by)

@@ -224,7 +224,7 @@ class _TreeParser:
         return node
 
     def _mistaken(self, statement: Statement, place: int, accepted: frozenset[str]) -> Any:
-        """Report what is wrong with a statement; return its node if it is only a unit.
+        """Report the mistake of a statement; return its node if only a unit is wrong.
 
         Args:
             statement: The statement.

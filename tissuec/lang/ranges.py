@@ -41,7 +41,7 @@ def one_of(low: str, high: str, place: Span) -> Hint:
 
 
 def without_tolerance(number: str, unit: str | None, place: Span) -> Hint:
-    """Return a hint to write a number alone, without what is after its sign of a tolerance.
+    """Return a hint to write a number alone, without its tolerance.
 
     Args:
         number: The number as written.

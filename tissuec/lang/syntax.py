@@ -262,7 +262,7 @@ class Definition(Node, frozen=True):
 
 
 class RecordedCall(Node, frozen=True):
-    """``measure(A along (0, 0, 1)) clauses``: what is measured, and how often."""
+    """``measure(A along (0, 0, 1)) clauses``: a measure and its times."""
 
     call: Call
     clauses: tuple[Clause, ...]
@@ -270,7 +270,7 @@ class RecordedCall(Node, frozen=True):
 
     @property
     def name(self) -> Name:
-        """The name of what is called."""
+        """The name of the called function or measure."""
         return self.call.function
 
 

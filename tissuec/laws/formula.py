@@ -361,7 +361,7 @@ def every(formula: Formula) -> Iterator[Formula]:
 
 
 def extent(formula: Formula) -> tuple[int, int]:
-    """Return of how many parts the code of a formula is, and how deep they are nested."""
+    """Return the number of parts of the code of a formula, and the depth of their nesting."""
     known: dict[int, tuple[int, int]] = {}  # parts may be shared by many others
 
     def of(part: Formula) -> tuple[int, int]:

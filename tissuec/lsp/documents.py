@@ -45,7 +45,7 @@ class OpenDocuments(Files):
         self._open[_real(path)] = path, text
 
     def take_away(self, path: Path) -> None:
-        """Close a text; what is on disk holds again."""
+        """Close a text; the file on disk counts again."""
         self._open.pop(_real(path), None)
 
     def opened(self) -> list[Path]:

@@ -52,7 +52,7 @@ def _begins(name: str, forms: Iterable[str]) -> str:
 
 
 def _choices(entry: Entry) -> Terms | None:
-    """Return the words that can be chosen, with what they mean."""
+    """Return the words that can be chosen, with their meanings."""
     return {word: _choice(word, about, entry) for word, about in entry.words.items()} or None
 
 

@@ -139,7 +139,7 @@ def _clauses(kind: str, first_words: Iterable[str]) -> list[Rule]:
 
 
 def _part(kind: str) -> Rule:
-    """Return the rule of a block outside of all others: its head, and what is in it."""
+    """Return the rule of a block outside of all others: its head and contents."""
     named = "" if kind in parts("single") else r"(?!\s*(?:=|is\b))"
     head = [*include("basics"), *_clauses("", [kind])]
     if kind == "quantity":
@@ -181,7 +181,7 @@ def _inner(*kinds: str) -> Rule:
 
 
 def _named(entry: str, known: Iterable[str]) -> Rule:
-    """Return the rule of an entry with what it is about."""
+    """Return the rule of an entry with its subject."""
     return rule(rf"{START}({entry})\s+({any_of(known)})", {1: "entry", 2: "entry"})
 
 

@@ -250,7 +250,7 @@ def _tissue(view: View, symbol: Symbol) -> Iterator[str]:
 
 
 def _scale(view: View, symbol: Symbol, phrase: Phrase) -> Iterator[str]:
-    """Yield the range and the words of a scale; in a tissue, also what it has of it."""
+    """Yield the range and the words of a scale; in a tissue, also its value."""
     tissue = view.tissue(phrase.block.member) if phrase.block.kind == "tissue" else None
     for fact in tissue.facts if tissue else ():
         if fact.property == symbol.key:

@@ -196,7 +196,7 @@ class _PhraseReader:
                 yield from self._entry(start, stop)
 
     def _entry(self, start: int, stop: int) -> Iterator[Phrase]:
-        """Yield an entry of a block, and what is named with it."""
+        """Yield an entry of a block, and the name after it."""
         known = entries(self.block)
         names = ("property",) if self.block.kind == "tissue" else ()
         declares = "word" if self.block.kind in ("property", "quantity") else ""
@@ -222,7 +222,7 @@ class _PhraseReader:
         yield typed
 
     def _order(self, start: int, stop: int) -> Iterator[Phrase]:
-        """Yield a verb, words that go with it, and what it is done to."""
+        """Yield a verb, its further words, and its object."""
         prefix = self.prefix
         verb = self.parts[start].text.lower() if start < stop else ""
         if verb == REPEAT:

@@ -19,7 +19,7 @@ _CHOOSING = re.compile(r"\bis( not| between( and)?)?$")
 
 
 class Prefix:
-    """The tokens of a statement up to a place, and what they open.
+    """The tokens of a statement up to a place, and the brackets and clauses they open.
 
     Attributes:
         block: The block of the statement.
@@ -84,7 +84,7 @@ class Prefix:
 
     @property
     def measure(self) -> str:
-        """Return the words before the first "of": what is measured; "" without it."""
+        """Return the words before the first "of", which name a measure; "" without it."""
         texts = self.texts
         return self.last_words(before=texts.index("of")) if "of" in texts else ""
 

@@ -50,7 +50,7 @@ class OfferedForms(Struct, frozen=True):
 
 
 def signature(view: View, offset: int) -> OfferedForms | None:
-    """Return the forms of what is typed at an offset; None where there are none."""
+    """Return the forms of the statement that is typed at an offset; None without any."""
     if view.in_remark(offset) or view.structure.in_rows(offset):
         return None
     prefix = prefix_at(view.structure.at(offset), offset)

@@ -95,7 +95,7 @@ def varying(program: ResolvedProgram) -> set[str]:
 
 
 def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
-    """Yield the entries of a block, and of the mesh inside it, by what it chooses."""
+    """Yield the entries of a block, and of the mesh inside it, for each of its choices."""
     chosen = {
         item.name.key: item.phrase.words[0].key
         for item in block.items
@@ -119,7 +119,7 @@ def of_study(prefix: Prefix) -> Expected | None:
 
 
 def _varied(prefix: Prefix) -> Expected:
-    """Return whose entry varies, or a value of it."""
+    """Return the expectation of the owner of a varied entry, or of a value of it."""
     name = prefix.object
     if not prefix.has("="):
         return Expected(names=owners_of(name))

@@ -47,7 +47,7 @@ class BlockKind(NamedTuple):
 
 
 def by_label(terms: Iterable[Term]) -> Terms:
-    """Return terms by what they are looked up as: "young's modulus"."""
+    """Return terms by their lookup keys: "young's modulus"."""
     return {term.label.lower(): term for term in terms}
 
 

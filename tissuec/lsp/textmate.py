@@ -1,4 +1,4 @@
-"""Rules of TextMate grammars: what is matched, and what it is coloured as."""
+"""Rules of TextMate grammars: patterns and their colours."""
 
 import re
 from collections.abc import Iterable, Mapping

@@ -99,7 +99,7 @@ def _factors(
     solid: Solid,
     fibres: Fibres | None,
 ) -> Floats:
-    """Return by what springs are to be multiplied for the right stiffness, shape (spring,)."""
+    """Return the factors of springs that give the right stiffness, shape (spring,)."""
     rows, force = elongations(position, ends), forces_of_stresses(solid)
     volume, soft = float(solid.volume.sum()), compliance(POISSON, fibres)
     asked = np.linalg.inv(soft)

@@ -51,7 +51,7 @@ class MeasuredStiffness(NamedTuple):
         return float(max(self.tension.max(), self.shear.max()))
 
     def times(self, factor: float) -> "MeasuredStiffness":
-        """Return that of springs whose constants are multiplied."""
+        """Return the stiffness of springs whose constants are multiplied."""
         return MeasuredStiffness(factor * self.tension, factor * self.shear)
 
 

@@ -1,4 +1,4 @@
-"""Requests to compile a scene: its text, and what was given with it."""
+"""Requests to compile a scene: its text, and the values given with it."""
 
 import shlex
 from collections.abc import Iterable, Sequence

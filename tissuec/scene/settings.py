@@ -125,7 +125,7 @@ def simulate_schema() -> dict[str, Entry]:
 
 
 def integrators() -> dict[str, str | type]:
-    """The integrators that can be named, with what they are or by what they are described."""
+    """The integrators that can be named, with their classes or descriptions."""
     return {
         AUTOMATIC: "Chosen automatically; the run shows which and why.",
         **INTEGRATORS,

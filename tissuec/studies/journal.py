@@ -1,4 +1,4 @@
-"""The file of a table during its study: each row is there as soon as it is known.
+"""The file of a table during its study: each row is written when it is known.
 
 A study that is run again takes over the rows whose digests are the same, and does the rest.
 A table with rows that it cannot take over stays as it is, unless its end is requested.

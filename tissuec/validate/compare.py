@@ -208,7 +208,7 @@ def _distinct(members: tuple[Indices, ...]) -> list[Indices]:
 
 
 def _touches(state: State, members: tuple[Indices, ...]) -> bool:
-    """Return whether some nodes carry a tool, so that what it touches decides its force."""
+    """Return whether some nodes carry a tool, whose contacts then decide its force."""
     bodies = state.network.body_nodes
     return any((nodes >= bodies).any() for nodes in _distinct(members))
 

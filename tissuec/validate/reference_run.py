@@ -302,7 +302,7 @@ class ReferenceQueue:
         return self._rows[0][0] if self._rows else float("inf")
 
     def due(self, time: float) -> Iterator[Action]:
-        """Take out and yield what is due at a time [s], also what is entered meanwhile."""
+        """Take out and yield the events due at a time [s], also those entered meanwhile."""
         while self._rows and self._rows[0][0] <= time + self._near:
             action = self._rows.pop(0)[3]
             if action is not None:

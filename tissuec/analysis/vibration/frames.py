@@ -69,7 +69,7 @@ def in_words(mode: Mode) -> str:
 
 
 def _recording(network: Network, *, single: bool) -> Recording:
-    """Return that frames show everything and nothing is logged."""
+    """Return a recording with everything in frames and without logs."""
     springs = np.flatnonzero(network.shown_springs)
     nodes = np.arange(network.body_nodes)
     return Recording(nodes=nodes, springs=springs, single=single, logs=(), energies=False)

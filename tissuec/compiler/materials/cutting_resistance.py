@@ -26,7 +26,7 @@ class SpringResistance(Struct, frozen=True, eq=False):
 
     @classmethod
     def none(cls, count: int) -> "SpringResistance":
-        """Return that of so many springs which a blade cuts without any energy."""
+        """Return the resistance of springs that a blade cuts without any energy."""
         return cls(np.zeros(count), np.ones(count), np.zeros(count))
 
 

@@ -49,7 +49,7 @@ class SpringParts:
         self._need_an_interface()
 
     def _need_an_interface(self) -> None:
-        """Reject springs between regions of which nothing says what they are made of."""
+        """Reject springs between regions whose material nothing defines."""
         is_open = ~self.is_inner & (self._rule == _SAYS_NOTHING)
         if not is_open.any():
             return

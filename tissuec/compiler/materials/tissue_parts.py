@@ -1,4 +1,4 @@
-"""What tissues say of the parts of a body, and what they leave out."""
+"""The quantities that tissues give the parts of a body, and those they leave out."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property

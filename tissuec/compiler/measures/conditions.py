@@ -245,7 +245,7 @@ class Conditions:
         return ObservedMeasure(measure, tuple(subjects), time, along)
 
     def _refuse_bare(self, name: s.Name) -> None:
-        """Reject a measure that does not say what it is taken of, such as ``energy``."""
+        """Reject a measure without subject, such as ``energy``."""
         meant = [
             measure
             for key, measure in MEASURES.items()
@@ -361,7 +361,7 @@ class Conditions:
         return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
 
     def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
-        """Reject what has neither a volume, a stress nor a grip, and would never have any."""
+        """Reject subjects that never have the measured volume, stress or grip."""
         match measure.takes:
             case "body":
                 needed, known = "a body", self.groups.names_of_bodies()
@@ -384,7 +384,7 @@ class Conditions:
             )
 
     def _require_elements(self, measure: type[Measure], name: s.Name) -> None:
-        """Reject what has no stress because no element is there."""
+        """Reject subjects without elements, which have no stress."""
         takes_bodies = measure.takes != "solid"
         if not self._is_subject(name) or (takes_bodies and name.key in self.groups.bodies):
             return

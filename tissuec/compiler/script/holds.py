@@ -87,7 +87,7 @@ class _HoldHistory:
         self.fixed: dict[Span, Indices] = {}
 
     def tell(self, event: ScheduledAction) -> Iterator[Diagnostic]:
-        """Enter an event, and yield what is wrong with it."""
+        """Enter an event, and yield its errors."""
         time, span = event.time, event.action.span
         match change_of(event):
             case Fixed(nodes=nodes):
@@ -131,7 +131,7 @@ class _HoldHistory:
         self.taken[holder, span] = HeldNodes(holder, nodes, since, span)
 
     def _release(self, release: Released) -> None:
-        """Forget what is no longer held, so that it cannot be released again."""
+        """Forget nodes that are no longer held, so that they cannot be released again."""
         for key, held in tuple(self.taken.items()):
             if release.tool in (None, held.holder):
                 gone = held.nodes if release.group is None else release.group.indices
@@ -149,7 +149,7 @@ class _HoldHistory:
         return np.unique(np.concatenate([shape, *taken]))
 
     def _fixed(self, new: DrivenNodes) -> Iterator[Diagnostic]:
-        """Yield that nodes are moved which a sentence fixes: the later order wins."""
+        """Yield a warning if nodes are moved that a sentence fixes: the later order wins."""
         for span, nodes in self.fixed.items():
             if common := len(np.intersect1d(nodes, new.nodes)):
                 yield Diagnostic(
@@ -163,7 +163,7 @@ class _HoldHistory:
                 )
 
     def _moved_meanwhile(self, tool: str, time: float, span: Span) -> Iterator[Diagnostic]:
-        """Yield that jaws open or close while the forceps move."""
+        """Yield an error if jaws open or close while the forceps move."""
         for old in self.driven.values():
             if old.mover == tool and time < old.stop * (1 - 1e-12):
                 yield Diagnostic(

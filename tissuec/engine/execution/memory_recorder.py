@@ -47,7 +47,7 @@ class MemoryRecording:
         self._add("frames", time, position, velocity, *fields.values(), alive)
 
     def awaits_sides(self, time: float, apart: float) -> bool:
-        """Return that both sides of an event at ``time`` [s] are not wanted."""
+        """Return False: both sides of an event at ``time`` [s] are not needed."""
         return False
 
     def sides(self, before: EventSide, after: EventSide) -> None:

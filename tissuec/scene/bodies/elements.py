@@ -38,7 +38,7 @@ _WHERE_SPRINGS_ARE = ("diagonals", "interior", "second neighbours")
 def read_made_of(
     item: s.Assign | s.Sentence | s.Block, tissues: Collection[str], findings: Findings
 ) -> MadeOfElements | None:
-    """Return that ``made of elements`` is written; None for ``made of springs``.
+    """Return the written choice of ``made of elements``; None for ``made of springs``.
 
     Args:
         item: The entry, whose name begins with "made".
@@ -77,7 +77,7 @@ def _wrong_form(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> No
 
 
 def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements | None:
-    """Return that a body is made of elements because nothing else is written.
+    """Return the choice of elements for a body that does not write one, or None.
 
     Args:
         mesh: Of the body; None if it is explicit or could not be read.

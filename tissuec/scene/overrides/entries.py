@@ -263,7 +263,7 @@ def _is_more(item: Entry) -> bool:
 
 
 def _home(override: Override, declarations: Declarations, findings: Findings) -> _Home:
-    """Return the block where an entry is written, or could be; reject what is not clear."""
+    """Return the block where an entry is written, or could be; reject ambiguous ones."""
     item, key = override.item, override.item.name.key
     if not override.owners:
         homes = [_single(kind, declarations) for kind, entries in _singles().items()

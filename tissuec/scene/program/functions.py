@@ -214,7 +214,7 @@ class Functions:
         return FunctionValue(value, size, depth)
 
     def _size(self, value: s.Expression, definition: s.Definition) -> tuple[int, int]:
-        """Return the size and depth of a value; rejects calls of what is no function."""
+        """Return the size and depth of a value; rejects calls of anything but functions."""
         waiting: list[Any] = [value]
         size, depth = 0, 1
         while waiting:

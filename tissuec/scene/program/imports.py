@@ -1,4 +1,4 @@
-"""Files and their imports: a scene's modules in an order where what is used comes first."""
+"""Files and their imports: the modules of a scene, used ones before their users."""
 
 import os.path
 import re

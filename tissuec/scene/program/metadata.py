@@ -1,4 +1,4 @@
-"""What a file says about itself: what it is, who wrote it, how it may be used and cited."""
+"""Statements of a file about itself: its subject, authors, licence and citation."""
 
 from msgspec import Struct
 from msgspec.structs import replace

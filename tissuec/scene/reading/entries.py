@@ -92,7 +92,7 @@ class Entry(Struct, frozen=True):
 
     @property
     def words(self) -> Mapping[str, object]:
-        """The words of which one can be chosen, each with what it means or describes it."""
+        """The words of which one can be chosen, each with its meaning or description."""
         words = self.kind.words if isinstance(self.kind, OneOf | Written) else ()
         if isinstance(words, Mapping):
             return cast("Mapping[str, object]", words)

@@ -164,7 +164,7 @@ class Scope:
     # --- values -------------------------------------------------------------------------------
 
     def evaluate(self, node: s.Expression) -> Value:
-        """Return the value of an expression; rejects what is none or mixes dimensions."""
+        """Return the value of an expression; rejects others and mixed dimensions."""
         match node:
             case s.Number():
                 value = Value(np.asarray(node.value), NUMBER, is_literal=True)
@@ -207,7 +207,7 @@ class Scope:
                 )
 
     def _unit(self, text: str) -> Unit:
-        """Return a unit; rejects in silence what was found wrong as it was parsed."""
+        """Return a unit; rejects silently those reported by the parser."""
         return parse_unit(text) if text else self.findings.stop()
 
     def number(self, node: s.Expression) -> Value:

@@ -134,7 +134,7 @@ class Findings:
 
     @contextmanager
     def noting(self, message: str, span: Span) -> Generator[None]:
-        """Add a note to what is found in between.
+        """Add a note to findings within the block.
 
         Args:
             message: Of the note.
@@ -185,7 +185,7 @@ class Findings:
 
     @property
     def are_many(self) -> bool:
-        """Return whether so much was found that nobody reads hints of what is found now."""
+        """Return whether there are so many findings that nobody reads further hints."""
         return len(self._found) > 10 * LIMIT
 
     @property
@@ -197,7 +197,7 @@ class Findings:
         return [d for d in self._found if d.severity == "warning"]
 
     def clear(self) -> None:
-        """Forget what was found so far; doubtful names remain so."""
+        """Forget the findings so far; doubtful names remain so."""
         self._found.clear()
 
     def raise_errors(self) -> None:

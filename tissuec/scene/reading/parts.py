@@ -92,7 +92,7 @@ def declare(
 
 
 def forget() -> None:
-    """Forget what was derived from the parts, because there are others now."""
+    """Forget everything that was derived from the parts, because there are others now."""
     for known in (parts, blocks, _heads, entries_in):
         known.cache_clear()
 

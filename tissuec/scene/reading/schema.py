@@ -260,7 +260,7 @@ def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> fl
 
 
 def _allowed(kind: Real, node: s.Expression, value: Value, allowed: str) -> Hint:
-    """Return a hint with what can be meant by a number beyond its limits.
+    """Return a hint with possible meanings of a number beyond its limits.
 
     Args:
         node: The number as written.

@@ -1,4 +1,4 @@
-"""Evidence: what is known of a tissue, and by which source.
+"""Evidence: known ranges of quantities of a tissue, with their sources.
 
 known Young's modulus from 3 kPa to 7 kPa by "Roulot et al. 2008"
 known density = 1.06 g/cm^3 by unverified "Duck 1990"

@@ -131,7 +131,7 @@ class TissueWords(Struct, frozen=True):
         numbers: Mapping[str, AssignedQuantity],
         left: Collection[str],
     ) -> None:
-        """TIS208: a word that is set from outside would change what is written as a number.
+        """TIS208: a word that is set from outside would change a quantity written as a number.
 
         A word that changes a quantity left to rules on purpose is accepted, although other
         numbers remain.

@@ -350,7 +350,7 @@ def _limit(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
 
 
 def _try(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
-    """Reject a formula that has no value somewhere near rest, or brakes what does not move."""
+    """Reject a formula that has no value somewhere near rest, or brakes at zero speed."""
     places = np.array([*(-t for t in TRIED), 0.0, *TRIED])
     grid = np.meshgrid(*(places for _ in form.arguments), indexing="ij")
     known = {name: each for (name, _), each in zip(form.arguments, grid, strict=True)}

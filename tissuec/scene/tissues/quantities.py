@@ -120,7 +120,7 @@ class TissueQuantity(Struct, frozen=True):
 def _springs(
     name: str, about: str, dimension: Dimension, scales: int, default: float, **more: Any
 ) -> TissueQuantity:
-    """Return a quantity of each spring that may be left out; "none" is what it is then."""
+    """Return a quantity of each spring that may be left out, which means "none"."""
     return TissueQuantity(
         name, about, dimension, name, ("each spring",), scales, default, default, **more
     )

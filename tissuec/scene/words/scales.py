@@ -58,7 +58,7 @@ declare(
 
 
 class QuantityScale(Struct, frozen=True):
-    """A quantity of a vocabulary: its words, what it applies to, and its fallback.
+    """A quantity of a vocabulary: its words, its range of application, and its fallback.
 
     Attributes:
         length: Spring length that values hold for [m]; None: for every length.
@@ -86,7 +86,7 @@ class ScaleReader:
         return self._scale(self.block.items)
 
     def quantity(self) -> QuantityScale:
-        """Return a quantity with what it applies to and its ``otherwise``."""
+        """Return a quantity with its range of application and its ``otherwise``."""
         if self.name.key not in QUANTITIES:
             self.findings.reject(
                 "TIS205",

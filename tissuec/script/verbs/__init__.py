@@ -148,7 +148,7 @@ class Group(Struct, frozen=True, eq=False):
 
 
 class Mover(Struct, frozen=True, eq=False):
-    """A set that moves (``nodes`` given), or a tool with what it holds then (None)."""
+    """A set that moves (``nodes`` given), or a tool with the nodes it holds then (None)."""
 
     name: str
     nodes: Indices | None

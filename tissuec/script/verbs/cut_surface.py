@@ -31,7 +31,7 @@ SHORTEST = 1e-9  # share of a line over which a part of a cut is spread
 
 
 class CutSurface(Struct, frozen=True, eq=False):
-    """Parts of a cut, of what has a resistance.
+    """Parts of a cut through matter with a resistance.
 
     Attributes:
         areas: As drawn [m²], shape (part,).

@@ -46,7 +46,7 @@ def set_off(
     shifts: tuple[LoadTerm, ...] = (),
     turn: PrescribedRotation | None = None,
 ) -> None:
-    """Let a mover hold what it moves and follow an additional path whose profiles begin now.
+    """Let a mover hold its nodes and follow an additional path whose profiles begin now.
 
     Args:
         state: Changed in place.

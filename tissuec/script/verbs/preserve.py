@@ -261,7 +261,7 @@ class Inflate(VerbSentence, frozen=True):
         return (LoggedEvent("inflate", (), sentence(self.span), self.span),)
 
     def _failed(self, state: State) -> ActionFailed:
-        """Return that nothing here keeps a volume, and which springs it has lost."""
+        """Return a failure: nothing here keeps a volume; it names the lost springs."""
         name = self.group.name
         message = f"{name} cannot be inflated: nothing preserves its volume yet"
         try:

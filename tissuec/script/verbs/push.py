@@ -62,7 +62,7 @@ class Push(VerbSentence, frozen=True):
 
     @property
     def shift(self) -> float:
-        """Return that it is not known how far nodes move."""
+        """Infinity: it is not known how far nodes move."""
         return inf
 
     @property

@@ -130,7 +130,7 @@ def is_of_joints(network: Network, group: Group) -> bool:
 
 
 def not_to_be_drawn(network: Network, group: Group) -> str:
-    """Return that springs are no thread and no joint, empty if they are."""
+    """Return a complaint if springs are neither a thread nor a joint, else an empty text."""
     if group.name in network.threads or is_of_joints(network, group):
         return ""
     return f"{group.name} is neither a body with mesh thread nor a joint"

@@ -43,7 +43,7 @@ class Turn(VerbSentence, frozen=True):
 
     @property
     def shift(self) -> float:
-        """Return that it is not known how far nodes move."""
+        """Infinity: it is not known how far nodes move."""
         return inf
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:

@@ -233,7 +233,7 @@ class MembraneWall:
         return np.concatenate(found)
 
     def _carried(self, position: Floats, kept: WallMemory) -> tuple[Floats, Floats] | None:
-        """Return the flow M [1/s] and what it loses [W/m³]; None if nothing yields."""
+        """Return the flow M [1/s] and its dissipation [W/m³]; None if nothing yields."""
         if self.plastic is None:
             return None
         _, c, across = self._strained(position, kept)

@@ -224,7 +224,7 @@ def _full(six: Floats) -> Floats:
 
 
 def _inverse(tensors: Floats) -> Floats:
-    """Return inverses by minors; of what is singular or no number, no numbers.
+    """Return inverses by minors; NaN for singular matrices and those with NaN.
 
     Solvers try steps that are far too large, and take shorter ones if this happens.
     """

@@ -53,7 +53,7 @@ class VolumeField:
         return np.bincount(self._cell, each, len(self._drawn))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
 
     def _swell(self, time: float) -> tuple[float, float]:
-        """Return by what part more than drawn is due, and the rate of that [1/s]."""
+        """Return the due relative increase over the drawn volume, and its rate [1/s]."""
         parts = [(s.amount, *s.profile.at(time)) for s in self._swellings]
         return sum(a * f for a, f, _ in parts), sum(a * r for a, _, r in parts)
 

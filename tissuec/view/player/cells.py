@@ -73,7 +73,7 @@ class SolidCells(Struct, frozen=True, eq=False):
 
 
 def no_cells() -> SolidCells:
-    """Return that no body is filled."""
+    """Return the cells of a scene without filled bodies: none."""
     return SolidCells(np.zeros((0, 4), dtype=np.int64), np.zeros(0), (), ())
 
 

@@ -50,7 +50,7 @@ def _described(values: FieldValues, pack: Pack) -> dict[str, Any]:
 
 
 def levels(values: FieldValues) -> tuple[NDArray[np.int64], float]:
-    """Return whole numbers of steps, shape (row, node), and the step in the unit of the field.
+    """Return values as whole numbers of steps, shape (row, node), and the step in their unit.
 
     The least number is 1, and unknown ones are 0. A thousandth of the range of colours is a
     step, unless there would be too many.

@@ -42,7 +42,7 @@ class Thinning(Struct, frozen=True, eq=False):
 
 
 def whole(count: int) -> Thinning:
-    """Return that all nodes are drawn."""
+    """Return a thinning that draws all nodes."""
     return Thinning(np.arange(count), np.arange(count))
 
 

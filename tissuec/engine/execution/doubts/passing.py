@@ -300,7 +300,7 @@ class Passing:
     def _passed(
         self, pair: _WatchedPair, position: Floats, alive: NDArray[np.bool_]
     ) -> Iterator[Finding]:
-        """Yield that a line is on the other side of a surface than before it crossed it."""
+        """Yield a finding if a line has come to the other side of a surface by crossing it."""
         begun = self.memory.begun.pop(pair.key, None)
         if begun is None or not pair.holds(begun.passage, alive):
             return
