@@ -57,6 +57,7 @@ class MembraneWall:
         if self.plastic is not None and velocity is not None:
             self._start = WallMemory(flowed=self.plastic.inverse(velocity))
         self._seen: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None
+        self._known: tuple[Floats, WallMemory] | None = None
         self._limits, self._side = wall.limits, wall.thickness * np.sqrt(wall.area)
 
     # --- states -------------------------------------------------------------------------------
@@ -78,10 +79,16 @@ class MembraneWall:
         return self._seen[1]
 
     def _memory(self, velocity: Floats) -> WallMemory:
-        return WallMemory(
-            None if self.branches is None else self.branches.weight(velocity),
-            None if self.plastic is None else self.plastic.inverse(velocity),
-        )
+        """Return the internal variables; kept, as forces, rates and losses need them."""
+        if not self.kept:
+            return _NOTHING
+        if self._known is None or not np.array_equal(self._known[0], velocity):
+            memory = WallMemory(
+                None if self.branches is None else self.branches.weight(velocity),
+                None if self.plastic is None else self.plastic.inverse(velocity),
+            )
+            self._known = velocity.copy(), memory
+        return self._known[1]
 
     def _across(self, c: Floats, kept: WallMemory) -> Floats:
         """Return C33, at which S33 is zero: by Newton's method, else by halving an interval."""
