@@ -13,7 +13,7 @@ class Hook(Struct, frozen=True, eq=False):
     Attributes:
         radius: radius of shaft, bend and tip
         shaft: line from the handle to the bend
-        bend: end of the part behind the bend
+        bend: end of the part beyond the bend
         tip: end of the tip, if the hook bends back
     """
 
