@@ -54,7 +54,11 @@ def arrays(text):
 
 
 @pytest.mark.parametrize(
-    "method", ["dop853", "velocity verlet", "rkc2", "rkn4", "esdirk43", "automatic"]
+    "method",
+    [
+        *("dop853", "velocity verlet", "rkc2"),
+        *(pytest.param(m, marks=pytest.mark.slow) for m in ("rkn4", "esdirk43", "automatic")),
+    ],
 )
 def test_results_are_the_same_however_far_lists_reach(method, monkeypatch):
     text = RUBBED_IN_FRAMES.replace(

@@ -131,7 +131,7 @@ def prefixes(path, step):
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_a_text_that_is_typed_from_its_beginning_is_borne(path):
-    prefixes(path, step=331)
+    prefixes(path, step=997)
 
 
 @pytest.mark.slow

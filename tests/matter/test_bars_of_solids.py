@@ -123,7 +123,10 @@ def test_the_rule_of_the_reference_is_its_own(law):
     np.testing.assert_allclose(rise, stress, rtol=1e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize("law", ["veronda westmann { stiffening = 0.4 }", "hencky"])
+@pytest.mark.parametrize(
+    "law",
+    ["veronda westmann { stiffening = 0.4 }", pytest.param("hencky", marks=pytest.mark.slow)],
+)
 def test_the_reference_agrees_by_formulas_of_its_own(law):
     found = validated(text(law))
     assert found.verdict == "kept"
