@@ -18,13 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross, dot, norm
+from tissuec.forces.contact_sides_kernel import ALIKE, NONE
 from tissuec.geometry.nearest import NearestPlace, or_one
 from tissuec.model.network import Floats, Indices
-
-#: Of the radius: triangles so much further away than the nearest one are as near, and so near
-#: to a surface a point is pushed straight out of it, as differences of places are inaccurate.
-ALIKE = 1e-11
-NONE = 1e-9  # weight of a corner that counts as none
 
 
 def kept_outside(

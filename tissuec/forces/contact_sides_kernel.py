@@ -27,10 +27,13 @@ from tissuec.forces.contact_rows_kernel import (
     SURFACE,
     WEIGHT,
 )
-from tissuec.forces.contact_sides import ALIKE, NONE
 from tissuec.kernels.records import ContactTable, Floats, Integers
 
 Three = tuple[float, float, float]
+#: Of the radius: triangles so much further away than the nearest one are as near, and so near
+#: to a surface a point is pushed straight out of it, as differences of places are inaccurate.
+ALIKE = 1e-11
+NONE = 1e-9  # weight of a corner that counts as none
 
 
 def push_outside(
