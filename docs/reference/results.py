@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 
 from tissuec.core.markdown import code, table
+from tissuec.results.blocks.fields import DERIVED
 from tissuec.results.datasets import FLOAT, TEXT, DatasetSpec
 from tissuec.results.schema import GROUPS
 
@@ -14,7 +15,20 @@ _KINDS = {FLOAT: "f8 or f4", "": "any", TEXT: "text"}
 
 def parts() -> dict[str, str]:
     """Return every generated part by its name."""
-    return {"result groups": group_table(), "result datasets": "\n\n".join(_sections())}
+    return {
+        "result groups": group_table(),
+        "result datasets": "\n\n".join(_sections()),
+        "block fields": block_table(),
+    }
+
+
+def block_table() -> str:
+    """Return a table of the arrays of blocks that follow from frames."""
+    rows = [
+        (code(one.name), one.at, one.unit, one.text.replace(": xx, yy, zz, xy, yz, xz", ""))
+        for one in DERIVED
+    ]
+    return table(("array", "at", "unit", "meaning"), rows)
 
 
 def group_table() -> str:
