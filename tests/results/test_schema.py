@@ -11,7 +11,9 @@ from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import wishes
 from tissuec.pipeline import compile_request
 from tissuec.results.datasets import FLOAT, TEXT
-from tissuec.results.schema import GROUPS
+from tissuec.results.recording import LogChannel
+from tissuec.results.schema import GROUPS, LOGS
+from tissuec.results.tables import datasets_of
 from tissuec.results.writer import ResultWriter
 from tissuec.scene.request import Request
 
@@ -149,3 +151,12 @@ def test_rows_that_come_during_a_run_are_declared_so(files):
                 if not path.startswith(virtual):
                     grows = bool(dataset.maxshape) and dataset.maxshape[0] is None
                     assert bool(declarations(path)[0].chunk) == grows, path
+
+
+def test_names_with_braces_are_names_and_no_places():
+    """Rows and chunks may be set after the names."""
+    channel = LogChannel("length of {a} {", ("{", "}"), "m", "The length of {a} {.")
+    for one in datasets_of(LOGS, channel).values():
+        again = one.of(kind="f4", chunk=7)
+        assert "/length of {a} {/" in again.path
+        assert again.text.endswith("The length of {a} {.")

@@ -220,6 +220,11 @@ class Contents(dict[str, Any]):
     def __missing__(self, name: str) -> NoReturn:
         damaged(self._parent.file, f'"{self._datasets[name].path}" is missing')
 
+    @property
+    def whole(self) -> dict[str, Any]:
+        """Return the contents of all datasets; none of them may be missing."""
+        return {name: self[name] for name in self._datasets}
+
     def rows(self, *names: str) -> Iterator[tuple[Any, ...]]:
         """Yield the rows of some datasets, as plain values."""
         return zip(*map(self._plain, names), strict=True)

@@ -44,17 +44,18 @@ def array_of(network: Network, name: str) -> NDArray[Any]:
 def write_network(store: Store, network: Network) -> None:
     """Write the arrays of ``network`` and the parts of its bodies."""
     store.arrays(schema.NETWORK, **{name: array_of(network, name) for name in schema.NETWORK})
-    bodies, springs, marks = network.bodies, network.springs, network.marks
-    ranges = {"nodes": [_range(b.nodes) for b in bodies], "springs": _springs_of(bodies)}
-    grids = np.array([b.grid or (0, 0, 0) for b in bodies]).reshape(-1, 3)
+    bodies, springs = network.bodies, network.springs
     store.arrays(
-        schema.BODIES, **{name: _pairs(rows) for name, rows in ranges.items()}, grid=grids
+        schema.BODIES,
+        nodes=_pairs([_range(b.nodes) for b in bodies]),
+        springs=_pairs(_springs_of(bodies)),
+        grid=np.array([b.grid or (0, 0, 0) for b in bodies]).reshape(-1, 3),
     )
     if any(b.elements for b in bodies):
         store.arrays(schema.BODIES, elements=[b.elements for b in bodies])
     _write_threads(store, network)
     _write_tools(store, network)
-    for group, parts in ((schema.JOINTS, network.joints), (schema.MARKS, marks)):
+    for group, parts in ((schema.JOINTS, network.joints), (schema.MARKS, network.marks)):
         if parts:
             names = [part.name for part in parts]
             store.arrays(group, springs=_springs_of(parts), name=names)
@@ -101,7 +102,7 @@ def _write_tools(store: Store, network: Network) -> None:
 
 def read_network(file: ResultGroup, source: Source) -> Network:
     """Return the network in ``file``; its bodies come from the whole of ``source``."""
-    arrays: dict[str, Any] = Contents(file, schema.NETWORK)
+    arrays = Contents(file, schema.NETWORK).whole
     span = Span(source, 0, len(source.text))
     laws = Contents(file, schema.LAWS).rows("name", "elastic", "viscous")
     hidden = slice(*access.array(file, schema.HIDDEN[""].path).tolist())
@@ -110,7 +111,7 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         **{name: arrays.pop(name) for name in COLUMNS},
         laws=tuple(Law(name, parse(e), parse(v)) for name, e, v in laws),
         ids=arrays.pop("spring_ids"),
-        inelastic=Inelastic(**inelastic) if inelastic else None,
+        inelastic=Inelastic(**inelastic.whole) if inelastic else None,
     )
     return Network(
         **arrays,

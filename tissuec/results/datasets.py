@@ -68,11 +68,10 @@ class DatasetSpec(Struct, frozen=True):
             chunk: Another number of rows that are allocated at once.
             **names: What takes the places in path, text and unit.
         """
-        known = _Names(names)
-        path, text, unit = (
-            one.format_map(known) if "{" in one else one
-            for one in (self.path, self.text, self.unit)
-        )
+        texts = self.path, self.text, self.unit
+        if names:  # otherwise they may already hold names with braces
+            texts = tuple(one.format_map(_Names(names)) for one in texts)
+        path, text, unit = texts
         return replace(
             self,
             path=path,
