@@ -58,6 +58,9 @@ SCENES = {
         "edge",
         "turn",
         "contact",
+        "solid",
+        "wall",
+        "fluid",
     )
 }
 
@@ -85,6 +88,14 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.contact_rows_kernel": None,
     "tissuec.forces.contact_couples_kernel": None,
     "tissuec.forces.friction_kernel": None,
+    "tissuec.forces.elements_kernel": None,
+    "tissuec.forces.activation_kernel": None,
+    "tissuec.forces.symmetry_kernel": None,
+    "tissuec.forces.membranes_kernel": None,
+    "tissuec.forces.membrane_memory_kernel": None,
+    "tissuec.forces.plates_kernel": None,
+    "tissuec.forces.pressure_kernel": None,
+    "tissuec.forces.fluids_kernel": None,
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
 #: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,
