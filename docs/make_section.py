@@ -15,7 +15,7 @@ from tissuec.scene.request import Request
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
-from tissuec.view.section.plane import read_plane
+from tissuec.view.section import read_plane
 
 FIGURE = Path(__file__).resolve().parent / "figures" / "section.png"
 SIZE = (760, 420)

@@ -33,6 +33,7 @@ from msgspec import Struct, field
 
 from docs.reference.pages import outdated, unused
 from tests.whole_runs import carried_out
+from tissuec.compiler.checks import CHECKS
 from tissuec.core.errors import CompileError, render
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
@@ -267,7 +268,7 @@ def families_stay():
     """Undo what a page adds to the families."""
     families = (
         MESHES, FORMATS, TOOLS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
-        PLOTS, FORCES, FORMULAS, FIELDS, PARTS, SOLID_LAWS,
+        PLOTS, FORCES, FORMULAS, FIELDS, PARTS, SOLID_LAWS, CHECKS,
     )  # fmt: skip
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]

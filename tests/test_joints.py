@@ -7,7 +7,7 @@ from tests.engine.running import set_pace
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.compiler.bodies.joints import nearest_pairs
-from tissuec.compiler.checks.every import check_all
+from tissuec.compiler.checks import check_all
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.mechanics import observables

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import tissuec
-from tissuec.compiler.checks.every import starts as start_checks
+from tissuec.compiler.checks import starts as start_checks
 
 STRIP = """language 1
 tissue cord {{ spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg; prestress = {p} }}

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from tissuec.compiler.checks.every import check_all
+from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.learning.expectations import demands_of

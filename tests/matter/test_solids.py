@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.matter.elastic import drawn_out, findings, moved, scene, stiffness
-from tissuec.compiler.materials.reader import matter
+from tissuec.compiler.materials import matter
 
 YOUNG, DENSITY = 5e3, 1060.0
 TISSUE = f"Young's modulus = {YOUNG} Pa; density = {DENSITY} kg/m^3; retardation time = 2 ms"

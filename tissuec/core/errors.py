@@ -123,6 +123,14 @@ def _note(note: Note, main: Span | None) -> str:
     return f"{note.message} at {note.span.place}" if note.span and elsewhere else note.message
 
 
+def in_order_of_text(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return diagnostics by file and place, those without a place first."""
+    return sorted(
+        diagnostics,
+        key=lambda d: (d.span.source.name, d.span.start) if d.span else ("", 0),
+    )
+
+
 def as_dict(diagnostic: Diagnostic) -> dict[str, Any]:
     """Return a diagnostic as plain values for JSON; lines and columns count from 1."""
     return {

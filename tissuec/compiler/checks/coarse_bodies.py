@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissuec.compiler.bodies.drawn import Drawing
+from tissuec.compiler.checks import thorough_check
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import Diagnostic
@@ -26,6 +27,7 @@ SINGLE = "0.71 to 0.87"
 LARGEST = 20_000  # springs of a body that is examined: some tenths of a second
 
 
+@thorough_check
 def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
     """W210: solids of one tissue in pascals that are much too stiff in bending or torsion."""
     state = None

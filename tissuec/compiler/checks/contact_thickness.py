@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.checks.supports import driven_by
 from tissuec.compiler.checks.threads import entry_of
 from tissuec.compiler.compile import Compiled
@@ -17,6 +18,7 @@ from tissuec.script.verbs import Shifting, follows
 MANY = 5000  # steps, from which on they are announced
 
 
+@check
 def thin_skins(compiled: Compiled) -> Iterator[Diagnostic]:
     """W414: a contact thickness so small that motions take many steps."""
     network, law = compiled.network, compiled.scene.environment.contact

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
 from tissuec.scene.tissues.laws import SOLID_LAW
 
 
+@check
 def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
     """W211: laws of solids that lose their stability at strains that tissues reach."""
     seen = set[str]()

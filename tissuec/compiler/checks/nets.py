@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiler.checks import check, thorough_check
 from tissuec.compiler.checks.supports import loose_bodies
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
@@ -34,6 +35,7 @@ _PLAIN = re.compile(r"[0-9.]+")
 STRAINS, RATES = (0.0, 0.1, 0.3, -0.1, -0.2), (1e-2, -1e-2, 1.0, -1.0, 10.0, -10.0)
 
 
+@check
 def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     """W301: a body that falls apart before anything is cut."""
     for body, ends in _bodies(compiled, with_joints=True):
@@ -51,6 +53,7 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
     """W302: nodes that no spring holds."""
     joined = compiled.network.joined_ends
@@ -69,6 +72,7 @@ def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@thorough_check
 def floppy(
     compiled: Compiled, count: Callable[..., topology.FloppyModes] = topology.floppy_modes
 ) -> Iterator[Diagnostic]:
@@ -134,6 +138,7 @@ def unstable_node(state: State) -> int | None:
     return stability.unstable_node(state)
 
 
+@thorough_check
 def unstable(
     compiled: Compiled, find: Callable[[State], int | None] = unstable_node
 ) -> Iterator[Diagnostic]:
@@ -161,6 +166,7 @@ def unstable(
     )
 
 
+@check
 def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network
@@ -181,6 +187,7 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
     """W305: rest lengths of zero or less, which make a spring pull for ever."""
     network = compiled.network
@@ -198,6 +205,7 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
     """W308: dashpots by a law of their own that drive what they should brake."""
     network = compiled.network
@@ -221,6 +229,7 @@ def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
             return
 
 
+@check
 def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
     """W403: a fixed step above what the method can bear."""
     simulation = compiled.plan.simulation
@@ -260,6 +269,7 @@ def _stiffest(network: Network, omega: float) -> str:
     )
 
 
+@thorough_check
 def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
     """W209: springs and elements that break at a strain which no tissue bears.
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.checks.nets import MOST_AT_A_NODE
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
@@ -37,6 +38,7 @@ def settles_at_start(compiled: Compiled) -> bool:
     return any(event.time == 0.0 and isinstance(event.action, Settle) for event in events)
 
 
+@check
 def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     """W309: prestress that moves a net at 0 s.
 
@@ -100,6 +102,7 @@ def _waits(events: Sequence[ScheduledAction]) -> bool:
     return any(event.time > 0.0 for event in events) and not any(acts)
 
 
+@check
 def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     """W413: a run of more than a minute, with the tissue that causes it."""
     network, simulation = compiled.network, compiled.plan.simulation

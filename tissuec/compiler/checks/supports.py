@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec import Struct
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.observed import CompiledCondition
 from tissuec.core.errors import Diagnostic
@@ -42,6 +43,7 @@ class Loose(Struct, eq=False):
         return " and ".join(body.name for body in self.bodies)
 
 
+@check
 def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
     """W310: bodies with springs that nothing holds, where weight or pushes move them.
 

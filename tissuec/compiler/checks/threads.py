@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiler.checks import check
 from tissuec.core.errors import Diagnostic
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 TOUCHING = "contact is tools only"
 
 
+@check
 def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
     """W411: a thread that is drawn at a body through which it can pass."""
     network = compiled.network
@@ -46,6 +48,7 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
                 yield Diagnostic("W411", text, body.span, hint)
 
 
+@check
 def passing_tools(compiled: "Compiled") -> Iterator[Diagnostic]:
     """W411: a tool that is so thin that it can pass between the nodes of a body it reaches.
 

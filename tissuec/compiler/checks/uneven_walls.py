@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
@@ -12,6 +13,7 @@ from tissuec.core.names import key_of
 LEAST, MOST = 0.85, 1.1
 
 
+@check
 def uneven_walls(compiled: Compiled) -> Iterator[Diagnostic]:
     """W212: walls whose triangles are so uneven that they bend unlike their tissue."""
     bent = {field.name for field in compiled.network.of_kind("plates")}

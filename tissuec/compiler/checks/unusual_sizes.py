@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.names import key_of
@@ -22,6 +23,7 @@ from tissuec.scene.usual_ranges import USUAL, unusual
 FAR = 10.0
 
 
+@check
 def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     """W504: sizes of bodies, thicknesses, distances of tools, and gravity."""
     network, scene = compiled.network, compiled.scene

@@ -6,6 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.compiler.checks import check
 from tissuec.compiler.checks.threads import turning_contact_on
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.materials.reader import NOT_ALLOWED
@@ -27,6 +28,7 @@ from tissuec.script.verbs import Breaking, Shifting, follows
 from tissuec.script.verbs.cut import SCISSORS, Cut
 
 
+@check
 def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
     """W203: quantities that no rule spoke for."""
     for tissue in tissues_in_use(compiled.scene):
@@ -41,6 +43,7 @@ def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
                 )
 
 
+@check
 def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
     """W202: a rule of the scene's own that no tissue in use wakes."""
     woken = {
@@ -69,11 +72,13 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def vain_overrides(compiled: Compiled) -> Iterator[Diagnostic]:
     """W505: an entry that is set of a tissue of which nothing is made."""
     yield from idle_overrides(compiled.scene)
 
 
+@check
 def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
     """W501: a parameter that nothing uses, so that ``--set`` would do nothing.
 
@@ -93,6 +98,7 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
     """W502: a set that no sentence names; files may declare more than a scene needs."""
     known = compiled.groups.used | _replaced(compiled)
@@ -121,6 +127,7 @@ def _replaced(compiled: Compiled) -> set[str]:
     }
 
 
+@check
 def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
     """W407: a tool with a shape that touches nothing, because contact is off."""
     if compiled.scene.environment.contact is not None:
@@ -138,6 +145,7 @@ def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def dimensions_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W503: a thickness or a section of something that has no quantity of matter."""
     for body in compiled.scene.bodies.values():
@@ -169,6 +177,7 @@ def _in_vain(entry: str, owner: str, place: Span) -> Diagnostic:
     )
 
 
+@check
 def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W404: the ruptures of something that cannot rupture are measured."""
     plan, groups = compiled.plan, compiled.groups
@@ -244,6 +253,7 @@ def _measured(measure: str, declarations: Declarations) -> Iterator[s.Name]:
             yield value
 
 
+@check
 def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
     """W408: a nozzle is drawn inside of a body."""
     network = compiled.network
@@ -262,6 +272,7 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+@check
 def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
     """W415: the force of scissors that feel nothing."""
     scissors = {key: one for key, one in compiled.scene.tools.items() if one.kind == SCISSORS}
@@ -282,6 +293,7 @@ def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
             yield Diagnostic("W415", f"{why}, so this is always 0", name.span, hint)
 
 
+@check
 def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W410: a cut that goes by a held body, further away than it comes before."""
     # Before any cut, also those at 0 s.

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from msgspec.structs import replace
 
-from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.errors import CompileError, Diagnostic, Note, in_order_of_text
 from tissuec.core.hints import did_you_mean, leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -207,8 +207,4 @@ class Findings:
             CompileError: There are errors.
         """
         if self.errors:
-            ordered = sorted(
-                self.errors,
-                key=lambda d: (d.span.source.name, d.span.start) if d.span else ("", 0),
-            )
-            raise CompileError([*ordered[:LIMIT], *self.warnings])
+            raise CompileError([*in_order_of_text(self.errors)[:LIMIT], *self.warnings])
