@@ -154,6 +154,7 @@ HARMLESS = {
     "a0 / size": "any two directions across the jet do; a0 is 0",
     "CUT": "beyond, a jet has 1e-9 of what it has on its axis",
     "SLACK": "finds triangles near one another; more of them change nothing",
+    "origin_of": "a closed volume is the same wherever it is seen from",
     "x[o]": "a closed volume is the same wherever it is seen from",
     "x[o + 1]": "a closed volume is the same wherever it is seen from",
     "x[o + 2]": "a closed volume is the same wherever it is seen from",

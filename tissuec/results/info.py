@@ -1,4 +1,4 @@
-"""Summary of a result file, as text and for ``--json``."""
+"""The facts of a result file that ``tissuec info`` prints."""
 
 from collections import Counter
 from typing import Any

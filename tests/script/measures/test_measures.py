@@ -203,6 +203,21 @@ def test_a_batch_of_snapshots_gives_what_each_of_them_gives(name):
 
 
 @pytest.mark.parametrize("name", sorted(MEASURES))
+def test_a_measure_of_nothing_has_its_columns(name):
+    # As of a tool before it grasps: positions are not numbers then, and sums are 0.
+    network = chain(5, stiffness=3.0, damping=0.5)
+    still = np.zeros((5, 3))
+    ledger = EnergyBalance(1.0, 1.0, 0.5, 0.3, 4.0)
+    snapshot = Snapshot(
+        start(network, gravity=(0, 0, -9.81)), 1.0, still, still, np.zeros(4, bool), ledger
+    )
+    subjects = (nodes(network=network), nodes(network=network))[: MEASURES[name].subjects]
+    found = MEASURES[name].sample(subjects, snapshot)
+    assert found.shape == (len(MEASURES[name].columns(subjects, snapshot)),)
+    assert MEASURES[name].value(found).shape == ()
+
+
+@pytest.mark.parametrize("name", sorted(MEASURES))
 def test_every_measure_says_how_it_is_written_and_what_it_is(name):
     measure = MEASURES[name]
     assert measure.__doc__

@@ -22,7 +22,7 @@ from tissuec.scene.reading.findings import Findings, Rejected
 LARGEST = 10_000  # nodes of a value with those of the functions that it calls
 DEEPEST = 50  # functions that call one another
 
-#: Functions that the language has; also in ``scene.expressions``.
+#: Functions that the language has; also in ``scene.reading.expressions``.
 FUNCTIONS = ("sqrt", "abs", "min", "max", "sin", "cos", "exp", "log")
 T = TypeVar("T")
 

@@ -1,5 +1,6 @@
 """How far the pieces of something have drawn apart."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -32,9 +33,9 @@ class Gap(ScalarMeasure):
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         nodes = snapshot.nodes(subjects[0])
         position, piece = snapshot.position[..., nodes, :], snapshot.pieces[nodes]
-        states = position.reshape(-1, *position.shape[-2:])
-        gaps = smallest_gaps(states, piece)
-        return one_column(gaps.reshape(position.shape[:-2]), snapshot)
+        before = position.shape[:-2]
+        states = position.reshape(math.prod(before), *position.shape[-2:])
+        return one_column(smallest_gaps(states, piece).reshape(before), snapshot)
 
 
 def smallest_gaps(states: Floats, piece: NDArray[np.int32]) -> Floats:
