@@ -19,6 +19,7 @@ SOLVER = (
     "reference",
     "relaxing",
     "resting",
+    "slipping",
     "solution",
     "static_run",
     "stepping",

@@ -7,6 +7,7 @@ is looked up once.
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.forces.contact import Contact, ContactPairs
@@ -20,7 +21,7 @@ class NearbyContact:
     """A field of forces, as ``Equations.fields`` has them, of contact."""
 
     def __init__(self, contact: Contact):
-        self._contact, self._force = contact, ContactForce(contact)
+        self._contact, self._force = contact, ContactForce(contact, is_located=True)
         self._where = np.zeros((0, 3))
         self._pairs: ContactPairs
         self._seen = np.zeros((0, 3)), np.zeros((0, 3))
@@ -44,12 +45,41 @@ class NearbyContact:
 
     @property
     def is_cut(self) -> bool:
-        """Return whether bristles are cut at the ends of steps."""
-        return self._contact.between is not None
+        """Return whether there are bristles that either stick or slip."""
+        return self._contact.between is not None and self._contact.rubs
 
-    def slip(self, position: Floats, velocity: Floats) -> None:
-        """Cut bristles, which are among the velocities of all nodes [m/s], shape (node, 3)."""
-        self._force.slip(position, velocity, self._near(position))
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """Return which bristles slip, shape (m,)."""
+        return self._force.slides
+
+    @slides.setter
+    def slides(self, slides: NDArray[np.bool_]) -> None:
+        self._force.slides, self._touching = slides, None
+
+    def lengths(self, position: Floats, velocity: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return lengths of bristles [m], those at which they slip [m], and growth [m/s].
+
+        The growth is that without slipping; all are of shape (m,).
+        """
+        of, found = self._contact, self._look(position, velocity)
+        size = np.sqrt((velocity[of.memory] ** 2).sum(axis=1)) / of.rate
+        return size, found.grip / of.stiffness, found.ahead
+
+    def slip(
+        self, position: Floats, velocity: Floats, changed: NDArray[np.bool_] | None = None
+    ) -> None:
+        """Cut bristles, which are among the velocities of all nodes [m/s], shape (node, 3).
+
+        Args:
+            changed: Which slip or stick from now on, shape (m,); None to see which slip.
+        """
+        pairs = self._near(position)
+        if changed is None:
+            self._force.slip(position, velocity, pairs)
+        else:
+            self._force.change(position, velocity, pairs, changed)
+        self._touching = None
 
     def energy(self, time: float, position: Floats) -> float:
         """Return the energy of pressed contacts [J]."""

@@ -268,15 +268,24 @@ class Equations:
             self.relaxing.write(y[tensors:-2], velocity)
         return moved, velocity
 
-    def slipped(self, time: float, y: Floats) -> Floats | None:
-        """Return unknowns at the end of a step [s] with bristles that slip, shape as ``y``.
+    @property
+    def cut(self) -> NearbyContact | None:
+        """Return contact whose bristles stick or slip; None where they slip as they bend."""
+        return self.contact if self.contact is not None and self.contact.is_cut else None
 
-        None where bristles slip as they bend, or there are none.
+    def slipped(
+        self, time: float, y: Floats, changed: NDArray[np.bool_] | None = None
+    ) -> Floats:
+        """Return unknowns at a time [s] with bristles that are cut, shape as ``y``.
+
+        Args:
+            changed: Which bristles slip or stick from now on, shape (bristle,); None to see
+                which slip.
         """
-        if self.contact is None or not len(self.memory) or not self.contact.is_cut:
-            return None
+        if self.cut is None:
+            return y
         moved, velocity = self.spread(time, y)
-        self.contact.slip(self.drawn + moved, velocity)
+        self.cut.slip(self.drawn + moved, velocity, changed)
         start, found = 6 * len(self.free), y.copy()
         found[start : start + 3 * len(self.memory)] = velocity[self.memory].ravel()
         return found

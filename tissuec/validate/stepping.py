@@ -11,6 +11,7 @@ from scipy import integrate
 from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats
 from tissuec.validate.equations import Equations, ErrorScales
+from tissuec.validate.slipping import first_change
 
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 IMPLICIT = ("Radau", "BDF", "LSODA")
@@ -91,6 +92,7 @@ class ReferenceStepper:
             effort,
         )
         self._floor, self._noise = floor, equations.noise()
+        self._has_begun = False
         unknowns = 6 * len(equations.free) + equations.inner + 2
         if method == "LSODA" and unknowns > LARGEST_FULL:
             raise ReferenceFailure(
@@ -111,26 +113,46 @@ class ReferenceStepper:
             first: Size of the first step to try [s]; None lets the solver find one.
         """
         tried = None if first is None else min(first, stop - time)
+        slips, y = self._equations.cut is not None, self._begun(time, y)
         solver = self._solver(time, y, stop, scales, tried)
         while solver.status == "running":
             start, before = solver.t, solver.y.copy()
             self._step(solver)
-            self._slip(solver)
             self._effort.steps += 1
             land = self._landing(start, before, scales) if self._method in ONE_STEP else None
-            yield Step(start, solver.t, before, solver.y.copy(), solver.dense_output, land)
+            step = Step(start, solver.t, before, solver.y.copy(), solver.dense_output, land)
+            if slips:
+                step = self._until_slip(step)
+            yield step
             self._effort.evaluations += solver.nfev
             solver.nfev = 0
+            if step.stop < solver.t:
+                size = min(solver.t - start, stop - step.stop)
+                solver = self._solver(step.stop, step.after, stop, scales, size)
+            elif slips:
+                solver.y = step.after
+                solver.f = solver.fun(solver.t, step.after)  # which the next step begins with
 
     def _landing(
         self, start: float, before: Floats, scales: ErrorScales
     ) -> Callable[[float], Floats]:
-        def land(time: float) -> Floats:
+        cut = self._equations.cut
+        begun = None if cut is None else cut.slides
+
+        def integrated(time: float) -> Floats:
             solver = self._solver(start, before, time, scales, time - start)
             while solver.status == "running":
                 self._step(solver)
             self._effort.evaluations += solver.nfev
             return solver.y
+
+        def land(time: float) -> Floats:
+            if cut is None or begun is None:
+                return integrated(time)
+            ended, cut.slides = cut.slides, begun
+            found = integrated(time)
+            cut.slides = ended
+            return found
 
         return land
 
@@ -141,18 +163,29 @@ class ReferenceStepper:
             reason = f" ({message})" if message else ""
             raise ReferenceFailure(f"SciPy's {self._method} failed at {solver.t:g} s{reason}")
 
-    def _slip(self, solver: Any) -> None:
-        """Let bristles of faces slip at the end of a step."""
-        slipped = self._equations.slipped(solver.t, solver.y)
-        if slipped is None:
-            return
+    # --- friction of faces ------------------------------------------------------------------
+
+    def _begun(self, time: float, y: Floats) -> Floats:
+        """Return the unknowns at the first step [s] with bristles that slip or stick."""
+        if self._equations.cut is None or self._has_begun:
+            return y
         if self._method not in ONE_STEP:
             raise ReferenceFailure(
                 f"{self._method} uses steps before the last one and cannot follow the friction "
                 "of faces; choose another method, such as Radau or DOP853"
             )
-        solver.y = slipped
-        solver.f = solver.fun(solver.t, slipped)  # which the next step begins with
+        self._has_begun = True
+        return self._equations.slipped(time, y)
+
+    def _until_slip(self, step: Step) -> Step:
+        """Return a step up to where a bristle begins to slip or to stick."""
+        step.near(0.5 * (step.start + step.stop))  # while bristles are as they were within
+        change = first_change(self._equations, step.start, step.stop, step.near)
+        stop, after, changed = step.stop, step.after, np.zeros(1, dtype=bool)
+        if change is not None:
+            stop, after, changed = change.time, step.exact(change.time), change.changed
+        slipped = self._equations.slipped(stop, after, changed)
+        return Step(step.start, stop, step.before, slipped, lambda: step.near, step.land)
 
     def _solver(
         self, time: float, y: Floats, stop: float, scales: ErrorScales, first: float | None

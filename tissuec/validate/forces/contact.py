@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+OVER = 1.0 + 1e-9  # times its length: a bristle that is as long as G/k but for rounding
+
 
 class Touching(Struct, frozen=True):
     """Forces of contact in one state.
@@ -31,12 +33,14 @@ class Touching(Struct, frozen=True):
         lost: Power that damping and friction take out [W].
         bristle_rates: Of the velocities that are bristles [m/s²], shape (m, 3).
         ahead: Rates u·e at which bristles of faces would grow unless they slip [m/s], (m,).
+        grip: Largest friction G of each [N], shape (m,).
     """
 
     force: Floats
     lost: float
     bristle_rates: Floats
     ahead: Floats
+    grip: Floats
 
 
 class ContactForce:
@@ -44,12 +48,17 @@ class ContactForce:
 
     Args:
         contact: Read for its nodes, shapes and numbers.
+        is_located: Whether bristles of faces stick or slip until ``slip``, as the caller finds
+            out when they change; else they slip as soon as they are long, within a step.
+
+    Attributes:
+        slides: Which bristles of faces slip, shape (m,).
     """
 
-    def __init__(self, contact: "Contact"):
-        self._of = contact
+    def __init__(self, contact: "Contact", *, is_located: bool = False):
+        self._of, self._is_located = contact, is_located
         self._map: csr_matrix | None = None
-        self._slides = np.zeros(len(contact.memory), dtype=bool)
+        self.slides = np.zeros(len(contact.memory), dtype=bool)
 
     def _to_points(self, nodes: int) -> "csr_matrix | None":
         """Return the matrix of nodes and points by nodes; None without points."""
@@ -93,14 +102,19 @@ class ContactForce:
         touched.press(factor, force)
         spent = (factor - 1.0) * touched.by_surface(touched.pressure * deepening)
         lost, rates = float(spent.sum()), np.zeros((len(of.memory), 3))
-        ahead = np.zeros(len(rates))
+        ahead, grip = np.zeros(len(rates)), np.zeros(len(rates))
         if len(rates):
-            lost += self._rub(touched, deepening, factor, velocity, bent, force, rates, ahead)
-        return Touching(force if points is None else points.T @ force, lost, rates, ahead)
+            most = touched.friction * factor[touched.group] * touched.pressure  # G of each
+            grip = _sums(touched.node_of_surface, touched.whole(most), len(of.nodes))
+            lost += self._rub(
+                touched, deepening, factor, velocity, bent, most, grip, force, rates, ahead
+            )
+        acting = force if points is None else points.T @ force
+        return Touching(acting, lost, rates, ahead, grip)
 
     def _rub(
         self, touched: "_Touched", deepening: Floats, factor: Floats, velocity: Floats,
-        bent: Floats, force: Floats, rates: Floats, ahead: Floats,
+        bent: Floats, most: Floats, grip: Floats, force: Floats, rates: Floats, ahead: Floats,
     ) -> float:  # fmt: skip
         """Add the forces of friction, set the rates of bristles; return the power lost [W].
 
@@ -110,8 +124,6 @@ class ContactForce:
         k, w, count = of.stiffness, of.layer, len(of.nodes)
         pressed = _sums(touched.node_of_surface, factor * touched.surface, count)  # N
         rest = _sums(touched.node_of_surface, touched.surface, count)  # N0
-        most = touched.friction * factor[touched.group] * touched.pressure  # G of each
-        grip = _sums(touched.node_of_surface, touched.whole(most), count)
         rubs = grip > 0.0
         part = most / _divisor(grip)[touched.node]
         turning = _Turning(touched, most)
@@ -126,10 +138,18 @@ class ContactForce:
             size = np.sqrt((z * z).sum(axis=1))
             unit = z / _divisor(size)[:, None]
             ahead[:] = (way * unit).sum(axis=1)
-            slips = np.where(self._slides, np.maximum(0.0, ahead), 0.0)
-            rates[:] = of.rate * (way - slips[:, None] * unit)
             bears = grip / _divisor(size)
-            pull = -np.where(slips > 0.0, bears, np.minimum(k, bears))[:, None] * z
+            if self._is_located:
+                turns = np.where(rubs, k / _divisor(bears), 0.0)[:, None]
+                across = turns * (way - ahead[:, None] * unit)
+                rates[:] = of.rate * np.where(self.slides[:, None], across, way)
+                # What sticks bears no more than G; steps that are tried lead a little beyond.
+                bears = np.where(self.slides, bears, np.minimum(k, 2.0 * bears))
+            else:
+                slips = np.where(self.slides, np.maximum(0.0, ahead), 0.0)
+                rates[:] = of.rate * (way - slips[:, None] * unit)
+                bears = np.where(slips > 0.0, bears, np.minimum(k, bears))
+            pull = -bears[:, None] * z
             turning.drag(part[:, None] * touched.along(pull[touched.node]), force)
             return -float((pull * u).sum())
         depth = pressed / k + 0.5 * w
@@ -146,29 +166,50 @@ class ContactForce:
         return -float((pull * u).sum())
 
     def slip(self, position: Floats, velocity: Floats, pairs: "ContactPairs") -> None:
-        """Cut bristles of faces to the length G/k at which they slip, and note which do.
+        """Cut bristles of faces to the length G/k at which they slip, and set which do.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
             velocity: Of all nodes, changed in place [m/s], shape (node, 3).
             pairs: All that may touch.
         """
-        of, points = self._of, self._to_points(len(position))
-        if points is None or not len(of.memory):
-            return
-        touched = _Touched(of, points @ position, pairs)
-        deepening = touched.deepening(points @ velocity)
-        closing = touched.by_surface(touched.pressure * deepening) / _divisor(touched.surface)
-        factor = np.maximum(0.0, 1.0 + of.damping * closing)[touched.group]
-        each = touched.whole(touched.friction * factor * touched.pressure)
-        grip = _sums(touched.node_of_surface, each, len(of.nodes))
-        most = of.rate * grip / of.stiffness
-        bent, onwards = velocity[of.memory], self.at(position, velocity, pairs).ahead >= 0.0
-        size = np.sqrt((bent * bent).sum(axis=1))
-        slips = (most > 0.0) & (size > 0.0) & ((size >= most) | (self._slides & onwards))
-        part = np.where(slips, most, np.minimum(size, most)) / _divisor(size)
-        self._slides = slips
-        velocity[of.memory] = bent * part[:, None]
+        found, most, size = self._lengths(position, velocity, pairs)
+        onwards = found.ahead >= 0.0
+        slips = (most > 0.0) & (size > 0.0) & ((OVER * size >= most) | (self.slides & onwards))
+        if self._is_located:
+            slips &= onwards
+        self._cut(velocity, slips, np.where(slips, most, np.minimum(size, most)), size)
+
+    def change(
+        self,
+        position: Floats,
+        velocity: Floats,
+        pairs: "ContactPairs",
+        changed: NDArray[np.bool_],
+    ) -> None:
+        """Let some bristles that stick slip, and some that slip stick, from a length of G/k.
+
+        Args:
+            position, velocity, pairs: As for ``slip``.
+            changed: Which ones, shape (m,).
+        """
+        _, most, size = self._lengths(position, velocity, pairs)
+        length = np.where(self.slides | changed, most, np.minimum(size, most))
+        self._cut(velocity, (self.slides ^ changed) & (length > 0.0), length, size)
+
+    def _lengths(
+        self, position: Floats, velocity: Floats, pairs: "ContactPairs"
+    ) -> tuple[Touching, Floats, Floats]:
+        """Return what touches, and largest and present velocities of bristles [m/s]."""
+        of, found = self._of, self.at(position, velocity, pairs)
+        size = np.sqrt((velocity[of.memory] ** 2).sum(axis=1))
+        return found, of.rate * found.grip / of.stiffness, size
+
+    def _cut(
+        self, velocity: Floats, slips: NDArray[np.bool_], length: Floats, size: Floats
+    ) -> None:
+        self.slides = slips
+        velocity[self._of.memory] *= (length / _divisor(size))[:, None]
 
 
 class _Touched:
