@@ -82,12 +82,6 @@ class Prefix:
             start -= 1
         return key_of(" ".join(token.text for token in self.tokens[start:stop]))
 
-    @property
-    def measure(self) -> str:
-        """Return the words before the first "of", which name a measure; "" without it."""
-        texts = self.texts
-        return self.last_words(before=texts.index("of")) if "of" in texts else ""
-
     # --- what it says -------------------------------------------------------------------------
 
     @property

@@ -1,5 +1,6 @@
 """The sentences of the output block, for checks, editors and the reference."""
 
+from functools import cache
 from typing import Annotated, TypeAlias
 
 from tissuec.core.precision import PRECISIONS, SINGLE
@@ -101,15 +102,17 @@ SENTENCES: dict[str, SentenceKind] = {
         begins=" every ",
     ),
 }
-#: Measures are recorded alike; those of something are written with parentheses.
-RECORDED: dict[str, SentenceKind] = {
-    **SENTENCES,
-    **{
+
+
+@cache
+def recorded() -> dict[str, SentenceKind]:
+    """Return what can be recorded; measures of something are written with parentheses."""
+    measures = {
         name: SentenceKind((RecordedWords,), (f"{measure.form} every 10 ms",), "A measure.")
         for name, measure in MEASURES.items()
-        if name not in SENTENCES
-    },
-}
+    }
+    return {**SENTENCES, **{name: measures[name] for name in measures if name not in SENTENCES}}
+
 
 declare(
     "output", "Contents of the result file.", 43, "single",

@@ -23,9 +23,9 @@ from tissuec.scene.output import (
     COMPRESS,
     ENERGY,
     PRECISION,
-    RECORDED,
     SURFACE,
     TRAJECTORY,
+    recorded,
 )
 from tissuec.scene.reading.block_sentences import BlockItems, SentenceReader
 from tissuec.scene.reading.clauses import Written, clauses_of
@@ -95,7 +95,7 @@ class OutputReader(BlockItems):
         duration: float,
         idle: Indices,
     ):
-        super().__init__("output", RECORDED, {}, scope)
+        super().__init__("output", recorded(), {}, scope)
         self.groups = groups
         self.conditions = conditions
         self.node_count = nodes
@@ -171,7 +171,7 @@ class OutputReader(BlockItems):
                 self._log(item, entry, ())
 
     def _sentence(self, entry: str, item: Written) -> _OutputSentence:
-        return _OutputSentence(entry, RECORDED[entry], item, self.scope)
+        return _OutputSentence(entry, self.kinds[entry], item, self.scope)
 
     def refuse_name(self, name: s.Name, known: Collection[str]) -> NoReturn:
         message = f'"{name.text}" is not an output'
