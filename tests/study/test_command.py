@@ -214,7 +214,7 @@ def test_expectations_say_which_runs_they_are_not_about(call, tmp_path):
         (("--vary", "lift = 2 mm to 10 mm in 9"), ("in 9 steps",)),
         (("--vary", "lift = 2 mm to 10 mm", "--design", "grid"), ("no steps", "in 9 steps")),
         (("--vary", "lift 2 mm"), ('"=" is missing',)),
-        (("--vary", "lift = []"), ('the values are missing',)),
+        (("--vary", "lift = []"), ("the values are missing",)),
         (("--vary", "lfit = [2 mm]"), ('did you mean "lift"',)),
         (("--vary", "hardness of spring = [sofd]"), ('did you mean "soft"',)),
         (("--vary", "shade of spring = [soft]"), ('"shade" is neither',)),
