@@ -61,6 +61,7 @@ SCENES = {
         "solid",
         "wall",
         "fluid",
+        "needle",
     )
 }
 
@@ -87,6 +88,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.contact_place_kernel": None,
     "tissuec.forces.contact_rows_kernel": None,
     "tissuec.forces.contact_couples_kernel": None,
+    "tissuec.forces.contact_sides_kernel": ("lay_inside",),
     "tissuec.forces.friction_kernel": None,
     "tissuec.forces.elements_kernel": None,
     "tissuec.forces.activation_kernel": None,
@@ -128,6 +130,18 @@ HARMLESS = {
         "a fourth number, which is zero",
     ),
     "look: 1.0": "counts bends of laws",
+    "ALIKE": "tells equal distances from others",
+    "NONE": "tells the inside of a triangle from its edges",
+    **dict.fromkeys(
+        (
+            "lay_inside: 4.0",
+            "lay_inside: 2.0",
+            "lay_inside: 1.0",
+            "lay_inside: touches.surface[shape]",
+            "4.0 * (1.0 + shape) + weight * (1.0 if depth < touches.layer else 2.0)",
+        ),
+        "counts bends of laws, or only which surface it is counts",
+    ),
     "look: 2.0": "counts bends of laws",
     "look: 3.0": "the middle of a triangle, by which it is found",
     "end_of_surface": "only which surface it is counts",

@@ -19,9 +19,19 @@ QUICK = {
 }
 
 
-@pytest.mark.parametrize("scene", QUICK)
-def test_some_faults_are_found(scene):
-    texts = QUICK[scene]
+#: The same of the sign of depths, which takes longer.
+OF_SIGNS = {
+    "touches.radius[pair] + below",
+    "turned / size if size > 0.0 else 0.0",
+    "-below",
+}
+
+
+@pytest.mark.parametrize(
+    ("scene", "texts"),
+    [*QUICK.items(), pytest.param("needle", OF_SIGNS, marks=pytest.mark.slow)],
+)
+def test_some_faults_are_found(scene, texts):
     chosen = {mutant.text: mutant for mutant in found_in(scene) if mutant.text in texts}
     assert set(chosen) == texts
     assert {tried(scene, mutant) for mutant in chosen.values()} == {"broken"}
