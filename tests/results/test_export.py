@@ -206,6 +206,7 @@ def test_the_summary_counts_what_the_file_holds(read, example):
         "compressed": False,
         "first_time": 0.0,
         "last_time": example.time[-1],
+        "fields": ["force", "tension"],
     }
     assert short["events"] == {"cut": 1, "rupture": 1}
     assert short["logs"]["tension of a/b"]["columns"] == [3, 7]

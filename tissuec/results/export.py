@@ -140,6 +140,11 @@ def find_log(trajectory: Trajectory, name: str) -> Log:
         return trajectory.energies
     if name == "events":
         raise ResultError('"events" is a separate table; export it alone')
+    if any(channel.name == name for channel in trajectory.channels):
+        raise ResultError(
+            f'"{name}" is a field of the frames of "{trajectory.path}": open the file in '
+            "ParaView, or read Trajectory.fields in Python"
+        )
     hint = alternatives(name, table_names(trajectory), what="there are")
     raise ResultError(f'"{trajectory.path}" has no log "{name}" to export; {hint}')
 

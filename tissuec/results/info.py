@@ -31,6 +31,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
             "springs": len(trajectory.springs),
             "precision": "single" if trajectory.position.dtype.itemsize == 4 else "double",
             "compressed": trajectory.is_compressed,
+            "fields": [channel.name for channel in trajectory.channels],
             **_span(times),
         },
         "logs": {name: _log(log) for name, log in trajectory.logs.items()},
