@@ -168,6 +168,19 @@ HARMLESS = {
     "a0 / size": "any two directions across the jet do; a0 is 0",
     "CUT": "beyond, a jet has 1e-9 of what it has on its axis",
     "SLACK": "finds triangles near one another; more of them change nothing",
+    **{
+        f"{function}: {text}": "a step of an iteration, which ends at the same root"
+        for function, texts in {
+            "volume_root": (
+                "1.0 + (1.0 + wall.thinning[e]) / 3.0 * (q - 1.0)", "1e+300",
+                "2.0", "8.0", "9.0", "(2.0 * in_plane + 8.0 * outside) / 9.0",
+                "-slope / (3.0 * bend) if bend > 0.0 else LONGEST", "-LONGEST", "0.5", "1.0",
+                "min(max(step, -LONGEST), LONGEST)",
+                "root * (1.0 + step * (1.0 + 0.5 * step))",
+            ),
+        }.items()
+        for text in texts
+    },
     "origin_of": "a closed volume is the same wherever it is seen from",
     "x[o]": "a closed volume is the same wherever it is seen from",
     "x[o + 1]": "a closed volume is the same wherever it is seen from",
