@@ -62,6 +62,7 @@ SCENES = {
         "wall",
         "fluid",
         "needle",
+        "flat",
     )
 }
 
@@ -172,15 +173,52 @@ HARMLESS = {
         f"{function}: {text}": "a step of an iteration, which ends at the same root"
         for function, texts in {
             "volume_root": (
-                "1.0 + (1.0 + wall.thinning[e]) / 3.0 * (q - 1.0)", "1e+300",
-                "2.0", "8.0", "9.0", "(2.0 * in_plane + 8.0 * outside) / 9.0",
-                "-slope / (3.0 * bend) if bend > 0.0 else LONGEST", "-LONGEST", "0.5", "1.0",
+                "1.0 + (1.0 + wall.thinning[e]) / 3.0 * (q - 1.0)",
+                "1e+300",
+                "2.0",
+                "8.0",
+                "9.0",
+                "(2.0 * in_plane + 8.0 * outside) / 9.0",
+                "-slope / (3.0 * bend) if bend > 0.0 else LONGEST",
+                "-LONGEST",
+                "0.5",
+                "1.0",
                 "min(max(step, -LONGEST), LONGEST)",
                 "root * (1.0 + step * (1.0 + 0.5 * step))",
+                "3.0",
+                "(wall.fibres.shape[1] == 0 or wall.dispersion[e] == 0.0) and "
+                "(not wall.is_curved or wall.law[e] == 0)",
+            ),
+            "plainly_across": (
+                "1.0",
+                "2.0",
+                "8.0",
+                "9.0",
+                "shear * (2.0 * in_plane + 8.0 * outside) / 9.0",
+                "shear * (2.0 * outside - in_plane) / 3.0 + bulk * (j - 1.0) * j",
+                "bend + bulk * (2.0 * j - 1.0) * j",
+            ),
+            "across": (
+                "0.5",
+                "1.0",
+                "2.0",
+                "4.0",
+                "9.0",
+                "16.0",
+                "(4.0 * in_plane + 16.0 * outside) / 9.0",
+                "shear * first * bend_of",
+                "pull * (1.0 + 2.0 * more) * spread * spread * slope_of * slope_of",
+                "pull * strain * spread * bend_of",
+                "shear * (second * (16.0 * area + 4.0 * side) / 9.0 + "
+                "call_law(wall.by_first_twice, law, i1, i2) * slope_of * slope_of + "
+                "2.0 * call_law(wall.by_both, law, i1, i2) * slope_of * slope_2 + "
+                "call_law(wall.by_second_twice, law, i1, i2) * slope_2 * slope_2)",
+                "bend + wall.bulk[e] * (2.0 * j - 1.0) * j",
             ),
         }.items()
         for text in texts
     },
+    "pull_triangles: wall.gradients[e, 4]": "zero in the axes of a triangle",
     "origin_of": "a closed volume is the same wherever it is seen from",
     "x[o]": "a closed volume is the same wherever it is seen from",
     "x[o + 1]": "a closed volume is the same wherever it is seen from",

@@ -69,9 +69,11 @@ class NearbyContact:
     def slip(
         self, position: Floats, velocity: Floats, changed: NDArray[np.bool_] | None = None
     ) -> None:
-        """Cut bristles, which are among the velocities of all nodes [m/s], shape (node, 3).
+        """Cut bristles.
 
         Args:
+            position: Of all nodes [m], shape (node, 3).
+            velocity: Of all nodes, bristles among them, changed in place [m/s], shape (node, 3).
             changed: Which slip or stick from now on, shape (m,); None to see which slip.
         """
         pairs = self._near(position)

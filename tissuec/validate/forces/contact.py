@@ -190,7 +190,9 @@ class ContactForce:
         """Let some bristles that stick slip, and some that slip stick, from a length of G/k.
 
         Args:
-            position, velocity, pairs: As for ``slip``.
+            position: Of all nodes [m], shape (node, 3).
+            velocity: Of all nodes, bristles among them, changed in place [m/s], shape (node, 3).
+            pairs: All that may touch.
             changed: Which ones, shape (m,).
         """
         _, most, size = self._lengths(position, velocity, pairs)
