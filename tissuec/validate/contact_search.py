@@ -73,7 +73,7 @@ class NearbyContact:
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            velocity: Of all nodes, bristles among them, changed in place [m/s], shape (node, 3).
+            velocity: Of all nodes with bristles [m/s], changed in place, shape (node, 3).
             changed: Which slip or stick from now on, shape (m,); None to see which slip.
         """
         pairs = self._near(position)

@@ -191,7 +191,7 @@ class ContactForce:
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-            velocity: Of all nodes, bristles among them, changed in place [m/s], shape (node, 3).
+            velocity: Of all nodes with bristles [m/s], changed in place, shape (node, 3).
             pairs: All that may touch.
             changed: Which ones, shape (m,).
         """
