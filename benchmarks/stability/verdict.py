@@ -128,7 +128,7 @@ class Court:
             wrong, told = self._positions(problem, method)
         if not wrong:
             return ("good" if self._judges(problem) else "energy"), "", None
-        told = warnings[0].code if warnings else told
+        told = min((one.code for one in warnings), default=told)
         return ("warned", f"{told}; {wrong}", None) if told else ("wrong", wrong, None)
 
     def _rest(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:

@@ -11,9 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tissuec.core.data import as_data
-from tissuec.core.errors import counted
 from tissuec.core.plugins import plugins
-from tissuec.core.units import TIME, show
 from tissuec.core.version import __version__
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
@@ -91,21 +89,3 @@ def credits(manifest: Mapping[str, Any]) -> str:
         f"licence: {licence}" if licence else "",
     )
     return " · ".join(filter(None, parts))
-
-
-def methods(statistics: Mapping[str, Any]) -> str:
-    """Return the methods in turn, such as "dop853, esdirk43 from 2.14 ms on"."""
-    first, *others = statistics["changes"] or [statistics]
-    later = (f", {one['method']} from {show(one['time'], TIME)} on" for one in others)
-    return first["method"] + "".join(later)
-
-
-def stepping(manifest: Mapping[str, Any]) -> str:
-    """Return how a run was stepped and how long that took; the method if no more is known."""
-    statistics = manifest.get("statistics")
-    if not statistics:
-        return str(manifest.get("method") or manifest.get("integrator") or "")
-    code, threads = statistics["backend"], statistics.get("threads", 1)
-    code = code if threads == 1 else f"{code}, {threads} threads"
-    steps = counted(statistics["accepted"], "step")
-    return f"{methods(statistics)}, {steps} ({code}), {manifest['wall_time']:.2f} s"

@@ -1,6 +1,5 @@
 """The sentences of the output block, for checks, editors and the reference."""
 
-from functools import cache
 from typing import Annotated, TypeAlias
 
 from tissuec.core.precision import PRECISIONS, SINGLE
@@ -104,7 +103,6 @@ SENTENCES: dict[str, SentenceKind] = {
 }
 
 
-@cache
 def recorded() -> dict[str, SentenceKind]:
     """Return what can be recorded; measures of something are written with parentheses."""
     measures = {

@@ -50,7 +50,7 @@ class BenchProblem(Struct, frozen=True, eq=False):
         return np.maximum.accumulate(moved.max(axis=1, initial=0.0))
 
     def error(self, position: Floats, truth: Floats) -> float:
-        """Return the largest error of a position, as a tolerance counts it.
+        """Return the largest error of a position, by definition of the tolerance.
 
         Args:
             position, truth: At every time [m], shape (row, node, 3).

@@ -268,8 +268,9 @@ class OutputReader(BlockItems):
             message = f'"{item.name.text}" is not a measure'
             self.findings.reject("TIS701", message, item.name.span, hint=hint)
         match arguments:
-            case (s.Argument(s.Name(key=counted), (s.Clause("of", s.Name() as of),)),):
-                if key == COUNT and counted in COUNTED:
+            case (s.Argument(s.Name(key=counted), (s.Clause("of", value),)),):
+                of = s.as_name(value)
+                if key == COUNT and counted in COUNTED and of is not None:
                     self._log(item, counted, [of])
                     return
             case _:

@@ -5,7 +5,7 @@ from typing import Any
 
 from tissuec.core.printable import printable
 from tissuec.results.manifest import credits as credits_of
-from tissuec.results.manifest import stepping
+from tissuec.results.stepping import stepping
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import PlayerData
 
