@@ -1,10 +1,10 @@
 """Friction of faces by bristles that are cut, as scalar loops; see ``forces.contact``.
 
 A bristle bends with the sliding velocity u and exerts k |z| up to the largest friction G = Σ μ
-N. At the end of each step it is cut to the length G/k. One that was cut slips until u turns
-back: it exerts G, and does not grow,
+N. At the end of each step it is cut to the length G/k. One that was cut slips until G/k grows
+faster than u lengthens it: it exerts G, and follows G/k,
 
-    z' = u,  or  z' = u - max(0, u·e) e  where it slips,    e = z / |z|.
+    z' = u,  or  z' = u - max(0, u·e - (G/k)') e  where it slips,    e = z / |z|.
 
 So a steady load below G causes no creep, however the contact is shaken; no rate u k / G limits
 steps, and nothing jumps within a step.
@@ -20,8 +20,8 @@ from tissuec.forces.friction_kernel import drag_along
 from tissuec.kernels.records import ContactTable, Floats
 
 # Columns of ``bent`` after the rates: length at which a bristle slips [m]; whether it does;
-# the rate u·e at which it would grow if it did not [m/s]. (Where it slips, rounding is all that
-# is left of that rate, and its sign says nothing.)
+# the rate u·e - (G/k)' at which it would become too long if it did not [m/s]. (Where it slips,
+# rounding is all that is left of that rate, and its sign says nothing.)
 SLIPS, SLIDES, AHEAD = 3, 4, 5
 OVER = 1.0 + 1e-9  # times the length: what slips stays on the far side of the corner of the law
 
@@ -32,6 +32,7 @@ def bend(
     end: int,
     total: float,
     grip: float,
+    growth: float,
     u0: float,
     u1: float,
     u2: float,
@@ -46,6 +47,7 @@ def bend(
         begin, end: All rows of the node: from ``begin`` up to before ``end``.
         total: Sum of the pressures on it [N].
         grip: Sum of the largest frictions [N].
+        growth: Its rate [N/s].
         u0, u1, u2: Sum of these times velocities along the surfaces [W].
     """
     bent, rate, memory = touches.bent, touches.rate, 3 * touches.memory[k]
@@ -65,7 +67,7 @@ def bend(
     length, slip = sqrt(z0 * z0 + z1 * z1 + z2 * z2), 0.0
     if length > 0.0:
         e0, e1, e2 = z0 / length, z1 / length, z2 / length
-        bent[k, AHEAD] = d0 * e0 + d1 * e1 + d2 * e2
+        bent[k, AHEAD] = d0 * e0 + d1 * e1 + d2 * e2 - growth / stiffness
         slip = bent[k, SLIDES] * max(bent[k, AHEAD], 0.0)
         d0, d1, d2 = d0 - slip * e0, d1 - slip * e1, d2 - slip * e2
         length = max(length - lag * slip, 0.0)

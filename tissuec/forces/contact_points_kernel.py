@@ -99,12 +99,12 @@ def press_point(k: int, begin: int, table: ContactPointTable) -> int:
     end = look(k, begin, x, v, touches)
     if table.sided.size:
         end = push_outside(k, begin, end, x, v, touches, table.sided)
-    # Pressure with damping, largest friction, and that times sliding velocity.
-    total = grip = u0 = u1 = u2 = 0.0
+    # Pressure with damping, largest friction, its rate, and it times sliding velocity.
+    total = grip = growth = u0 = u1 = u2 = 0.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)
-        factor, (steady, closing, _) = 0.0, press_surface(k, start, stop, touches)
+        factor, (steady, closing, steeper) = 0.0, press_surface(k, start, stop, touches)
         if steady > 0.0:
             factor = max(1.0 + touches.damping * closing / steady, 0.0)
             touches.met[start, BENDS] += 1.0 if factor > 0.0 else 0.0
@@ -116,9 +116,10 @@ def press_point(k: int, begin: int, table: ContactPointTable) -> int:
         if touches.memory.size:
             most, s0, s1, s2 = rub_past(k, start, stop, factor, x, v, touches, rough)
             grip, u0, u1, u2 = grip + most, u0 + s0, u1 + s1, u2 + s2
+            growth += most / steady * steeper if steady > 0.0 else 0.0
         start = stop
     if touches.memory.size:
-        bend(k, begin, end, total, grip, u0, u1, u2, x, v, touches)
+        bend(k, begin, end, total, grip, growth, u0, u1, u2, x, v, touches)
     return end
 
 

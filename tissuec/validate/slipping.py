@@ -1,8 +1,8 @@
 """When bristles of faces begin to slip, or stick again, within a step.
 
 Between two changes each bristle either sticks, z' = u, or slips: it bears G and has the length
-G/k. It begins to slip when it is as long as that. It sticks again when the surface moves back,
-u·e < 0, faster than G/k shrinks by itself, u·e < (G/k)'.
+G/k. It begins to slip when it is as long as that. It sticks again when G/k grows faster than
+the surface lengthens it, u·e < (G/k)'.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,6 @@ from tissuec.validate.equations import Equations
 
 LOOKS = 8  # in a step
 LATE = 1e-9  # part of the largest G/k by which bristles are longer when they begin to slip
-NEAR = 1e-4  # part of a step over which G/k is differentiated
 SHARP = 1e-10  # part of a step to which a change is located
 
 
@@ -80,14 +79,7 @@ class _SlipStep:
         length, most, ahead = self._lengths(time)
         slides, late = self._cut.slides, LATE * most.max()
         excess = np.where(slides | (most == 0.0), 0.0, length - most) - late
-        back = slides & (ahead < 0.0)
-        if back.any():
-            low = max(time - NEAR * self._size, self._start)
-            high = min(time + NEAR * self._size, self._stop)
-            growth = (self._lengths(high)[1] - self._lengths(low)[1]) / (high - low)
-            beyond = self._size * (np.minimum(growth, 0.0) - ahead) - late
-            excess = np.where(back, beyond, excess)
-        return excess
+        return np.where(slides & (ahead < 0.0), -ahead * self._size - late, excess)
 
     def _lengths(self, time: float) -> tuple[Floats, Floats, Floats]:
         """Return lengths [m], those at which bristles slip [m] and their growth [m/s]."""

@@ -32,7 +32,8 @@ class Touching(Struct, frozen=True):
         force: On all nodes [N], shape (node, 3).
         lost: Power that damping and friction take out [W].
         bristle_rates: Of the velocities that are bristles [m/s²], shape (m, 3).
-        ahead: Rates u·e at which bristles of faces would grow unless they slip [m/s], (m,).
+        ahead: Rates u·e - (G/k)' at which bristles of faces would become too long unless they
+            slip [m/s], shape (m,).
         grip: Largest friction G of each [N], shape (m,).
     """
 
@@ -137,12 +138,15 @@ class ContactForce:
             way = np.where(rubs, np.minimum(1.0, 2.0 * pressed / (k * w)), 0.0)[:, None] * u
             size = np.sqrt((z * z).sum(axis=1))
             unit = z / _divisor(size)[:, None]
-            ahead[:] = (way * unit).sum(axis=1)
+            rising = touched.friction * factor[touched.group] * slope * deepening
+            longer = _sums(touched.node, rising, count) / k  # (G/k)'
+            along = (way * unit).sum(axis=1)
+            ahead[:] = along - longer
             bears = grip / _divisor(size)
             if self._is_located:
                 turns = np.where(rubs, k / _divisor(bears), 0.0)[:, None]
-                across = turns * (way - ahead[:, None] * unit)
-                rates[:] = of.rate * np.where(self.slides[:, None], across, way)
+                slid = turns * (way - along[:, None] * unit) + longer[:, None] * unit
+                rates[:] = of.rate * np.where(self.slides[:, None], slid, way)
                 # What sticks bears no more than G; steps that are tried lead a little beyond.
                 bears = np.where(self.slides, bears, np.minimum(k, 2.0 * bears))
             else:
