@@ -28,6 +28,9 @@ TINIEST = 1e-290  # [m], so that nothing is divided by zero
 # Part of the tolerance that errors of implicit steps may use up while displacements grow, not
 # in time; explicit ones may miss forces that swing as they grow.
 GROWTH = 0.5
+# Share of a step (that of ``dop853`` at a tolerance of 1e-5) below which bristles of nodes are
+# velocities where contacts change, for methods that estimate errors of these.
+FINE = 3.9e-8
 INSIDE = 0.5  # of the tolerance: errors of samples within steps
 # What errors of a step are put down to rounding, of the coordinates. Fine tolerances would be
 # missed by what slow motions add up of it; less than half of a unit in the last place is noise.
@@ -222,6 +225,8 @@ def new_task(
     coordinates = float(np.abs(network.position).max(initial=0.0))
     floor = max(FLOOR * size, TINIEST)
     rounding = min(max(FLOOR * tolerance, LEAST_ROUNDING), ROUNDING)
+    # Bristles of faces are cut at the end of each step, which corrects them.
+    is_cut = network.contact is not None and network.contact.between is not None
     return Task(
         until=0.0,
         evaluations=0,
@@ -235,6 +240,7 @@ def new_task(
         latitude=integrator.latitude,
         amplification=integrator.amplification,
         duration=duration,
+        rubs=int(integrator.share * tolerance < FINE and not is_cut),
         inside=INSIDE * tolerance,
         jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,

@@ -34,9 +34,6 @@ CORNER_SHARE = 1e-3
 # Of what a step may be wrong by, for velocities where a law of contact changes its formula:
 # estimates of high order see too little of that.
 BEND_SHARE = 0.1
-# Share of a step (that of ``dop853`` at a tolerance of 1e-5) below which bristles of friction
-# count as velocities there, too, for methods that estimate errors of velocities.
-FINE = 3.9e-8
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 
 
@@ -111,7 +108,7 @@ def judge(
     h = now.end - now.time
     noise = task.noise / h
     if thrown:
-        if task.share < FINE and off_speed > 0.0:
+        if task.rubs == 1 and off_speed > 0.0:
             off_speed = greater(off_speed, off_hidden)
         off_speed /= BEND_SHARE
         noise = task.noise / max(h, now.largest)

@@ -362,6 +362,7 @@ class Task(NamedTuple):
     latitude: float  # how many times as much is allowed in the last step
     amplification: float  # logarithm by which it is less in each step before
     duration: float  # of the run [s]
+    rubs: int  # 1: errors of bristles count as velocities where contacts change
     inside: float  # error allowed of samples within steps, relative to the motion
     jolt: float  # change of speeds allowed where a spring turns over, relative to the motion
     floor: float  # smallest displacement that errors are measured by [m]
