@@ -22,6 +22,7 @@ from tissuec.pipeline import compile_request
 from tissuec.results.blocks.file import write_blocks
 from tissuec.results.export import frame_shape
 from tissuec.results.fields import FIELDS
+from tissuec.scene.reading.parts import forget
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.validate.forces import FORMULAS
@@ -97,6 +98,10 @@ def plugged(tmp_path_factory):
     yield
     for family in (FORCES, FORMULAS):
         del family._members[MEMBER]
+    forget()
+    for name in [each for each in sys.modules if each.startswith("tissuec.lsp.")]:
+        for known in vars(sys.modules[name]).values():
+            getattr(known, "cache_clear", lambda: None)()  # words that editors offer
     for number in range(len(FILES)):
         del sys.modules[f"membranes_{number}"]
 
