@@ -219,6 +219,14 @@ HARMLESS = {
         for text in texts
     },
     "pull_triangles: wall.gradients[e, 4]": "zero in the axes of a triangle",
+    "press_elements: solid.weight[row, q]": "the mean over points stays the same",
+    **dict.fromkeys(
+        (f"press_elements: solid.own[{k}]" for k in range(3)),
+        "a copy serves as well as scratch that nobody else reads",
+    ),
+    "_LARGEST": "a step of an iteration, which ends at the same root",
+    "LONGEST": "a step of an iteration, which ends at the same root",
+    "CLOSE": "ends an iteration; what is left is below the tolerance",
     "origin_of": "a closed volume is the same wherever it is seen from",
     "x[o]": "a closed volume is the same wherever it is seen from",
     "x[o + 1]": "a closed volume is the same wherever it is seen from",
