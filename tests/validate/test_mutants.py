@@ -23,7 +23,7 @@ QUICK = {
 OF_SIGNS = {
     "touches.radius[pair] + below",
     "turned / size if size > 0.0 else 0.0",
-    "-below",
+    "touches.radius[pair] - depth",
 }
 
 

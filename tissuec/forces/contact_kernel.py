@@ -13,7 +13,7 @@ Shared arguments:
     rough: Coefficients of friction.
 """
 
-from tissuec.forces.contact_place_kernel import corners, meet
+from tissuec.forces.contact_place_kernel import Meeting, corners, meet
 from tissuec.forces.contact_rows_kernel import (
     BENDS,
     FORCE,
@@ -127,30 +127,47 @@ def press_node(
 
 def look(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
     """Set rows for the pairs of a node that touch, without forces; return their end."""
-    row, i, stiffness = begin, 3 * touches.nodes[k], touches.stiffness[k]
+    row, i = begin, 3 * touches.nodes[k]
     for pair in range(touches.first[k], touches.first[k + 1]):
-        depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, pair, x, touches)
-        if depth <= 0.0:
-            continue
-        met, at, shape = touches.met[row], touches.at[row], touches.shape[pair]
-        a, b, c = corners(shape, touches)
-        at[0], at[1], at[2], at[3] = i, a, b, c
-        at[PAIR], at[SURFACE] = pair, touches.surface[shape]
-        met[BENDS] = touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
-        met[STEADY] = touches.weight[pair] * press_at(depth, stiffness, touches.layer)
-        met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
-        met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
-        met[LEVER], met[LEVER + 1], met[LEVER + 2] = l0, l1, l2
-        met[GAP] = touches.radius[pair] - depth
-        s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
-        s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
-        s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
-        turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
-        s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
-        met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
-        met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
-        row += 1
+        met = meet(i, pair, x, touches)
+        if met[0] > 0.0:
+            lay(k, row, pair, met, v, touches)
+            row += 1
     return row
+
+
+def lay(k: int, row: int, pair: int, place: Meeting, v: Floats, touches: ContactTable) -> None:
+    """Set a row for a pair of a node that touches, without forces.
+
+    Args:
+        row: Index of the row.
+        pair: Index of the pair.
+        place: Where the node is in the shape.
+        v: Velocities of all nodes [m/s], flat, shape (3 node,).
+    """
+    depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = place
+    i, met, at, shape = (
+        3 * touches.nodes[k],
+        touches.met[row],
+        touches.at[row],
+        touches.shape[pair],
+    )
+    a, b, c = corners(shape, touches)
+    at[0], at[1], at[2], at[3] = i, a, b, c
+    at[PAIR], at[SURFACE] = pair, touches.surface[shape]
+    met[BENDS] = touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
+    met[STEADY] = touches.weight[pair] * press_at(depth, touches.stiffness[k], touches.layer)
+    met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
+    met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
+    met[LEVER], met[LEVER + 1], met[LEVER + 2] = l0, l1, l2
+    met[GAP] = touches.radius[pair] - depth
+    s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
+    s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
+    s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
+    turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
+    s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
+    met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
+    met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
 
 
 def press_surface(

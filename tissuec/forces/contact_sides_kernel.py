@@ -9,24 +9,11 @@ Shared arguments:
     touches: Record of the contact; its fields give the shapes and units.
 """
 
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
-from tissuec.forces.contact_kernel import press_at
-from tissuec.forces.contact_place_kernel import corners
-from tissuec.forces.contact_rows_kernel import (
-    BENDS,
-    COLUMNS,
-    GAP,
-    LEVER,
-    NORMAL,
-    PAIR,
-    PLACES,
-    RATE,
-    SLIDE,
-    STEADY,
-    SURFACE,
-    WEIGHT,
-)
+from tissuec.forces.contact_kernel import lay
+from tissuec.forces.contact_place_kernel import corners, nearest
+from tissuec.forces.contact_rows_kernel import BENDS, COLUMNS, PAIR, PLACES
 from tissuec.kernels.records import ContactTable, Floats, Integers
 
 Three = tuple[float, float, float]
@@ -93,29 +80,29 @@ def nearest_behind(
         Its pair, -1 if the point is outside; how deep the point is below it [m]; and the normal
         of the surface there, of any length.
     """
-    least = distance(i, pair, x, touches)
-    for each in range(pair + 1, last):
+    least, found, alone = inf, -1, False
+    for each in range(pair, last):
         if sided[each]:
             least = min(least, distance(i, each, x, touches))
-    nearest = pair
-    while is_farther(i, nearest, least, x, touches) or not sided[nearest]:
-        nearest += 1
-    least = distance(i, nearest, x, touches)
-    r0, r1, r2, wb, wc = above(i, touches.shape[nearest], x, touches)
-    alone = wb > NONE and wc > NONE and 1.0 - wb - wc > NONE
+    below = least
     side = n0 = n1 = n2 = 0.0
     for each in range(pair, last):
-        if each != nearest and (alone or not sided[each]):
+        if alone or not sided[each]:
             continue
-        if is_farther(i, each, least, x, touches):
+        shape = touches.shape[each]
+        r0, r1, r2, wb, wc = above(i, shape, x, touches)
+        away, wa = sqrt(r0 * r0 + r1 * r1 + r2 * r2), 1.0 - wb - wc
+        if away > least + ALIKE * touches.radius[each]:
             continue
-        r0, r1, r2, wb, wc = above(i, touches.shape[each], x, touches)
-        f0, f1, f2 = facing(touches.shape[each], 1.0 - wb - wc, wb, wc, x, touches)
+        if found < 0:
+            found, below = each, away
+            alone = wa > NONE and wb > NONE and wc > NONE
+        f0, f1, f2 = facing(shape, wa, wb, wc, x, touches)
         side += f0 * r0 + f1 * r1 + f2 * r2
         n0, n1, n2 = n0 + f0, n1 + f1, n2 + f2
-    if side >= 0.0 and least > ALIKE * touches.radius[nearest]:
-        nearest = -1
-    return nearest, least if side < 0.0 else -least, (n0, n1, n2)
+    if side >= 0.0 and below > ALIKE * touches.radius[found]:
+        found = -1
+    return found, below if side < 0.0 else -below, (n0, n1, n2)
 
 
 def lay_inside(
@@ -129,8 +116,7 @@ def lay_inside(
         below: How deep the point is below the triangle [m].
         outwards: Normal of the surface, for a point that is on it.
     """
-    met, at, shape = touches.met[row], touches.at[row], touches.shape[pair]
-    a, b, c = corners(shape, touches)
+    shape = touches.shape[pair]
     n0, n1, n2, wb, wc = above(i, shape, x, touches)
     wa, turned = 1.0 - wb - wc, -1.0
     if abs(below) <= ALIKE * touches.radius[pair]:
@@ -139,21 +125,10 @@ def lay_inside(
     size = sqrt(n0 * n0 + n1 * n1 + n2 * n2)
     inverse = turned / size if size > 0.0 else 0.0
     n0, n1, n2 = n0 * inverse, n1 * inverse, n2 * inverse
-    depth, weight = touches.radius[pair] + below, touches.weight[pair]
-    at[0], at[1], at[2], at[3] = i, a, b, c
-    at[PAIR], at[SURFACE] = pair, touches.surface[shape]
+    depth = touches.radius[pair] + below
+    lay(k, row, pair, (depth, n0, n1, n2, wa, wb, wc, 0.0, 0.0, 0.0), v, touches)
     # Forces jump where another triangle becomes the nearest one.
-    met[BENDS] = 4.0 * (1.0 + shape) + weight * (1.0 if depth < touches.layer else 2.0)
-    met[STEADY] = weight * press_at(depth, touches.stiffness[k], touches.layer)
-    met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
-    met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
-    met[LEVER], met[LEVER + 1], met[LEVER + 2] = 0.0, 0.0, 0.0
-    met[GAP] = -below
-    s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
-    s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
-    s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
-    met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
-    met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
+    touches.met[row, BENDS] += 4.0 * (1.0 + shape)
 
 
 def above(
@@ -171,53 +146,17 @@ def above(
     d0, d1, d2 = x[b] - x[a], x[b + 1] - x[a + 1], x[b + 2] - x[a + 2]
     e0, e1, e2 = x[c] - x[a], x[c + 1] - x[a + 1], x[c + 2] - x[a + 2]
     r0, r1, r2 = x[i] - x[a], x[i + 1] - x[a + 1], x[i + 2] - x[a + 2]
-    dd, de, ee = (
+    wb, wc = nearest(
         d0 * d0 + d1 * d1 + d2 * d2,
         d0 * e0 + d1 * e1 + d2 * e2,
         e0 * e0 + e1 * e1 + e2 * e2,
+        d0 * r0 + d1 * r1 + d2 * r2,
+        e0 * r0 + e1 * r1 + e2 * r2,
     )
-    dr, er = d0 * r0 + d1 * r1 + d2 * r2, e0 * r0 + e1 * r1 + e2 * r2
-    area = dd * ee - de * de
-    wb, wc = ee * dr - de * er, dd * er - de * dr
-    if area > 0.0 and wb >= 0.0 and wc >= 0.0 and wb + wc <= area:
-        wb, wc = wb / area, wc / area
-    else:
-        wb, wc = on_sides(dd, de, ee, dr, er)
     r0 -= wb * d0 + wc * e0
     r1 -= wb * d1 + wc * e1
     r2 -= wb * d2 + wc * e2
     return r0, r1, r2, wb, wc
-
-
-def on_sides(dd: float, de: float, ee: float, dr: float, er: float) -> tuple[float, float]:
-    """Return the weights of the second and third corner at the nearest point of the sides.
-
-    Args:
-        dd, de, ee: Products of the two sides that begin at the first corner [m²].
-        dr, er: Their products with the place of the point as seen from there [m²].
-    """
-    # The square of the distance is r·r + wb (wb dd - 2 dr) + wc (wc ee - 2 er) + 2 wb wc de.
-    wb, wc = min(max(dr / dd, 0.0), 1.0) if dd > 0.0 else 0.0, 0.0
-    least = wb * (wb * dd - 2.0 * dr)
-    part = min(max(er / ee, 0.0), 1.0) if ee > 0.0 else 0.0
-    square = part * (part * ee - 2.0 * er)
-    if square < least:
-        least, wb, wc = square, 0.0, part
-    span = dd - 2.0 * de + ee
-    part = min(max((er - dr - de + dd) / span, 0.0), 1.0) if span > 0.0 else 0.0
-    square = (1.0 - part) * ((1.0 - part) * dd - 2.0 * dr) + part * (part * ee - 2.0 * er)
-    if square + 2.0 * part * (1.0 - part) * de < least:
-        wb, wc = 1.0 - part, part
-    return wb, wc
-
-
-def is_farther(i: int, pair: int, least: float, x: Floats, touches: ContactTable) -> bool:
-    """Return whether a triangle is farther away than another one.
-
-    Args:
-        least: Distance of the other one [m].
-    """
-    return distance(i, pair, x, touches) > least + ALIKE * touches.radius[pair]
 
 
 def distance(i: int, pair: int, x: Floats, touches: ContactTable) -> float:
