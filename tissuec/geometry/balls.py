@@ -5,7 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
+from tissuec.core.vectors import norm
 from tissuec.model.network import Floats, Indices
+
+FEW = 200_000  # pairs that are compared one by one
 
 
 def in_balls(middle: Floats, radius: Floats, points: Floats) -> tuple[Indices, Indices]:
@@ -20,6 +24,10 @@ def in_balls(middle: Floats, radius: Floats, points: Floats) -> tuple[Indices, I
     widest = float(radius.max(initial=0.0))
     point = np.flatnonzero(_in_box(points, middle, widest))
     ball = np.flatnonzero(_in_box(middle, points[point], widest))
+    if (few := _beside(middle[ball], radius[ball], points[point])) is not None:
+        ball, point = ball[few[0]], point[few[1]]
+        within = norm(middle[ball] - points[point]) <= radius[ball]
+        return ball[within], point[within]
     none = np.zeros(0, dtype=np.int64)
     balls, inside = [none], [none]
     tree = _tree(points[point])
@@ -34,6 +42,24 @@ def in_balls(middle: Floats, radius: Floats, points: Floats) -> tuple[Indices, I
         balls.append(own[found["i"][within]])
         inside.append(point[found["j"][within]])
     return np.concatenate(balls), np.concatenate(inside)
+
+
+def _beside(middle: Floats, radius: Floats, points: Floats) -> tuple[Indices, Indices] | None:
+    """Return pairs that are near each other along one axis; None if there are many.
+
+    A few are compared in less time than it takes to import a library of trees.
+    """
+    if not len(points):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    axis = int(np.ptp(points, axis=0).argmax())
+    order = np.argsort(points[:, axis], kind="stable")
+    along, centre = points[order, axis], middle[:, axis]
+    first = np.searchsorted(along, centre - radius)
+    count = np.searchsorted(along, centre + radius, side="right") - first
+    if count.sum() > FEW:
+        return None
+    ball = np.repeat(np.arange(len(middle)), count)
+    return ball, order[np.repeat(first, count) + counted_up(count)]
 
 
 def _tree(points: Floats) -> Any:

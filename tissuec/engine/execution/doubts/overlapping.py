@@ -14,7 +14,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up
 from tissuec.core.vectors import cross, dot, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.engine.execution.doubts.watched_skin import WatchedSkin
@@ -27,7 +26,6 @@ from tissuec.script.plan import Plan
 
 KIND = "bodies overlap"
 TOUCHING = 0.01  # of the median edge: surfaces as near as that as drawn touch
-FEW_PAIRS = 200_000  # of an edge and a triangle whose boxes are compared one by one
 AROUND = 0.5  # of the median edge: distance within which surfaces are listed
 FLAT = 1e-6  # of the median edge: nodes as near to a plane lie in it
 
@@ -180,30 +178,6 @@ def _is_held_apart(network: Network, *, is_one: bool) -> bool:
     return bool(touches.any())
 
 
-def _beside(middle: Floats, reach: Floats, points: Floats) -> tuple[Indices, Indices] | None:
-    """Return pairs of a ball and a point that are near each other along the longest axis.
-
-    A small surface needs no tree then, whose library takes longer to import than small runs.
-
-    Args:
-        middle: Of balls [m], shape (ball, 3).
-        reach: Their radii [m], shape (ball,).
-        points: [m], shape (point, 3).
-
-    Returns:
-        Balls and points, shape (pair,); None if there are too many.
-    """
-    axis = int(np.ptp(points, axis=0).argmax())
-    order = np.argsort(points[:, axis], kind="stable")
-    along, centre = points[order, axis], middle[:, axis]
-    first = np.searchsorted(along, centre - reach)
-    count = np.searchsorted(along, centre + reach, side="right") - first
-    if count.sum() > FEW_PAIRS:
-        return None
-    ball = np.repeat(np.arange(len(middle)), count)
-    return ball, order[np.repeat(first, count) + counted_up(count)]
-
-
 def _near(one: WatchedSkin, other: WatchedSkin, position: Floats, margin: float) -> Indices:
     """Return pairs of an edge and a triangle whose boxes are near each other, (pair, 2).
 
@@ -221,8 +195,7 @@ def _near(one: WatchedSkin, other: WatchedSkin, position: Floats, margin: float)
     middle = corners[others].mean(axis=1)
     size = norm(corners[others] - middle[:, None]).max(axis=1)
     half = 0.5 * norm(ends[own, 1] - ends[own, 0])
-    place, reach = ends[own].mean(axis=1), size + half.max() + margin
-    triangle, edge = _beside(middle, reach, place) or in_balls(middle, reach, place)
+    triangle, edge = in_balls(middle, size + half.max() + margin, ends[own].mean(axis=1))
     edge, triangle = own[edge], others[triangle]
     meet = _meet(low[edge], high[edge], least[triangle], most[triangle])
     edge, triangle = edge[meet], triangle[meet]
