@@ -44,6 +44,18 @@ def forces(contact, position, velocity):
     return found
 
 
+def forces_of_an_energy(contact, position, *, rel):
+    """Return the forces [N], which are minus the derivative of the energy, and balance."""
+    force = forces(contact, position, np.zeros_like(position))
+    way = np.random.default_rng(5).standard_normal(position.shape)
+    ends = [contact.energy(0.0, position + side * 1e-8 * way) for side in (1.0, -1.0)]
+    assert (force * way).sum() == pytest.approx(-(ends[0] - ends[1]) / 2e-8, rel=rel)
+    scale = np.abs(force).sum()
+    assert np.abs(force.sum(axis=0)).max() < 1e-14 * scale
+    assert np.abs(np.cross(position, force).sum(axis=0)).max() < 1e-14 * scale
+    return force
+
+
 TOOLS = {
     "ball": "kind is probe; radius = 6 mm; centre = (7.3, 8.2, 9) mm",
     "small ball": "kind is probe; radius = 3 mm; centre = (7.3, 8.2, 6.5) mm",
@@ -116,13 +128,7 @@ def test_a_thread_touches_faces_along_its_pieces_and_forces_are_those_of_an_ener
     # Each node has its share, half as much at the ends.
     assert force[thread][:, 2] == pytest.approx(expected * np.array([1, 2, 2, 1]) / 6.0)
     position[:] += 0.1e-3 * np.random.default_rng(4).standard_normal(position.shape)
-    force = forces(contact, position, np.zeros_like(position))
-    way = np.random.default_rng(5).standard_normal(position.shape)
-    ends = [contact.energy(0.0, position + side * 1e-8 * way) for side in (1.0, -1.0)]
-    assert (force * way).sum() == pytest.approx(-(ends[0] - ends[1]) / 2e-8, rel=1e-6)
-    scale = np.abs(force).sum()
-    assert np.abs(force.sum(axis=0)).max() < 1e-14 * scale
-    assert np.abs(np.cross(position, force).sum(axis=0)).max() < 1e-14 * scale
+    force = forces_of_an_energy(contact, position, rel=1e-6)
     expected = ContactForce(contact).at(
         position, np.zeros_like(position), contact.near(position, 0.0)
     )

@@ -40,10 +40,14 @@ def text_of(places):
     return "({:.4f}, {:.4f}, {:.4f})".format(*places)
 
 
-def pull(number):
-    """Return a random scene: a needle or a hook above a sheet, and where it goes."""
-    chance = np.random.default_rng([11, number])
-    radius = chance.uniform(0.3, 1.5)
+def drawn_above(chance, thinnest):
+    """Return a random needle or hook above z = 0 as text, and the height of its lowest point.
+
+    Args:
+        chance: Source of random numbers.
+        thinnest: Its least radius [mm].
+    """
+    radius = chance.uniform(thinnest, 1.5)
     points = [np.zeros(3)]
     for _ in range(chance.integers(1, 4)):
         way = chance.standard_normal(3)
@@ -58,10 +62,17 @@ def pull(number):
     else:
         tool += f"kind is hook; shaft from {drawn[0]} to {drawn[1]}; bend = {drawn[2]}"
         tool += f"; tip = {drawn[3]}" if len(points) > 3 else ""
-    down = -chance.uniform(0.5, 7.0) - points[:, 2].min()
+    return tool + " }", points[:, 2].min()
+
+
+def pull(number):
+    """Return a random scene: a needle or a hook above a sheet, and where it goes."""
+    chance = np.random.default_rng([11, number])
+    tool, lowest = drawn_above(chance, 0.3)
+    down = -chance.uniform(0.5, 7.0) - lowest
     return SHEET.format(
         **KINDS["springs" if chance.random() < 0.5 else "elements"],
-        tool=tool + " }",
+        tool=tool,
         stiffness=10.0 ** chance.uniform(0.0, 4.0),
         script=moved("tool", [*chance.uniform(-10.0, 10.0, 2), down]),
     )

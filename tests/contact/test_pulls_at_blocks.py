@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.contact.scenes import play
-from tests.contact.test_pulls import PASSES, moved, passes, text_of
+from tests.contact.test_pulls import PASSES, drawn_above, moved, passes
 
 BLOCK = """language 1
 tissue gel {{ Young's modulus = 20 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
@@ -29,24 +29,10 @@ output {{ force of tool every 1 ms; trajectory every 0.2 ms }}
 def pull(number):
     """Return a random scene: a needle or a hook above a block, and where it goes."""
     chance = np.random.default_rng([21, number])
-    radius = chance.uniform(0.2, 1.5)
-    points = [np.zeros(3)]
-    for _ in range(chance.integers(1, 4)):
-        way = chance.standard_normal(3)
-        points.append(points[-1] + chance.uniform(3.0, 8.0) * way / np.linalg.norm(way))
-    points = np.array(points) - np.mean(points, axis=0)
-    points[:, :2] += chance.uniform(-5.0, 5.0, 2)
-    points[:, 2] += radius + chance.uniform(0.3, 1.0) - points[:, 2].min()
-    drawn = [f"{text_of(point)} mm" for point in points]
-    tool = f"tool tool {{ radius = {radius:.4f} mm; "
-    if len(points) == 2:
-        tool += f"kind is probe; axis from {drawn[0]} to {drawn[1]}"
-    else:
-        tool += f"kind is hook; shaft from {drawn[0]} to {drawn[1]}; bend = {drawn[2]}"
-        tool += f"; tip = {drawn[3]}" if len(points) > 3 else ""
-    down = -chance.uniform(0.5, 3.0) - points[:, 2].min()
+    tool, lowest = drawn_above(chance, 0.2)
+    down = -chance.uniform(0.5, 3.0) - lowest
     return BLOCK.format(
-        tool=tool + " }",
+        tool=tool,
         stiffness=10.0 ** chance.uniform(0.0, 3.0),
         script=moved("tool", [*chance.uniform(-6.0, 6.0, 2), down]),
     )
