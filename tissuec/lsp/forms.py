@@ -7,7 +7,7 @@ from itertools import takewhile
 from typing import NamedTuple
 
 from tissuec.core import units
-from tissuec.core.units import Dimension, parse_unit, show
+from tissuec.core.units import NUMBER, Dimension, parse_unit, show
 from tissuec.lang.words import RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
@@ -251,7 +251,9 @@ def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
         case ChoiceClause(words=words):
             return Expected((_terms(words),))
         case NumberClause(words=words):
-            terms = _terms({name: show(value, dimension) for name, value in words.items()})
+            terms = _terms(
+                {name: show(one, dimension or NUMBER) for name, one in words.items()}
+            )
             return (number(terms) if terms else number())._replace(dimension=dimension)
         case _:
             return number()._replace(dimension=dimension)
@@ -263,8 +265,8 @@ def _place(place: Placeholder) -> Expected:
         "ADJUSTED": v.adjusted, "LISTED": v.adjusted_in_lists, "VARIED": study.varied,
         "FIELD": v.frame_fields,
     }  # fmt: skip
-    terms = known[place.text]() if place.text in known else {}
-    terms = {**terms, **plain(CHOICE, place.words, place.about)}
+    own = known[place.text]() if place.text in known else dict[str, Term]()
+    terms = {**own, **plain(CHOICE, place.words, place.about)}
     return Expected((terms,) if terms else (), place.names, declares=place.new)
 
 

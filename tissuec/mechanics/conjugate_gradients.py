@@ -4,10 +4,15 @@ The inverses of the diagonal blocks of nodes are the preconditioner. (M. R. Hest
 Stiefel, J. Res. Nat. Bur. Stand. 49:409, 1952.)
 """
 
+from typing import TYPE_CHECKING, cast
+
 import numpy as np
 
 from tissuec.mechanics.stiffness import Stiffness
 from tissuec.model.network import Floats
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 PRECISION = 1e-3  # of the residual; the caller repeats this for the remainder
 ROUNDS = 500
@@ -21,7 +26,7 @@ class ConjugateGradients:
     """
 
     def __init__(self, matrix: Stiffness):
-        self._matrix = Stiffness(matrix.sparse.tocsr(), matrix.wide)
+        self._matrix = Stiffness(cast("csc_matrix", matrix.sparse.tocsr()), matrix.wide)
         count = matrix.sparse.shape[0] // 3
         entries = matrix.sparse.tocoo()
         own = entries.row // 3 == entries.col // 3

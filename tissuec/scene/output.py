@@ -1,6 +1,6 @@
 """The sentences of the output block, for checks, editors and the reference."""
 
-from typing import Annotated, TypeAlias
+from typing import Annotated
 
 from tissuec.core.precision import PRECISIONS, SINGLE
 from tissuec.core.units import TIME
@@ -16,7 +16,6 @@ TRAJECTORY, SURFACE, ENERGY = "trajectory", "surface", "energy"
 PRECISION, COMPRESS, BLOCKS = "precision", "compress", "blocks"
 FIELD = Placeholder("FIELD")
 
-Names: TypeAlias = tuple[s.Name, ...]
 #: Time between values [s].
 Rate = Annotated[
     float,
@@ -105,11 +104,11 @@ SENTENCES: dict[str, SentenceKind] = {
 
 def recorded() -> dict[str, SentenceKind]:
     """Return what can be recorded; measures of something are written with parentheses."""
-    measures = {
+    return SENTENCES | {
         name: SentenceKind((RecordedWords,), (f"{measure.form} every 10 ms",), "A measure.")
         for name, measure in MEASURES.items()
+        if name not in SENTENCES
     }
-    return {**SENTENCES, **{name: measures[name] for name in measures if name not in SENTENCES}}
 
 
 declare(

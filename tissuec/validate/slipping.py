@@ -78,8 +78,9 @@ class _SlipStep:
         """Return how far bristles are beyond a change [m], shape (bristle,)."""
         length, most, ahead = self._lengths(time)
         slides, late = self._cut.slides, LATE * most.max()
-        excess = np.where(slides | (most == 0.0), 0.0, length - most) - late
-        return np.where(slides & (ahead < 0.0), -ahead * self._size - late, excess)
+        excess: Floats = np.where(slides | (most == 0.0), 0.0, length - most) - late
+        sticks: Floats = -ahead * self._size - late
+        return np.where(slides & (ahead < 0.0), sticks, excess)
 
     def _lengths(self, time: float) -> tuple[Floats, Floats, Floats]:
         """Return lengths [m], those at which bristles slip [m] and their growth [m/s]."""

@@ -4,6 +4,8 @@ import time as clock
 import warnings
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
+from functools import partial
+from importlib import import_module
 from typing import Any, Self
 
 from tissuec.core.errors import TissueError, TissueWarning
@@ -75,7 +77,7 @@ class Cluster:
         """Hand out a portion; see `Crew`."""
         inner = self._executor.submit(carried_out, __version__, packed, items)
         outer = Future[Any]()
-        inner.add_done_callback(lambda ended: self._pass(ended, outer))
+        inner.add_done_callback(partial(self._pass, outer=outer))
         return outer
 
     def _pass(self, ended: Future[Any], outer: Future[Any]) -> None:
@@ -103,13 +105,13 @@ class Cluster:
 def _client(address: str) -> Any:
     """Return a client of a scheduler."""
     try:
-        from distributed import Client  # pyright: ignore[reportMissingImports]
+        distributed: Any = import_module("distributed")
     except ImportError as error:
         raise TissueError(
             'a scheduler needs dask.distributed; pip install "tissuec[cluster]" installs it'
         ) from error
     try:
-        return Client(address, timeout=PATIENCE, set_as_default=False)
+        return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise TissueError(
             f'no scheduler answers at "{address}"; start one with: dask scheduler'
