@@ -59,7 +59,7 @@ def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
 
 
 def read_rest(file: BufferedReader, most: int) -> bytes:
-    """Return what an open file contains from its present place on.
+    """Return the rest of an open file, from its current position.
 
     Args:
         file: The file.

@@ -90,8 +90,8 @@ class ContactPairs(NamedTuple):
         shape: Numbers of shapes, shape (pair,).
         weight: How often the shape counts for this node, shape (pair,).
         radius: At which it touches this node [m], shape (pair,).
-        sided: Whether it is a triangle that tells on which side of a closed surface the node
-            is, shape (pair,); None if none is.
+        sided: Whether it is a triangle that determines on which side of a closed surface the
+            node is, shape (pair,); None if none is.
     """
 
     node: Indices
@@ -111,7 +111,7 @@ class ContactPairs(NamedTuple):
         )
 
     def and_others(self, others: "ContactPairs") -> "ContactPairs":
-        """Return these pairs and others after them, none of which tells a side."""
+        """Return these pairs followed by others, none of which determines a side."""
         sided = self.sided
         if sided is not None:
             sided = np.append(sided, np.zeros(len(others.node), dtype=bool))
@@ -250,7 +250,7 @@ class Contact(Field, frozen=True, dict=True):
         return np.where(flat, np.maximum(thick, self.size[node]), radius)
 
     def _with_sides(self, position: Floats, pairs: ContactPairs, margin: float) -> ContactPairs:
-        """Return pairs with the triangles that tell the sides of points, at any depth.
+        """Return pairs with the triangles that determine the sides of points, at any depth.
 
         Args:
             position: Of nodes and points [m], shape (node + point, 3).
@@ -884,7 +884,7 @@ class Contact(Field, frozen=True, dict=True):
 
 @kept_on_owner(8)
 def _with_whole(contact: Contact, alive: bytes) -> Contact:
-    """Return contact without the faces whose springs are gone; kept, as it is often needed."""
+    """Return contact without the faces whose springs are gone; cached for repeated calls."""
     there = np.frombuffer(alive, dtype=bool)
     bound = contact.bonds >= 0
     holding = np.zeros_like(bound)

@@ -34,9 +34,8 @@ class ContactPointTable(NamedTuple):
     touches: ContactTable
     rough: Roughness
     part: int  # of contact that is computed; PLACING to place the points first
-    sided: (
-        Integers  # 1 of pairs whose triangle tells the side of a point, shape (pair,) or (0,)
-    )
+    # 1 of pairs whose triangle determines the side of a point, shape (pair,) or (0,)
+    sided: Integers
     at: Integers  # where the coordinates of each point begin, shape (near,)
     corners: IntegerRows  # the same of its corners, shape (near, 3)
     shares: Rows  # N_a, shape (near, 3)

@@ -2,7 +2,7 @@
 
 Distances from triangles have no sign, so that a point which has gone through a surface would be
 pushed on. The surface of a solid is closed and faces outwards. So of its triangles, the one
-that is nearest to a point tells on which side the point is: behind that triangle, it is inside.
+nearest to a point determines on which side the point is: behind that triangle, it is inside.
 There its depth in this triangle is R + |x - p| instead of R - |x - p|, with the normal turned
 outwards. All other triangles, edges and corners keep their depth without a sign: in a flat
 place they cancel, beyond R they vanish, and near the surface they make the energy continuous
@@ -10,8 +10,8 @@ where a point crosses it, and where another triangle becomes the nearest one, si
 equally far away then.
 
 Where the nearest point is on an edge or a corner, all triangles that have it are equally near,
-and the sum of their normals, weighted by their angles there, tells the side (J. A. Bærentzen,
-H. Aanæs, IEEE Trans. Vis. Comput. Graph. 11:243, 2005).
+and the sum of their normals, weighted by their angles there, determines the side (J. A.
+Bærentzen, H. Aanæs, IEEE Trans. Vis. Comput. Graph. 11:243, 2005).
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def kept_outside(
         place: Where points are in shapes.
         corners: Of the shapes [m], shape (pair, 3, 3).
         radius: [m], shape (pair,).
-        sided: Which pairs are triangles that tell the side of their point, shape (pair,).
+        sided: Which pairs are triangles that determine the side of their point, shape (pair,).
         group: Number of the point and the surface of each pair, shape (pair,).
     """
     own = np.flatnonzero(sided)

@@ -4,7 +4,7 @@ Shared arguments:
     k: Index of the point among those of the contact.
     i: Index of its first component in ``x``.
     pair, last: Pairs of the point with one surface: from ``pair`` up to before ``last``.
-    sided: 1 of pairs whose triangle tells the side of the point.
+    sided: 1 of pairs whose triangle determines the side of the point.
     x, v: Positions [m] and velocities [m/s], flat.
     touches: Record of the contact; its fields give the shapes and units.
 """

@@ -74,8 +74,8 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
     def facing_alike(self) -> tuple[NDArray[np.bool_], Indices, int]:
         """Return how to make the triangles agree with their neighbours.
 
-        Each triangle is twice in a graph, as it is and turned, and is joined to those
-        states of its neighbours that agree. Then the states that go together are one piece.
+        Each triangle is two nodes of a graph, one as it is and one turned; each is joined to
+        the nodes of neighbours that agree with it. Consistent orientations are connected parts.
 
         Returns:
             Which triangles are to be turned, shape (triangle,), so that the lowest of each

@@ -9,7 +9,7 @@ from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import TRIANGLE, places
 
-MOST_TOGETHER = 1_000_000  # pairs of a point and a triangle that are looked at at once
+MOST_TOGETHER = 1_000_000  # pairs of a point and a triangle that are examined at once
 
 
 class NearestTriangles(NamedTuple):

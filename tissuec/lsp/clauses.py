@@ -10,7 +10,7 @@ from tissuec.lsp.prefix import Prefix
 
 
 def in_clause(prefix: Prefix) -> Expected:
-    """Return what may follow a joining word or "=", or further on in what it joins."""
+    """Return the completions after a joining word or "=", or later in that clause."""
     if prefix.block.kind == "script" and not prefix.has_verb:
         time = number()._replace(dimension=units.TIME)
         return measured() if prefix.head == "when" else time

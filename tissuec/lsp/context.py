@@ -16,7 +16,7 @@ from tissuec.scene.tissues.evidence import KNOWN
 
 
 def named_with(prefix: Prefix) -> Expected:
-    """Return what may directly follow the first words of a part or entry."""
+    """Return the completions right after the first words of a part or entry."""
     match prefix.block.kind, prefix.subject:
         case "", "use":
             return Expected(files="use")
@@ -39,13 +39,13 @@ def named_with(prefix: Prefix) -> Expected:
 
 
 def objects(prefix: Prefix) -> tuple[str, ...]:
-    """Return what kinds of names a verb takes after its words."""
+    """Return the kinds of names that a verb takes as its subject."""
     forms = (one for one in forms_of("script", prefix.head) if one.literal == prefix.object)
     return together(first_places(forms)).names
 
 
 def choices(prefix: Prefix) -> Expected:
-    """Return what may follow "is"."""
+    """Return the completions after "is"."""
     kind, subject = prefix.block.kind, prefix.subject
     if prefix.has("where"):
         return Expected(names=("region",)) if subject == "region" else Expected()
@@ -63,7 +63,7 @@ def choices(prefix: Prefix) -> Expected:
 
 
 def expected_in(prefix: Prefix) -> Expected:
-    """Return what may follow later in a statement."""
+    """Return the completions later in a statement."""
     last = prefix.last
     assert last is not None
     kind, head, call = prefix.block.kind, prefix.head, prefix.call
@@ -91,7 +91,7 @@ def expected_in(prefix: Prefix) -> Expected:
 
 
 def _plain(prefix: Prefix) -> Expected:
-    """Return what may follow ``=`` and similar signs."""
+    """Return the completions after ``=`` and similar signs."""
     behind_equal = prefix.has("=")
     match prefix.block.kind, prefix.head or prefix.subject:
         case "", ("param" | "let" | "set" as head) if not behind_equal:
@@ -146,7 +146,7 @@ def _conditions(prefix: Prefix) -> Terms:
 
 
 def behind_number(prefix: Prefix) -> Expected:
-    """Return what may directly follow a number."""
+    """Return the completions right after a number."""
     if prefix.block.kind == "study" and prefix.clause == "in":
         return Expected((study.STEPS_TERMS,))
     varied = prefix.object if prefix.subject == "vary" else ""

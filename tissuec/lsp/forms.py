@@ -164,7 +164,7 @@ def _written(text: str, entry: str) -> SentenceForm:
 
 
 def _content(content: Sequence[str]) -> Expected:
-    """Return what a part of a text of a form means."""
+    """Return the completions for a part of the text of a form."""
     first, *more = (*content, "")
     if first.isupper():
         return _MEANT.get(first, Expected())
@@ -221,7 +221,7 @@ def _declared(form: VerbForm, entry: str, *, is_ordered: bool = False) -> Senten
 
 
 def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
-    """Return what can be written after a joining word."""
+    """Return the completions after a joining word."""
     known = getattr(part, "dimension", None)
     dimension = None if known is None or known is OWN else form.dimension_of(word)
     match part:
@@ -260,7 +260,7 @@ def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
 
 
 def _place(place: Placeholder) -> Expected:
-    """Return what a placeholder of a declared form means."""
+    """Return the completions for a placeholder of a declared form."""
     known = {
         "ADJUSTED": v.adjusted, "LISTED": v.adjusted_in_lists, "VARIED": study.varied,
         "FIELD": v.frame_fields,
@@ -291,7 +291,7 @@ def first_places(forms: Iterable[SentenceForm]) -> Iterator[Expected]:
 
 
 def together(every: Iterable[Expected]) -> Expected:
-    """Return what can be written, if any of some can."""
+    """Return the union of several sets of completions."""
     found = list(every)
     terms = dict[str, Term]()
     for known in (known for one in found for known in one.terms):

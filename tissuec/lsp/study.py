@@ -108,7 +108,7 @@ def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
 
 
 def of_study(prefix: Prefix) -> Expected | None:
-    """Return what can stand in a sentence of a study; None where its form alone says it."""
+    """Return the completions in a sentence of a study; None if they follow from its form."""
     if prefix.head == "expect":
         return number(OVER_RUNS_TERMS)._replace(names=("column", *NUMBERS))
     if prefix.call in AGGREGATES:

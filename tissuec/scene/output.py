@@ -103,7 +103,7 @@ SENTENCES: dict[str, SentenceKind] = {
 
 
 def recorded() -> dict[str, SentenceKind]:
-    """Return what can be recorded; measures of something are written with parentheses."""
+    """Return all outputs by name; measures of something are written with parentheses."""
     return SENTENCES | {
         name: SentenceKind((RecordedWords,), (f"{measure.form} every 10 ms",), "A measure.")
         for name, measure in MEASURES.items()

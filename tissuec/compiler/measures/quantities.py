@@ -50,7 +50,7 @@ class QuantityReader:
         self._findings = conditions.findings
 
     def read(self, node: s.Expression) -> ObservedExpression:
-        """Return what is measured.
+        """Return an expression over measures.
 
         Args:
             node: The name or call of a measure, or an expression of such.

@@ -185,7 +185,7 @@ class Findings:
 
     @property
     def are_many(self) -> bool:
-        """Return whether there are so many findings that nobody reads further hints."""
+        """Return whether there are too many findings for further hints to be useful."""
         return len(self._found) > 10 * LIMIT
 
     @property

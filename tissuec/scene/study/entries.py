@@ -28,8 +28,7 @@ LISTED, DRAWN = (GRID, LIST, ONE_AT_A_TIME), (LATIN, SOBOL, INDICES)
 DESIGNS = {
     GRID: "every combination of the values of all factors",
     LIST: "the first values of all factors, then the second ones, and so on",
-    ONE_AT_A_TIME: "the scene as it is, then each value of one factor with the others as in the"
-    " scene",
+    ONE_AT_A_TIME: "the unchanged scene, then each value of one factor, all others unchanged",
     LATIN: "random points, of which each part of each range has one",
     SOBOL: "evenly spread random points (Sobol sequence); runs should be a power of two",
     INDICES: "points for Sobol indices of sensitivity: runs times two more than the factors",

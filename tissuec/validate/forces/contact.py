@@ -206,7 +206,7 @@ class ContactForce:
     def _lengths(
         self, position: Floats, velocity: Floats, pairs: "ContactPairs"
     ) -> tuple[Touching, Floats, Floats]:
-        """Return what touches, and largest and present velocities of bristles [m/s]."""
+        """Return the contact, and the largest and current velocities of bristles [m/s]."""
         of, found = self._of, self.at(position, velocity, pairs)
         size = np.sqrt((velocity[of.memory] ** 2).sum(axis=1))
         return found, of.rate * found.grip / of.stiffness, size

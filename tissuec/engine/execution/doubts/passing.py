@@ -32,7 +32,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
 KIND = "passes through a surface"
-SAMPLES = np.linspace(0.0, 1.0, 33)[:, None]  # where the depth of pieces of lines is looked at
+SAMPLES = np.linspace(0.0, 1.0, 33)[:, None]  # where the depth of pieces of lines is computed
 APART = 0.05  # of the median edge of a surface: path of a node between two checks
 _OBLIQUE = np.array([0.36, 0.48, 0.80])  # a unit vector that is at right angles to nothing
 _OF_THREADS = "use more pieces, or a larger thickness or contact stiffness"
