@@ -74,6 +74,7 @@ def only(text):
         ("TIS109", "radius 3 mm", "3 mm", 'write "radius = 3 mm"'),
         ("TIS109", "param top 3 mm", "3 mm", 'write "top = 3 mm"'),
         ("TIS109", "trajectory evry 5 ms", "evry", 'did you mean "every"?'),
+        ("TIS109", "force(A) evry 5 ms", "evry", 'did you mean "every"?'),
         ("TIS109", "form 1 s to 2 s: cut a", "form", 'did you mean "from"?'),
         ("TIS100", "line = from (0, 0, 0) m to (1, 0, 0) m", "=", 'leave out "="'),
         ("TIS111", "if hardness = soft then a is b", "=", '"hardness is soft"'),

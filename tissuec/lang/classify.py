@@ -360,7 +360,13 @@ def _second_language(m: Mistake) -> Diagnostic | None:
 
 
 def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
-    """Recognise ``trajectory evry 5 ms`` and ``form 0 s to 1 s: …``."""
+    """Recognise ``trajectory evry 5 ms``, ``force(A) evry 5 ms`` and ``form 0 s to 1 s: …``."""
+    if m.found.type == "WORD" and m.previous == "RPAR" and m.next == "QUANTITY":
+        near = did_you_mean(
+            m.found.text, [one for one in TIME_WORDS if one.upper() in m.accepted]
+        )
+        message = f"a time cannot follow {shown(m.found.text)}"
+        return m.finding("TIS109", message, near) if near else None
     if m.found.type not in NUMBERS or m.previous != "WORD" or m.first in BINDERS:
         return None
     *others, last = m.before
