@@ -10,6 +10,7 @@ from tests.engine.test_quasistatic import DRAWN, drawn_out
 from tests.hand_net import make_net, table
 from tests.hand_plan import carry_out, event, make_plan, when
 from tests.mechanics.test_settling import residual
+from tests.validate.scenes import compiled_scene
 from tests.whole_runs import AfterAsking
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -106,6 +107,36 @@ def test_a_dome_that_is_pressed_snaps_at_its_limit_load():
     (note,) = outcome.notes
     assert float(note.split()[1]) == pytest.approx(1e3 * load / 4.0, abs=2e-3)
     assert "snapped to another equilibrium" in note
+
+
+#: Two soft blocks, of which one comes down on the other.
+MEETING = """language 1
+tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
+body lower { mesh is lattice { cell = 10 mm; box from (0, 0, 0) mm to (20, 20, 10) mm }
+  tissue is gel }
+body upper {
+  mesh is lattice { cell = 6 mm; box from (3.3, 4.1, 11.1) mm to (15.3, 16.1, 17.1) mm }
+  tissue is gel
+}
+set base = nodes of lower where z < 0.1 mm
+set top = nodes of upper where z > 17 mm
+environment { gravity = (0, 0, 0) m/s^2; contact is bodies too; contact thickness = 1 mm }
+script {
+  at 0 s: fix base
+  from 0 s to 1 s: move top by (0, 0, -2 mm) using constant speed
+}
+simulate { duration = 1 s; integrator is equilibrium }
+output { force(top) every 100 ms }
+"""
+
+
+def test_a_first_touch_is_no_jump_and_costs_few_steps():
+    compiled = compiled_scene(MEETING)
+    outcome, _ = carry_out(compiled.network, compiled.plan)
+    assert not outcome.notes
+    # 10 steps of the output, at most as many until the touch is found, and as many doubled
+    # steps from there on.
+    assert outcome.statistics.accepted + outcome.statistics.rejected <= 30
 
 
 def test_without_another_equilibrium_the_run_ends_with_the_time(tmp_path):

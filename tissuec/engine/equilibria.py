@@ -5,7 +5,9 @@ While the path is smooth, no energy is lost: the work of all forces is the chang
 A step whose work, by the trapezoidal rule, differs from that is repeated as two halves. Where
 it differs even in the smallest step, there is no equilibrium near the one before (a limit
 point): the net snaps to another, and the energy that it loses is booked as dissipated and
-reported. Ruptures and conditions are located in the same way.
+reported. Ruptures and conditions are located in the same way. Where forces only begin to grow,
+as at a first touch, the difference falls with the square of the step; there a step is accepted
+as soon as that is seen.
 
 Newton's method begins where the path leads, on the straight line through the last two states.
 """
@@ -25,8 +27,10 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.script.plan import EQUILIBRIUM
 
-ALLOWED = 2e-2  # of the energies of the run: what work by the rule may differ from them in all
-SMOOTH = 0.1  # of what a step may differ by: below, the next one is twice as long
+ALLOWED = 2e-2  # of energies or work: what work by the rule may differ from changes of energy
+FALLS = 0.35  # of what a step differed by: what its half does at most if nothing jumps
+SMOOTH = 0.1  # of what a step may differ by: below, the next one is longer
+LONGER = 8.0  # times as long, at most
 NOISE = 1e2  # times the rounding of the energy: smaller differences count as zero
 FINEST = 1e-6  # of the duration: steps that are not divided any more
 NEARLY = 1.5  # times that: steps that are as short but for rounding
@@ -61,6 +65,7 @@ class Equilibria(QuasiStatic):
     _waits = False  # whether the next step is not longer than this one
     _ahead = np.inf  # when something happens that is closed in on [s]
     _scale = 0.0  # largest energy or work so far [J]
+    _doubtful = -np.inf, 0.0  # end of the step halved last [s], and what it differed by [J]
     _before: Floats | None = None  # positions in the equilibrium before this one [m]
     _span = 0.0  # time between both [s]
     _seen: Look | None = None  # of this equilibrium
@@ -69,6 +74,7 @@ class Equilibria(QuasiStatic):
         """Take over a state; see ``Engine.restart``."""
         super().restart(state)
         self._before, self._seen, self._ahead = None, None, np.inf
+        self._doubtful = -np.inf, 0.0
 
     def finish(self, state: State) -> None:
         """Record the sample at the final time, in equilibrium after every event there."""
@@ -79,17 +85,17 @@ class Equilibria(QuasiStatic):
     def checkpoint(self) -> dict[str, Any]:
         """Return the numbers that ``restore`` continues from."""
         kept = {} if self._before is None else {"before": self._before}
-        path = np.array(
-            [self._size, self._usual, float(self._waits), self._ahead, self._scale, self._span]
-        )
+        sizes = self._size, self._usual, float(self._waits)
+        path = np.array([*sizes, self._ahead, *self._doubtful, self._scale, self._span])
         return {**super().checkpoint(), **kept, "path": path}
 
     def restore(self, state: State, saved: Mapping[str, Any]) -> None:
         """Continue from a checkpoint."""
         super().restore(state, saved)
-        self._size, self._usual, waits, self._ahead, self._scale, self._span = map(
+        self._size, self._usual, waits, self._ahead, *doubtful, self._scale, self._span = map(
             float, saved["path"]
         )
+        self._doubtful = doubtful[0], doubtful[1]
         self._waits, self._before = bool(waits), saved.get("before")
 
     @property
@@ -126,6 +132,7 @@ class Equilibria(QuasiStatic):
         attempt = self._try(state, before, guess, watch, patiently=not divides)
         allowed = self._allowed(state, attempt, before, span)
         jumps = attempt.seen is not None and abs(attempt.lost) > allowed
+        jumps = jumps and not self._bends(target, abs(attempt.lost))
         if divides and (attempt.failure is not None or jumps or attempt.found is not None):
             state.time = start
             state.place_held()
@@ -134,6 +141,7 @@ class Equilibria(QuasiStatic):
             self._seen = before
             if attempt.failure is not None or jumps:
                 self._size, self._waits = 0.5 * span, True
+                self._doubtful = target, abs(attempt.lost)
             else:
                 self._ahead = target
             return None
@@ -148,7 +156,7 @@ class Equilibria(QuasiStatic):
             self._ahead = np.inf
         if span > 0.0:
             self._note(target, attempt.remarks, lost)
-            self._lengthen(span, smooth=abs(attempt.lost) < SMOOTH * allowed, jumped=jumps)
+            self._lengthen(span, abs(attempt.lost) / (SMOOTH * allowed), jumped=jumps)
         self._before, self._span = None if jumps or not span else position, span
         self._seen = attempt.seen
         return attempt.found
@@ -183,21 +191,38 @@ class Equilibria(QuasiStatic):
         """Return the allowed difference between work and change of energies in a step [J]."""
         sizes = abs(attempt.work), abs(self._work + attempt.work), abs(before.energy)
         self._scale = max(self._scale, *sizes)
-        allowed = ALLOWED * self._scale * span / self.method.duration
+        part = span / self.method.duration
+        allowed = ALLOWED * max(self._scale * part, abs(attempt.work))
         if abs(attempt.lost) < SMOOTH * allowed:
             return allowed
         balance = Balance(state, ~state.held)
         _, rounding = balance.energy(balance.start, balance.bars(balance.start))
         return allowed + NOISE * rounding
 
-    def _lengthen(self, span: float, *, smooth: bool, jumped: bool) -> None:
-        """Choose the largest size of the next step after one that is accepted [s]."""
+    def _bends(self, target: float, lost: float) -> bool:
+        """Return whether a step differs because forces begin to grow in it, and only little.
+
+        Args:
+            target: Its end [s].
+            lost: What it differs by [J].
+        """
+        end, before = self._doubtful
+        return target <= end and lost < min(FALLS * before, ALLOWED * self._scale)
+
+    def _lengthen(self, span: float, roughness: float, *, jumped: bool) -> None:
+        """Choose the largest size of the next step after one that is accepted [s].
+
+        Args:
+            roughness: What the step differed by, of what is smooth.
+        """
         if jumped:
             self._size, self._waits = self._usual, False
         elif self._waits:
             self._waits = False
-        elif smooth:
-            self._size = self._usual = max(self._size, 2.0 * span)
+        elif roughness < 1.0:
+            # What differs grows with the cube of the step, what may differ in proportion to it.
+            longer = min(max(2.0, roughness**-0.5 if roughness > 0.0 else LONGER), LONGER)
+            self._size = self._usual = max(self._size, longer * span)
 
     def _guess(self, position: Floats, span: float) -> Floats | None:
         """Return the extrapolated path after a time, if it is known [m], shape (node, 3).

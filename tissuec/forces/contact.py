@@ -529,7 +529,7 @@ class Contact(Field, frozen=True, dict=True):
             area[count:] = self.between.areas
         on[:count] = carries[self.nodes[:count]]
         found: list[tuple[float, float]] = []
-        for pairs, place in self._pressed_in(in_line(position)):
+        for pairs, place in self.pressed_in(in_line(position)):
             own = np.flatnonzero((on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0))
             touched = np.unique(pairs.node[own])
             found.append((float(area[touched].sum()), float(place.depth[own].max(initial=0.0))))
@@ -537,10 +537,10 @@ class Contact(Field, frozen=True, dict=True):
         return both[..., 0], both[..., 1]
 
     def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
-        """Return the pairs that touch, and where they are."""
-        return next(self._pressed_in(position[None]))
+        """Return the pairs that touch, and where they are; kept for the last positions."""
+        return _touching(self, position.tobytes())
 
-    def _pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
+    def pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
         """Yield the pairs that touch in each state, and where they are.
 
         Args:
@@ -584,7 +584,10 @@ class Contact(Field, frozen=True, dict=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         total: list[float] = []
-        for pairs, place in self._pressed_in(in_line(position)):
+        one = position.ndim == 2
+        for pairs, place in (
+            (self._pressed(position),) if one else self.pressed_in(in_line(position))
+        ):
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
@@ -902,6 +905,12 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
         nodes = np.ones(len(contact.nodes) - len(stays), dtype=bool)
         contact = replace(contact, there=np.concatenate([nodes, stays]))
     return contact if whole.all() else replace(contact, whole=whole)
+
+
+@kept_on_owner(2)
+def _touching(contact: Contact, position: bytes) -> tuple[ContactPairs, NearestPlace]:
+    """Return the pairs that touch with nodes at some positions, and where they are."""
+    return next(contact.pressed_in(np.frombuffer(position).reshape(1, -1, 3)))
 
 
 def _all_pairs(node: Indices, face: Indices) -> tuple[Indices, Indices]:

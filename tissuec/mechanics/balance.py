@@ -87,6 +87,7 @@ class Balance:
         self._position = state.position.copy()
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)
+        self._last: tuple[Bars | None, list[Floats]] = None, []
         self._planes = state.symmetry
         if self._planes is not None:
             self._within = self._planes.projection(number, len(self.free))
@@ -145,11 +146,21 @@ class Balance:
         total = self.load.copy()
         self.springs.add_forces(bars, total)
         if self._fields:
-            pressed = np.zeros_like(bars.position)
-            for acting in self._fields:
-                acting.add_forces(self._time, bars.position, self._still, pressed)
-            total += pressed[self.free]
+            total += sum(self._of_fields(bars))[self.free]
         return total if self._planes is None else self._kept(total)
+
+    def _of_fields(self, bars: Bars) -> list[Floats]:
+        """Return the forces of each field on all nodes [N], each of shape (node, 3).
+
+        Those at the last positions are kept, because they are judged, too.
+        """
+        last, forces = self._last
+        if last is not bars:
+            forces = [np.zeros_like(bars.position) for _ in self._fields]
+            for acting, to in zip(self._fields, forces, strict=True):
+                acting.add_forces(self._time, bars.position, self._still, to)
+            self._last = bars, forces
+        return forces
 
     def _kept(self, force: Floats) -> Floats:
         """Return the part of forces within planes of symmetry [N], shape (free, 3)."""
@@ -240,10 +251,7 @@ class Balance:
 
         That of a field is its sum at a node, also at one that is held.
         """
-        forces = [self.load]
-        for acting in self._fields:
-            forces.append(np.zeros_like(bars.position))
-            acting.add_forces(self._time, bars.position, self._still, forces[-1])
+        forces = [self.load, *self._of_fields(bars)]
         loads = [float(norm(force).max(initial=0.0)) for force in forces]
         return max(float(np.abs(bars.tension).max(initial=0.0)), *loads)
 
