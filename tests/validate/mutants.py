@@ -62,6 +62,7 @@ SCENES = {
         "wall",
         "fluid",
         "needle",
+        "faces",
         "flat",
     )
 }
@@ -90,6 +91,8 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.contact_rows_kernel": None,
     "tissuec.forces.contact_couples_kernel": None,
     "tissuec.forces.contact_sides_kernel": ("lay_inside",),
+    "tissuec.forces.contact_points_kernel": None,
+    "tissuec.forces.bristle_kernel": None,
     "tissuec.forces.friction_kernel": None,
     "tissuec.forces.elements_kernel": None,
     "tissuec.forces.activation_kernel": None,

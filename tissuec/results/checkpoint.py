@@ -22,7 +22,7 @@ from tissuec.results.errors import ResultError
 from tissuec.results.schema import CHECKPOINT, NETWORK
 from tissuec.results.store import Store, member_name
 
-FORMAT = 4  # another number for any other entries
+FORMAT = 5  # another number for any other entries
 Value = NDArray[Any] | int | float | bool | str
 
 

@@ -2,9 +2,9 @@
 
 HDF5 allocates whole chunks, and for each column that has any a table of where these are. Both
 sides of events are counted, and the topologies after cuts; how often springs rupture is not
-known before. By how much compression makes frames smaller depends on
-the motion: 11 to 73 % in the shipped scenes. The size of a compressed file is therefore that
-without compression, which it does not exceed.
+known before, nor whether a run takes so long that it keeps a checkpoint. By how much
+compression makes frames smaller depends on the motion: 11 to 73 % in the shipped scenes. The
+size of a compressed file is therefore that without compression, which it does not exceed.
 """
 
 from collections.abc import Iterator
