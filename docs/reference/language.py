@@ -17,7 +17,7 @@ from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
-from tissuec.scene import settings
+from tissuec.scene import environment, settings
 from tissuec.scene.bodies import block as bodies
 from tissuec.scene.bodies import joints
 from tissuec.scene.bodies.block import EXPLICIT
@@ -64,7 +64,7 @@ def parts() -> dict[str, str]:
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
         "forces": joined(member_sections("kind", FORCES, "###")),
-        "environment entries": entry_table(settings.environment_entries()),
+        "environment entries": entry_table(environment.environment_entries()),
         "simulate entries": entry_table(settings.simulate_schema()),
         "procedures": procedure_sections(),
         "profiles": _listed(PROFILES),

@@ -343,7 +343,7 @@ MISTAKES = {
         "> 1 mN",
         "TIS304",
         "expect force(forceps A along (0, 0, 1)) > 1 mN",
-        "end with: at T, from T to T, until T or over run",
+        "end with: at TIME, from TIME to TIME, until TIME or over run",
     ),
     "set in the wrong unit": M(
         "x > 39 mm",

@@ -63,9 +63,9 @@ from tissuec.core import units
 from tissuec.core.errors import CompileError
 from tissuec.core.fields import Real
 from tissuec.core.source import Source
-from tissuec.scene import settings
+from tissuec.scene import environment
 
-class Windy(settings.EnvironmentEntries, frozen=True, eq=False):
+class Windy(environment.EnvironmentEntries, frozen=True, eq=False):
     '''What acts everywhere.
 
     Attributes:
@@ -74,7 +74,7 @@ class Windy(settings.EnvironmentEntries, frozen=True, eq=False):
 
     wind: Annotated[float, Real(units.VELOCITY, at_least=0.0)] = 0.0
 
-settings.EnvironmentEntries = Windy
+environment.EnvironmentEntries = Windy
 
 from tissuec.lsp.completion import complete
 from tissuec.lsp.documents import OpenDocuments
@@ -96,7 +96,7 @@ def said(entry):
 assert "wind must be a speed" in said("wind = 3 mm"), said("wind = 3 mm")
 assert "at least 0 m/s" in said("wind = -3 m/s")
 assert 'did you mean "wind"' in said("wnd = 3 m/s")
-assert "| `wind = …` | a speed (m/s)" in entry_table(settings.environment_entries())
+assert "| `wind = …` | a speed (m/s)" in entry_table(environment.environment_entries())
 documents, path = OpenDocuments(), Path("a.tis")
 documents.put(path, "language 1\nenvironment { wind = 3 m/s }\n")
 view = view_of(documents, path)

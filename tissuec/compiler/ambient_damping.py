@@ -7,14 +7,14 @@ from msgspec.structs import replace
 
 from tissuec.meshes.stiffness_sharing import grid_areas, node_areas
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.model import Environment
+from tissuec.scene.environment import Environment
 from tissuec.scene.reading.findings import Findings
 
 
 def with_drag(network: Network, environment: Environment, findings: Findings) -> Network:
     """Return a network with the damping of the environment by mass and by surface."""
-    found = environment.mass_damping * network.mass
-    if environment.surface_damping:
+    found = environment.entries.mass_damping * network.mass
+    if environment.entries.surface_damping:
         area = skin_areas(network) + thread_areas(network)
         if not area.any():
             findings.add(
@@ -23,7 +23,7 @@ def with_drag(network: Network, environment: Environment, findings: Findings) ->
                 environment.span,
                 hint="write mass damping, or damping (of each node)",
             )
-        found = found + environment.surface_damping * area
+        found = found + environment.entries.surface_damping * area
     return replace(network, drag=found) if found.any() else network
 
 

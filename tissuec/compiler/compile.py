@@ -504,8 +504,8 @@ def _plan(
             expectations.append(conditions.expectation(item))
     plan = Plan(
         simulation=scene.simulation,
-        gravity=scene.environment.gravity,
-        drag=scene.environment.drag,
+        gravity=scene.environment.entries.gravity,
+        drag=scene.environment.entries.damping,
         events=(*start, *script.events),
         triggers=tuple(script.triggers),
         output=output,

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing, points_of
 from tissuec.compiler.selections import extents
-from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import names_in
 from tissuec.lang.words import written_name
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import NamedGroup
@@ -21,10 +20,15 @@ from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.program.dependency_order import Definitions
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
+from tissuec.scene.sentences import (
+    KINDS,
+    ChosenNodes,
+    ChosenSprings,
+    SetWords,
+    UnionWords,
+    read_set,
+)
 from tissuec.script.verbs import VERBS, Group
-
-#: What a set can be chosen from.
-KINDS = ("nodes", "springs")
 
 
 class PlacedBody(Struct, frozen=True, eq=False, dict=True):
@@ -87,6 +91,7 @@ class Groups:
         self.joints: dict[str, PlacedJoint] = {}
         self.scope = scope
         self.findings = scope.findings
+        self._said: dict[str, SetWords | None] = {}  # None if it was rejected
         self.sets = Definitions("sets", self._needs, self._choose, scope.findings)
         self.used: set[str] = set()
         self.inside: dict[str, Indices] = {}
@@ -178,9 +183,7 @@ class Groups:
 
     def _says_springs(self, name: s.Name) -> bool:
         """Return whether a name is declared as springs of something, without choosing them."""
-        item = self.declared[name.key].item if name.key in self.declared else None
-        value = item.value if isinstance(item, s.Assign) else None
-        return isinstance(value, s.Name) and value.key == "springs"
+        return name.key in self.declared and isinstance(self._read(name.key), ChosenSprings)
 
     def springs(self, name: s.Name) -> Group:
         """Return the springs of a set of springs, a body or joint, or inside a set of nodes."""
@@ -281,113 +284,94 @@ class Groups:
 
     def _needs(self, key: str) -> Iterator[s.Name]:
         """Yield the sets in a union."""
-        item = self.declared[key].item
-        assert isinstance(item, s.Assign)
-        for name in names_in(item.value) if isinstance(item.value, s.Listing) else ():
+        said = self._read(key)
+        for name in said.union.listed if isinstance(said, UnionWords) else ():
             if name.key in self.declared:
                 yield name
 
+    def _read(self, key: str) -> SetWords | None:
+        """Return what a set is; None if it was rejected."""
+        if key not in self._said:
+            item = self.declared[key].item
+            assert isinstance(item, s.Assign)
+            self._said[key] = None
+            with self.findings.item():
+                self._said[key] = read_set(item, self.scope)
+        return self._said[key]
+
     def _choose(self, key: str) -> NamedSet:
-        item = self.declared[key].item
-        assert isinstance(item, s.Assign)
-        if isinstance(item.value, s.Listing):
-            return self._union(item, item.value)
-        clauses = {clause.word: clause for clause in item.clauses}
-        kind = item.value.key if isinstance(item.value, s.Name) else ""
-        if (
-            kind not in KINDS
-            or "of" not in clauses
-            or len(clauses) < len(item.clauses)
-            or set(clauses) - {"of", "where", "in"}
-        ):
-            hint: str = (
-                "forms: nodes of BODY where …, springs of BODY where …, "
-                "nodes of BODY in [1, 2], [A, B]"
-            )
-            near = did_you_mean(kind.split(" ")[-1], KINDS)
-            meant = near.edits[0].text if near else kind.split(" ")[-1]
-            if meant in KINDS and kind != meant:
-                hint = proposal(meant)
-            elif {"from", "to"} <= set(clauses):
-                hint = "for example: nodes of BODY where x between 1 mm and 2 mm"
-            self.findings.reject("TIS312", "wrong form of a set", item.value.span, hint=hint)
-        of_springs, of = kind == "springs", clauses["of"].value
-        parts = of.items if isinstance(of, s.Listing) and of.items else (of,)
-        placed = [self._named_part(part, of_springs=of_springs) for part in parts]
-        found = [self._chosen_of(one, kind, clauses) for one in placed]
+        said = self._read(key)
+        if said is None:
+            self.findings.stop()
+        if isinstance(said, UnionWords):
+            return self._union(said)
+        of_springs = isinstance(said, ChosenSprings)
+        placed = [self._named_part(name, of_springs=of_springs) for name in said.of]
+        found = [self._chosen_of(one, said) for one in placed]
         if not any(map(len, found)):
-            wanted = (
-                clauses["where"].value.span.one_line if "where" in clauses else "such an id"
-            )
+            wanted = "such an id" if said.where is None else said.where.span.one_line
             names = " or ".join(one.drawing.body.name for one in placed)
             self.findings.reject(
                 "TIS302",
-                f'the set "{item.name.text}" is empty: no {kind[:-1]} of {names} has {wanted}',
-                item.name.span,
+                f'the set "{said.name.text}" is empty: no {said.kind[:-1]} of {names} has '
+                f"{wanted}",
+                said.name.span,
                 hint=extents(np.concatenate([one.drawing.mesh.position for one in placed])),
             )
-        return NamedSet(Group(item.name.text, np.unique(np.concatenate(found))), of_springs)
+        return NamedSet(Group(said.name.text, np.unique(np.concatenate(found))), of_springs)
 
     def _chosen_of(
-        self, placed: PlacedBody | PlacedJoint, kind: str, clauses: Mapping[str, s.Clause]
+        self, placed: PlacedBody | PlacedJoint, said: ChosenNodes | ChosenSprings
     ) -> Indices:
         """Return the nodes or springs of a body or joint that a set contains."""
-        of_springs = kind == "springs"
+        of_springs = isinstance(said, ChosenSprings)
         is_joint = isinstance(placed, PlacedJoint)
         part = placed.springs if is_joint or of_springs else placed.nodes
         points = points_of(placed.drawing, self.scope, of_springs=of_springs)
         chosen = np.ones(len(part), dtype=bool)
-        if "where" in clauses:
-            chosen &= points.select(clauses["where"].value)
-        if "in" in clauses:
-            chosen &= points.with_ids(clauses["in"].value, placed.drawing.body.name, kind[:-1])
+        if said.where is not None:
+            chosen &= points.select(said.where)
+        if said.ids is not None:
+            chosen &= points.with_ids(said.ids, placed.drawing.body.name, said.kind[:-1])
         return part[chosen]
 
-    def _named_part(self, node: s.Expression, *, of_springs: bool) -> PlacedBody | PlacedJoint:
+    def _named_part(self, name: s.Name, *, of_springs: bool) -> PlacedBody | PlacedJoint:
         """Return the body, or where springs are chosen the joint, of a name."""
-        if isinstance(node, s.Name) and node.key in self.bodies:
-            return self.bodies[node.key]
-        if of_springs and isinstance(node, s.Name) and node.key in self.joints:
-            return self.joints[node.key]
-        text = node.text if isinstance(node, s.Name) else node.span.text
-        self.findings.pass_over_doubtful(s.key_of(text))
-        if isinstance(node, s.Name) and node.key in self.named_joints:
+        if name.key in self.bodies:
+            return self.bodies[name.key]
+        if of_springs and name.key in self.joints:
+            return self.joints[name.key]
+        self.findings.pass_over_doubtful(name.key)
+        if name.key in self.named_joints:
             # Springs are known once all joints are: it is too early within a joint.
             hint = "a joint joins nodes to nodes"
             if not of_springs:
-                hint = f"write springs of {node.text}, or nodes of a body"
-            self._refuse_joint(node, hint)
+                hint = f"write springs of {name.text}, or nodes of a body"
+            self._refuse_joint(name, hint)
         known = self.names_of_parts() if of_springs else self.names_of_bodies()
         what = "bodies and joints" if of_springs and self.named_joints else "bodies"
         self.findings.reject(
             "TIS301",
-            f'there is no body called "{text}"',
-            node.span,
-            hint=alternatives(text, known, what=what),
+            f'there is no body called "{name.text}"',
+            name.span,
+            hint=alternatives(name.text, known, what=what),
         )
 
     def _refuse_joint(self, name: s.Name, hint: str) -> NoReturn:
         message = f'"{name.text}" is a joint, which has springs only; nodes are needed here'
         self.findings.reject("TIS314", message, name.span, hint=hint)
 
-    def _union(self, item: s.Assign, listing: s.Listing) -> NamedSet:
-        if item.clauses:
-            self.findings.reject(
-                "TIS303", "nothing is allowed after a union of sets", item.clauses[0].span
-            )
+    def _union(self, said: UnionWords) -> NamedSet:
         parts: list[Group] = []
         kinds: set[bool] = set()
-        for part in listing.items:
-            if not isinstance(part, s.Name) or part.listed:
-                self.findings.reject(
-                    "TIS312", "a union contains names of sets or bodies", part.span
-                )
+        for part in said.union.listed:
             kinds.add(self.is_springs(part))
             parts.append(self.springs(part) if self.is_springs(part) else self.nodes(part))
         if len(kinds) != 1:
-            self.findings.reject("TIS314", "a union cannot mix nodes and springs", listing.span)
+            message = "a union cannot mix nodes and springs"
+            self.findings.reject("TIS314", message, said.union.span)
         return NamedSet(
-            Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
+            Group(said.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
             kinds.pop(),
         )
 

@@ -13,14 +13,12 @@ from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
-from tissuec.scene.model import ContactLaw, Scene
-from tissuec.scene.reading.clauses import read_sentence
+from tissuec.scene.environment import ContactLaw
+from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.settings import PLANE_FORM, SYMMETRIC
 from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs.blade import Blade
 from tissuec.script.verbs.change import ChangeMotion, ChangeSurroundings
-from tissuec.script.verbs.cut import PlaneWords
 from tissuec.script.verbs.holding import Driven, Holding, Taken
 from tissuec.script.verbs.move import Move
 from tissuec.script.verbs.push import Push
@@ -52,9 +50,8 @@ def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[Wri
     planes: list[WrittenPlane] = []
     if not network.body_nodes:  # a body that could not be drawn is reported elsewhere
         return ()
-    for sentence in scene.environment.planes:
+    for said in scene.environment.planes:
         with findings.item():
-            said = read_sentence(sentence, SYMMETRIC, PlaneWords, scene.constants, PLANE_FORM)
             _refuse_angles(said.plane, planes, findings, said.span)
             planes.append(_placed(said.plane, network, findings, said.span))
     return tuple(planes)

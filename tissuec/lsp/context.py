@@ -6,12 +6,13 @@ from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.clauses import in_clause
 from tissuec.lsp.entries import entries
-from tissuec.lsp.expected import SPRINGS, Expected, number
+from tissuec.lsp.expected import Expected, number
 from tissuec.lsp.forms import first_places, forms_of, texts_of, together
 from tissuec.lsp.measured import argument, measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
 from tissuec.scene.reading.graded import GRADABLE
+from tissuec.scene.reading.parts import PARTS
 from tissuec.scene.tissues.evidence import KNOWN
 
 
@@ -83,7 +84,9 @@ def expected_in(prefix: Prefix) -> Expected:
         return number(_conditions(prefix))
     if kind in ("tissue", "law") and prefix.subject in v.FORMULAS:
         return _formula(prefix)
-    if prefix.clause or (kind in ("learn", "study") and prefix.has("=")):
+    is_part = not kind and head in PARTS
+    is_declared = kind in ("learn", "study") or (is_part and PARTS[head].sentences)
+    if prefix.clause or (is_declared and prefix.has("=")):
         return in_clause(prefix)
     if prefix.has_verb and call == "[":
         return Expected((), objects(prefix))
@@ -96,8 +99,6 @@ def _plain(prefix: Prefix) -> Expected:
     match prefix.block.kind, prefix.head or prefix.subject:
         case "", ("param" | "let" | "set" as head) if not behind_equal:
             return Expected(declares=head)
-        case "", "set":
-            return Expected(names=SPRINGS) if prefix.call == "[" else Expected((v.CHOSEN_FROM,))
         case "", "hedge":
             return number(v.HEDGE_TERMS)
         case "", "expect":

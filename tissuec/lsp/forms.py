@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from tissuec.core import units
 from tissuec.core.units import NUMBER, Dimension, parse_unit, show
-from tissuec.lang.words import RESERVED
+from tissuec.lang.words import DECLARING_WORDS, RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.expected import SPRINGS, Expected, number
+from tissuec.lsp.expected import Expected, number
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, Term, Terms, by_label, plain
 from tissuec.scene.reading.parts import PARTS, blocks, entries_in
@@ -29,6 +29,7 @@ from tissuec.script.parts import (
     TISSUE,
     ChoiceClause,
     ColumnsClause,
+    ConditionClause,
     FilesClause,
     FlagPart,
     MeasureClause,
@@ -39,7 +40,8 @@ from tissuec.script.parts import (
     ProfileClause,
     SubjectPart,
     ToolClause,
-    UnitPart,
+    UnionClause,
+    UnitClause,
     ValueClause,
 )
 from tissuec.script.verbs import VERBS
@@ -50,10 +52,7 @@ _SECOND = {"to": ("from",), "and": ("between",), "in": ("using", "along")}
 _MEANT = {
     **{one.text: Expected(names=one.names)
        for one in (BODY, FORCE, QUANTITY, REGION, RULES, SET, TISSUE)},
-    "DRAWN": Expected(names=SPRINGS[1:]),
     "UNIT": Expected(unit=True, dimension=units.LENGTH),
-    "MODE": Expected((v.MODE_TERMS,)),
-    "SOURCE": Expected((v.SOURCE_TERMS,)),
     "SPREAD": Expected((v.SPREADS,)),
     "TIME": number()._replace(dimension=units.TIME),
     "LENGTH": number()._replace(dimension=units.LENGTH),
@@ -97,11 +96,15 @@ def fitting(prefix: Prefix) -> list[SentenceForm]:
     kind = prefix.block.kind
     forms = forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject)
     of_words = [one for one in forms if one.literal and one.literal == prefix.object]
-    found = of_words or [one for one in forms if not one.literal]
+    # The last word of an object may be a joining word that is not finished.
+    before = prefix.object.rpartition(" ")[0]
+    found = of_words or [one for one in forms if not one.literal or one.literal == before]
     if prefix.has("="):
         found = [one for one in found if any(part.word == "=" for part in one.clauses)]
     texts = prefix.texts
     first = texts[texts.index("=") + 1 :][:1] if "=" in texts else []
+    if "=" in texts and not first:
+        found = [one for one in found if one.starts != ("[",)]
     if first:
         begun = [one for one in found if first[0] in one.starts]
         found = begun or [one for one in found if not one.starts]
@@ -118,7 +121,7 @@ def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
     """
     if block == "script" and entry in VERBS:
         return tuple(_declared(form, entry) for form in script_forms.forms_of(entry))
-    known = entries_in(block).get(entry) if block else None
+    known = entries_in(block).get(entry) if block else PARTS.get(entry)
     if known is not None and known.sentences:
         kinds = map(script_forms.form_of, known.sentences)
         return tuple(_declared(form, entry, is_ordered=True) for form in kinds)
@@ -213,9 +216,11 @@ def _declared(form: VerbForm, entry: str, *, is_ordered: bool = False) -> Senten
                 starts = tuple(measures) if others else functions
             case ChoiceClause(word="=", words=words):
                 starts = tuple(words)
+            case UnionClause(word="="):
+                starts = ("[",)
             case _:
                 pass
-        if is_ordered and part in required:
+        if is_ordered and part in required and (word or entry not in DECLARING_WORDS):
             needed.append(word)
     return SentenceForm(form.literal if is_literal else "", tuple(clauses), starts)
 
@@ -242,8 +247,12 @@ def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
             return Expected(files="" if is_new else entry)
         case ColumnsClause():
             return Expected((v.COLUMN,)) if word else Expected()
-        case UnitPart():
+        case UnitClause():
             return Expected(unit=True, dimension=dimension)
+        case UnionClause(places=places):
+            return together(map(_place, places))
+        case ConditionClause():
+            return Expected()
         case ProfileClause():
             return Expected((v.profiles(),))
         case FlagPart(text=text, about=about):
@@ -263,10 +272,10 @@ def _place(place: Placeholder) -> Expected:
     """Return the completions for a placeholder of a declared form."""
     known = {
         "ADJUSTED": v.adjusted, "LISTED": v.adjusted_in_lists, "VARIED": study.varied,
-        "FIELD": v.frame_fields,
+        "FIELD": v.frame_fields, "SOURCE": lambda: v.SOURCE_TERMS,
     }  # fmt: skip
     own = known[place.text]() if place.text in known else dict[str, Term]()
-    terms = {**own, **plain(CHOICE, place.words, place.about)}
+    terms = {**plain(CHOICE, place.words, place.about), **own}
     return Expected((terms,) if terms else (), place.names, declares=place.new)
 
 

@@ -16,6 +16,7 @@ from tissuec.laws.stiffening import Stiffening
 from tissuec.meshes.generators import Generator
 from tissuec.meshes.walls import is_wall
 from tissuec.model.network import Floats
+from tissuec.scene.environment import Environment
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.metadata import Metadata
@@ -424,43 +425,6 @@ class Tool(Struct, frozen=True):
     def may_be(self, kind: str) -> bool:
         """Return whether this tool is of a kind, as far as its kind is known."""
         return self.kind in (kind, "")
-
-
-class ContactLaw(Struct, frozen=True):
-    """The law of contact as written.
-
-    Attributes:
-        between_bodies: Whether surfaces of bodies touch other bodies.
-        within_bodies: Whether they touch their own body, too.
-        stiffness: Of each node [N/m]; None where it follows from the springs.
-        surface_stiffness: By area of the surface [Pa/m]; None if not written.
-        places: "faces" or "nodes", where it acts; empty for faces of bodies made of elements,
-            unless a stiffness of each node is written, and nodes of others.
-        thickness: Of surfaces of bodies [m]; None where it follows from lengths of springs.
-        layer: [m]; None where it follows from the lengths of springs.
-        damping: [s/m].
-        friction: Coefficient everywhere; None where tissues give it.
-    """
-
-    between_bodies: bool
-    within_bodies: bool
-    stiffness: float | None
-    surface_stiffness: float | None
-    thickness: float | None
-    layer: float | None
-    damping: float
-    friction: float | None
-    places: str = ""
-
-
-class Environment(Struct, frozen=True, eq=False):
-    gravity: Floats  # [m/s²], shape (3,)
-    drag: float  # [N s/m] per node
-    mass_damping: float  # [1/s]
-    surface_damping: float  # [Pa s/m]
-    contact: ContactLaw | None  # None if nothing touches
-    span: Span
-    planes: tuple[s.Sentence, ...] = ()  # of symmetry, as written
 
 
 class Scene(Struct, frozen=True, eq=False):

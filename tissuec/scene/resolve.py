@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from tissuec.scene.bodies.likeness import read_each_like
 from tissuec.scene.bodies.tables import check_table
+from tissuec.scene.environment import Environment, read_environment
 from tissuec.scene.learning.block import read_learn_blocks
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.members import read_force
-from tissuec.scene.model import Environment, Scene
+from tissuec.scene.model import Scene
 from tissuec.scene.overrides.entries import read_overrides
 from tissuec.scene.program.declarations import LIKE, Declarations, collect
 from tissuec.scene.program.imports import Program, whole
@@ -20,7 +19,7 @@ from tissuec.scene.program.parameters import Constants
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import parts
-from tissuec.scene.settings import read_environment, read_simulation
+from tissuec.scene.settings import read_simulation
 from tissuec.scene.study.block import read_studies
 from tissuec.scene.tissues.block import read_tissues
 from tissuec.scene.tissues.laws import read_laws
@@ -128,7 +127,7 @@ def _settings(
 
     In a run without end, nothing of the script comes too late.
     """
-    environment = Environment(np.zeros(3), 0.0, 0.0, 0.0, None, whole(program.main))
+    environment = Environment.empty(program.main)
     simulation = Simulation(math.inf, AUTOMATIC, None, None, whole(program.main))
     with findings.item():
         environment = read_environment(declarations, program.main, scope)

@@ -15,12 +15,15 @@ from tissuec.script.parts import (
     CasePart,
     Cases,
     ChoiceClause,
+    ClausePart,
     ColumnsClause,
+    ConditionClause,
     DirectedClause,
     DirectionClause,
     EitherClause,
     FlagPart,
     LastingPart,
+    LimitsClause,
     NameClause,
     NumberClause,
     Part,
@@ -29,7 +32,8 @@ from tissuec.script.parts import (
     Refusal,
     SubjectPart,
     ToolClause,
-    UnitPart,
+    UnionClause,
+    UnitClause,
     ValueClause,
     VectorClause,
 )
@@ -107,10 +111,12 @@ class VerbForm(Struct, frozen=True, eq=False):
                     yield along, DirectionClause(along), ""
                 case RangeClause(dimension=dimension):
                     yield "to", NumberClause("to", dimension), word
+                case LimitsClause():
+                    yield "and", ValueClause("and"), word
                 case ProfileClause(path=path) if path:
                     yield "along", "table", ""
                 case ColumnsClause(dimension=dimension):
-                    yield "in", UnitPart(dimension=dimension), word
+                    yield "in", UnitClause("in", dimension=dimension), word
                 case NameClause(owners=owners) if owners:
                     yield word, NameClause(word, places=owners), word
                 case _:
@@ -131,7 +137,7 @@ class VerbForm(Struct, frozen=True, eq=False):
                 | RangeClause(dimension=dimension)
                 | NumberClause(dimension=Dimension() as dimension)
                 | ValueClause(dimension=Dimension() as dimension)
-                | UnitPart(dimension=Dimension() as dimension)
+                | UnitClause(dimension=Dimension() as dimension)
             ):
                 return dimension
             case _:
@@ -205,6 +211,43 @@ def texts_of(verb: str, *, every: bool = False) -> tuple[str, ...]:
 def text_of(verb: str, form: VerbForm) -> str:
     """Return the usual text of a form."""
     return _line(verb, form, _usual(form))
+
+
+@cache
+def texts_of_sentences(
+    first: str, kinds: tuple[type[VerbSentence], ...], *, as_examples: bool = False
+) -> tuple[str, ...]:
+    """Return the texts of sentences that are no orders, each with all of its parts.
+
+    Args:
+        first: Their first words.
+        kinds: Their classes.
+        as_examples: Whether to write the examples of parts that have some.
+    """
+    lines = dict[str, None]()
+    for form in map(form_of, kinds):
+        texts = {name: _written(part)[:1] for name, part in form.parts.items()}
+        if as_examples:
+            texts |= {n: [p.example] for n, p in form.parts.items() if p.example}
+        chosen = {name: text for name, several in texts.items() for text in several}
+        lines[_line(first, form, chosen)] = None
+    return tuple(lines)
+
+
+def brief_texts(first: str, kinds: tuple[type[VerbSentence], ...]) -> tuple[str, ...]:
+    """Return texts of sentences with what each needs, and at most one part that it can have.
+
+    Args:
+        first, kinds: See ``texts_of_sentences``.
+    """
+    lines = dict[str, None]()
+    for form in map(form_of, kinds):
+        texts = {n: text for n, part in form.parts.items() for text in _written(part)[:1]}
+        needed = {n: text for n, text in texts.items() if n not in form.optional}
+        for name in [one for one in texts if one in form.optional] or [""]:
+            more = {name: texts[name]} if name else {}
+            lines[_line(first, form, {**needed, **more})] = None
+    return tuple(lines)
 
 
 def _choices(form: VerbForm, usual: Mapping[str, str]) -> Iterator[dict[str, str]]:
@@ -288,10 +331,12 @@ def _written(part: Part) -> list[str]:
             return [f"{word} {part.placeholder}"]
         case RangeClause(word=word):
             return [f"{word} {part.placeholder} to {part.placeholder}"]
+        case LimitsClause(word=word):
+            return [f"{word} {part.placeholder} and {part.placeholder}"]
         case DirectedClause(word=word, along=along):
             return [f"{word} {part.placeholder}S", f"{word} {part.placeholder} {along} VECTOR"]
-        case ChoiceClause(word=word, words=words):
-            return [f"{word} {one}" for one in words]
+        case ChoiceClause(word=word, words=words, place=place):
+            return [f"{word} {one}" for one in ([place] if place else words)]
         case EitherClause(clauses=clauses):
             return [f"{one.word} {one.placeholder}" for one in clauses]
         case FlagPart(text=text):
@@ -299,5 +344,13 @@ def _written(part: Part) -> list[str]:
         case ProfileClause(path=path):
             paths = [f"{word} {PATH}" for word in PATH_WORDS] if path else []
             return ["using PROFILE", *paths]
+        case NameClause(word=word, places=places):
+            return [f"{word} {place.text}".strip() for place in places]
+        case UnionClause(word=word, places=(place, *_)):
+            return [f"{word} [{place.text}, {place.text}]"]
+        case ConditionClause(word=word) | ValueClause(word=word) | UnitClause(word=word):
+            return [f"{word} {part.placeholder}".strip()]
+        case ClausePart(word=word, place=place) if place:
+            return [f"{word} {place}"]
         case _:
             return []

@@ -168,11 +168,13 @@ class NameClause(ClausePart, frozen=True):
         places: What it can be, in forms.
         owners: What can follow the same word again: ``of scar of vessel``.
         listed: Whether it can be a list of names; then it is read as an expression.
+        joins: Whether it can be a union, which is read to one name.
     """
 
     places: tuple[Placeholder, ...] = ()
     owners: tuple[Placeholder, ...] = ()
     listed: bool = False
+    joins: bool = False
 
 
 class ValueClause(ClausePart, frozen=True):
@@ -185,6 +187,24 @@ class ValueClause(ClausePart, frozen=True):
 
     dimension: Dimension | None = None
     places: tuple[Placeholder, ...] = ()
+
+
+class ConditionClause(ClausePart, frozen=True):
+    """A condition that code of its own decides; directly after the first words without one."""
+
+
+class LimitsClause(ClausePart, frozen=True):
+    """Two numbers, ``between LOW and HIGH``, which code of its own evaluates."""
+
+
+class UnionClause(ClausePart, frozen=True):
+    """Names in brackets, ``[A, B]``, which are read to the name of their union.
+
+    Attributes:
+        places: What each of them can be, in forms.
+    """
+
+    places: tuple[Placeholder, ...]
 
 
 class MeasureClause(ClausePart, frozen=True):
@@ -219,7 +239,7 @@ class ColumnsClause(ClausePart, frozen=True):
     dimension: Dimension | Mapping[str, Dimension]
 
 
-class UnitPart(Part, frozen=True):
+class UnitClause(ClausePart, frozen=True):
     """A unit."""
 
     dimension: Dimension | Mapping[str, Dimension]

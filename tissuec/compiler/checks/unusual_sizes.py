@@ -45,7 +45,7 @@ def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     ]
     yield from _once("thickness", walls)
     yield from _once("distance", _distances(compiled))
-    gravity = float(np.linalg.norm(scene.environment.gravity))
+    gravity = float(np.linalg.norm(scene.environment.entries.gravity))
     yield from _once("gravity", [("gravity is", gravity, scene.environment.span)])
 
 

@@ -28,7 +28,8 @@ from tissuec.model.network import (
     ToolShape,
 )
 from tissuec.model.topology import pieces
-from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.environment import ContactLaw, Environment
+from tissuec.scene.model import Tool
 from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
 

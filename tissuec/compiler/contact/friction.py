@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.compiler.contact.points import FacePoints
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.model import ContactLaw
+from tissuec.scene.environment import ContactLaw
 
 #: Of tools, which take the coefficient of the tissue that they touch: the smaller one counts.
 OF_TISSUE = 1e30

@@ -29,7 +29,8 @@ from tissuec.geometry.nearest import or_one
 from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.environment import ContactLaw, Environment
+from tissuec.scene.model import Tool
 from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
 

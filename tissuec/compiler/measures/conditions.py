@@ -12,7 +12,7 @@ from tissuec.compiler.measures.observed import (
     Place,
     place_of,
 )
-from tissuec.compiler.sets import KINDS, Groups, unnamed
+from tissuec.compiler.sets import Groups, unnamed
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
@@ -24,6 +24,14 @@ from tissuec.scene.model import Scene
 from tissuec.scene.reading.expressions import FUNCTIONS
 from tissuec.scene.reading.spellings import COUNT, COUNTED
 from tissuec.scene.reading.values import unit_vector
+from tissuec.scene.sentences import (
+    KINDS,
+    ExpectedAt,
+    ExpectedOver,
+    ExpectedUntil,
+    ExpectedWithin,
+    read_expect,
+)
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.directed import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
@@ -441,31 +449,25 @@ class Conditions:
     # --- times --------------------------------------------------------------------------------
 
     def _interval(self, item: s.Expect) -> tuple[float, float]:
-        words = [clause.word for clause in item.clauses]
-        match words:
-            case ["at"]:
-                time = self.time(item.clauses[0].value)
+        match read_expect(item, self.scope):
+            case ExpectedAt(time=node):
+                time = self.time(node)
                 return time, time
-            case ["from", "to"]:
-                start, stop = (self.time(clause.value) for clause in item.clauses)
+            case ExpectedWithin(start=first, stop=last):
+                start, stop = self.time(first), self.time(last)
                 if start > stop:
-                    first, last = (clause.value.span.text for clause in item.clauses)
+                    begin, end = first.span.text, last.span.text
                     self.findings.reject(
                         "TIS403",
-                        f"the interval from {first} to {last} ends before it begins",
+                        f"the interval from {begin} to {end} ends before it begins",
                         item.clauses[0].span.to(item.clauses[1].span),
-                        hint=proposal(f"from {last} to {first}"),
+                        hint=proposal(f"from {end} to {begin}"),
                     )
                 return start, stop
-            case ["until"]:
-                return 0.0, self.time(item.clauses[0].value)
-            case ["over"] if item.clauses[0].value.span.text.lower() == "run":
+            case ExpectedUntil(stop=last):
+                return 0.0, self.time(last)
+            case ExpectedOver():
                 return 0.0, self.duration
-            case _:
-                self.findings.reject(
-                    "TIS304", "the time of the expectation is missing", item.span,
-                    hint="end with: at T, from T to T, until T or over run",
-                )  # fmt: skip
 
     def time(self, node: s.Expression) -> float:
         """Return a time within the run [s], or reject it."""

@@ -209,8 +209,8 @@ class _BodyReader:
     def _item(self, item: s.Item) -> None:
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
             self.findings.reject("TIS303", "this is not allowed in a body", item.span)
-        if isinstance(item, s.Block) and (region := without(item.name, "region")) is not None:
-            self.parts.read_region(region, item)
+        if isinstance(item, s.Block) and without(item.name, "region") is not None:
+            self.parts.read_region(item)
             return
         if isinstance(item, s.Assign) and is_graded(item):
             self.graded.append(read_graded(item, self.graded, self.findings))

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 from math import inf
-from typing import NoReturn
+from typing import Annotated
 
 from tissuec.core import units
 from tissuec.core.fields import OneOf, Real
@@ -13,30 +13,46 @@ from tissuec.scene.model import Joint
 from tissuec.scene.program.declarations import Declared
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import by_name, entry, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import SCENE, block, declare
 from tissuec.scene.tissues.names import reading_tissues, tissue_entry
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import SET, NameClause
 
 PAIRS = ("nearest", "all")
-_FORM = "springs from SET to SET"
+
+
+class JoinedWords(VerbSentence, frozen=True):
+    """The sets or bodies on either side of a joint."""
+
+    first: Annotated[
+        s.Name, NameClause("from", what="first set or body", places=(SET,), joins=True)
+    ]
+    second: Annotated[
+        s.Name, NameClause("to", what="second set or body", places=(SET,), joins=True)
+    ]
+
+
+_JOINED = SentenceKind(
+    (JoinedWords,), wrong="the springs of a joint connect two sets or bodies"
+)
 
 
 def _read_ends(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> tuple[s.Name, s.Name]:
     """Return the names of the sets or bodies on either side."""
-    if not isinstance(item, s.Sentence) or item.phrase is not None:
-        _wrong_ends(item, scope)
-    if [clause.word for clause in item.clauses] != ["from", "to"]:
-        _wrong_ends(item, scope)
-    first, second = (s.as_name(clause.value) for clause in item.clauses)
-    if first is None or second is None:
-        _wrong_ends(item, scope)
-    return first, second
+    reader = SentenceReader("springs", _JOINED, item, scope)
+    if isinstance(item, s.Block):
+        reader.reject_form()
+    _refuse_reserved_words(item, scope)
+    said = reader.get(JoinedWords)
+    return said.first, said.second
 
 
-def _wrong_ends(item: s.Item, scope: Scope) -> NoReturn:
-    clauses = item.clauses if isinstance(item, s.Sentence) else ()
-    for first, second in pairwise(clauses):
+def _refuse_reserved_words(item: s.Assign | s.Sentence, scope: Scope) -> None:
+    """Reject a name that contains a reserved word: ``from base of wall``."""
+    for first, second in pairwise(item.clauses):
         if first.word in ("from", "to") and second.word not in ("from", "to"):
             name = first.value.span.to(second.span)
             hint = f'write a name with "{second.word}" in quotes: "{name.text}"'
@@ -44,16 +60,13 @@ def _wrong_ends(item: s.Item, scope: Scope) -> NoReturn:
             scope.findings.reject(
                 "TIS115", message, name, hint=Hint(hint, Edit(f'"{name.text}"'))
             )
-    scope.findings.reject(
-        "TIS312",
-        "the springs of a joint connect two sets or bodies",
-        item.span,
-        hint=f"write {_FORM}",
-    )
 
 
 ENTRIES = by_name(
-    written("springs", "the sets or bodies that are joined", _FORM, reads=_read_ends),
+    written(
+        "springs", "the sets or bodies that are joined", sentences=_JOINED.forms,
+        reads=_read_ends,
+    ),
     tissue_entry("the tissue of the springs"),
     RUPTURE,
     entry(
@@ -82,7 +95,7 @@ def read_joint(program: ResolvedProgram, declared: Declared) -> Joint:
         found, places = schema.read(entries, item.items, scope, what="a joint")
     example = f"tissue is {next(iter(program.tissues), 'silk')}"
     hints = {
-        "springs": f"for example: {_FORM}",
+        "springs": f"for example: {ENTRIES['springs'].example}",
         "tissue": schema.missing(example, item.head),
     }
     with findings.together():

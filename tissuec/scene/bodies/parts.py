@@ -1,16 +1,17 @@
 """Parts of a body with tissues of their own: regions, interfaces and chosen springs."""
 
 from collections.abc import Mapping
-from typing import NoReturn
+from typing import Annotated
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import OneOf
-from tissuec.core.hints import Hint, alternatives
+from tissuec.core.hints import Hint
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.model import AssignedQuantity, Graded, Region, SpringPart, Tissue
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import Entry, by_name, entry, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.graded import (
@@ -24,12 +25,76 @@ from tissuec.scene.reading.parts import block
 from tissuec.scene.tissues.names import read_tissue, tissue_entry
 from tissuec.scene.tissues.quantities import QUANTITIES
 from tissuec.scene.tissues.written_numbers import read_given
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import (
+    REGION,
+    ChoiceClause,
+    ConditionClause,
+    NameClause,
+    Placeholder,
+)
 
 INTERFACES = {
     "mean": "The arithmetic mean of each quantity of both sides.",
     "softer": "All quantities of the side with the smaller spring constant.",
     "stiffer": "All quantities of the side with the larger spring constant.",
 }
+#: A name that is new, of a region.
+_NEW = Placeholder("NAME", new="region")
+
+
+class RegionWords(VerbSentence, frozen=True):
+    """A region and its nodes."""
+
+    name: Annotated[s.Name, NameClause("", what="region", places=(_NEW,))]
+    where: Annotated[
+        s.Expression,
+        ConditionClause(
+            "where", what="condition of the region", place="CONDITION",
+            example="where z > 10 mm",
+        ),
+    ]  # fmt: skip
+
+
+class SpringsWords(VerbSentence, frozen=True):
+    """Springs of a body."""
+
+    where: Annotated[
+        s.Expression,
+        ConditionClause(
+            "where", what="condition of the springs", place="CONDITION",
+            example="where length > 3 mm",
+        ),
+    ]  # fmt: skip
+
+
+First = Annotated[s.Name, NameClause("from", what="first region", places=(REGION,))]
+Second = Annotated[s.Name, NameClause("to", what="second region", places=(REGION,))]
+
+
+class BlendedWords(VerbSentence, frozen=True):
+    """Springs between two regions that are made of the tissues of both."""
+
+    rule: Annotated[str, ChoiceClause("is", INTERFACES, what="choice", place="MEAN")]
+    first: First
+    second: Second
+
+
+class BetweenWords(VerbSentence, frozen=True):
+    """Springs between two regions, whose block says what they are made of."""
+
+    first: First
+    second: Second
+
+
+_PART = " { tissue is … }"
+REGION_KIND = SentenceKind((RegionWords,), behind=_PART)
+SPRINGS_KIND = SentenceKind(
+    (SpringsWords,), wrong="springs with a separate tissue need one condition", behind=_PART
+)
+INTERFACE_KIND = SentenceKind(
+    (BlendedWords, BetweenWords), wrong="a separate interface needs two regions"
+)
 
 
 def _inside(tissue: str, prestress: str) -> dict[str, Entry]:
@@ -44,22 +109,21 @@ def _inside(tissue: str, prestress: str) -> dict[str, Entry]:
 
 REGION_ENTRY = written(
     "region", "a part of the body with its own tissue or prestress",
-    "region NAME where CONDITION", repeats=True, begins=" ",
+    sentences=REGION_KIND.forms, repeats=True, begins=" ",
     opens=block(with_graded(_inside(
         "the tissue of the region; by default that of the body",
         "initial strain of the springs or elements of the region",
     ))),
 )  # fmt: skip
 SPRINGS_ENTRY = written(
-    "springs", "springs with their own tissue", "springs where CONDITION", repeats=True,
+    "springs", "springs with their own tissue", sentences=SPRINGS_KIND.forms, repeats=True,
     opens=block(
         _inside("the tissue of the selected springs", "initial strain of these springs")
     ),
 )  # fmt: skip
 INTERFACE_ENTRY = entry(
     "interface", OneOf(INTERFACES), "the material of springs between two regions", "",
-    more=("interface is MEAN from REGION to REGION", "interface from REGION to REGION"),
-    repeats=True, begins=" ",
+    sentences=INTERFACE_KIND.forms, repeats=True, begins=" ",
     opens=block(_inside(
         "the tissue of the springs between two regions", "initial strain of these springs"
     )),
@@ -83,15 +147,10 @@ class PartReader:
         self.regions: list[Region] = []
         self.spring_parts: list[SpringPart] = []
 
-    def read_region(self, name: s.Name, block: s.Block) -> None:
+    def read_region(self, block: s.Block) -> None:
         """Read a region with its tissue."""
-        if [clause.word for clause in block.clauses] != ["where"]:
-            self.findings.reject(
-                "TIS312",
-                "a region needs one condition",
-                block.head,
-                hint=f"region {name.text} where z > 10 mm {{ tissue is … }}",
-            )
+        said = SentenceReader("region", REGION_KIND, block, self._scope).get(RegionWords)
+        name = said.name
         for other in self.regions:
             if s.key_of(other.name) == name.key:
                 self.findings.reject(
@@ -102,20 +161,15 @@ class PartReader:
                 )
         graded: list[Graded] = []
         made_of = self._made_of(block, "a region", graded)
-        where = block.clauses[0].value
-        self.regions.append(Region(name.text, where, *made_of, block.head, tuple(graded)))
+        self.regions.append(Region(name.text, said.where, *made_of, said.span, tuple(graded)))
 
     def read_interface(self, item: s.Sentence | s.Block) -> None:
         """Read what springs between two regions are made of."""
-        span = item.head if isinstance(item, s.Block) else item.span
-        names = [clause.value for clause in item.clauses]
-        if (
-            [clause.word for clause in item.clauses] != ["from", "to"]
-            or not all(isinstance(name, s.Name) for name in names)
-            or (item.phrase is None) != isinstance(item, s.Block)
-        ):
-            self._wrong_interface(span)
-        first, second = (name for name in names if isinstance(name, s.Name))
+        reader = SentenceReader("interface", INTERFACE_KIND, item, self._scope)
+        if (item.phrase is None) != isinstance(item, s.Block):
+            reader.reject_form()
+        said = reader.get(BlendedWords if item.phrase is not None else BetweenWords)
+        first, second, span = said.first, said.second, said.span
         for other in self.spring_parts:
             sides = {side.key for side in other.sides or ()}
             if sides == {first.key, second.key}:
@@ -128,33 +182,18 @@ class PartReader:
             self.spring_parts.append(
                 SpringPart(name, (first, second), None, "", *made_of, span)
             )
-            return
-        assert item.phrase is not None
-        word = item.phrase.words[0]
-        if item.phrase.kind != "word" or word.key not in INTERFACES:
-            self.findings.reject(
-                "TIS305",
-                f'interface cannot be "{word.text}"',
-                item.phrase.span,
-                hint=alternatives(word.key, INTERFACES, what="choices"),
+        else:
+            self.spring_parts.append(
+                SpringPart(name, (first, second), None, said.rule, None, None, span)
             )
-        self.spring_parts.append(
-            SpringPart(name, (first, second), None, word.key, None, None, span)
-        )
 
     def read_springs(self, item: s.Assign | s.Sentence | s.Block) -> None:
         """Read what chosen springs are made of."""
-        is_block = isinstance(item, s.Block) and item.phrase is None
-        if not is_block or [clause.word for clause in item.clauses] != ["where"]:
-            self.findings.reject(
-                "TIS312",
-                "springs with a separate tissue need one condition",
-                item.span,
-                hint="write springs where length > 3 mm { tissue is … }",
-            )
-        assert isinstance(item, s.Block)
+        reader = SentenceReader("springs", SPRINGS_KIND, item, self._scope)
+        if not isinstance(item, s.Block):
+            reader.reject_form()
+        where = reader.get(SpringsWords).where
         made_of = self._made_of(item, "springs")
-        where = item.clauses[0].value
         self.spring_parts.append(
             SpringPart(f"springs where {where.span.text}", None, where, "", *made_of, item.head)
         )
@@ -221,12 +260,3 @@ class PartReader:
                         + ("" if graded is None else "; quantities as formulas of x, y and z"),
                     )
         return tissue, prestress
-
-    def _wrong_interface(self, span: Span) -> NoReturn:
-        self.findings.reject(
-            "TIS312",
-            "a separate interface needs two regions",
-            span,
-            hint="write interface is softer from REGION to REGION, "
-            "or interface from REGION to REGION { tissue is … }",
-        )

@@ -53,9 +53,10 @@ class MovedWords(PlacementWords, frozen=True):
 
 
 class TurnedWords(PlacementWords, frozen=True):
-    by: Annotated[float, AngleClause("by", what="angle", example="by 30 deg")]
+    by: Annotated[float, AngleClause("by", what="angle", place="ANGLE", example="by 30 deg")]
     around: Annotated[
-        Floats, DirectionClause("around", what="axis", example="around (0, 0, 1)")
+        Floats,
+        DirectionClause("around", what="axis", place="VECTOR", example="around (0, 0, 1)"),
     ]
     through: Annotated[Floats | None, point("through")]
 
@@ -65,7 +66,7 @@ class TurnedWords(PlacementWords, frozen=True):
 
 
 class ScaledWords(PlacementWords, frozen=True):
-    by: Annotated[Floats, FactorsClause("by", what="factor", example="by 2")]
+    by: Annotated[Floats, FactorsClause("by", what="factor", place="FACTOR", example="by 2")]
     around: Annotated[Floats | None, point("around")]
 
     @property
@@ -77,7 +78,9 @@ class MirroredWords(PlacementWords, frozen=True):
     through: Annotated[Floats | None, point("through")]
     facing: Annotated[
         Floats,
-        DirectionClause("facing", what="normal of the plane", example="facing (1, 0, 0)"),
+        DirectionClause(
+            "facing", what="normal of the plane", place="VECTOR", example="facing (1, 0, 0)"
+        ),
     ]
 
     @property
@@ -95,14 +98,12 @@ class PlacementForm(Struct, frozen=True):
 
     Attributes:
         kind: The class of its sentences.
-        form: The form, with placeholders for values.
         example: As it could be written.
         about: What it does.
         synonyms: Other words for it.
     """
 
     kind: type[PlacementWords]
-    form: str
     example: str
     about: str
     synonyms: tuple[str, ...]
@@ -113,14 +114,12 @@ MOVED, TURNED, SCALED, MIRRORED = "moved", "turned", "scaled", "mirrored about p
 PLACEMENTS = {
     MOVED: PlacementForm(
         MovedWords,
-        "moved by VECTOR",
         "moved by (10, 0, 0) mm",
         "Shifts the mesh, or in a body the whole body.",
         ("move", "moving", "shift", "shifted", "translate", "translated", "offset"),
     ),
     TURNED: PlacementForm(
         TurnedWords,
-        "turned by ANGLE around VECTOR through POINT",
         "turned by 30 deg around (0, 0, 1) through (0, 0, 0) mm",
         "Turns the mesh or the body about an axis by the right-hand rule; without a point, "
         "the axis passes through the origin.",
@@ -128,7 +127,6 @@ PLACEMENTS = {
     ),
     SCALED: PlacementForm(
         ScaledWords,
-        "scaled by FACTOR around POINT",
         "scaled by 2 around (0, 0, 0) mm",
         "Enlarges the mesh or the body by a factor, or by one for each of x, y and z; the "
         "point, by default the origin, stays where it is.",
@@ -136,7 +134,6 @@ PLACEMENTS = {
     ),
     MIRRORED: PlacementForm(
         MirroredWords,
-        "mirrored about plane through POINT facing VECTOR",
         "mirrored about plane through (0, 0, 0) mm facing (1, 0, 0)",
         "Mirrors the mesh or the body in a plane; without a point, the plane passes through "
         "the origin.",
@@ -146,7 +143,7 @@ PLACEMENTS = {
 #: The same as declarations of entries.
 PLACEMENT_ENTRIES = by_name(
     *(
-        written(name, one.about, one.form, repeats=True, sentences=(one.kind,))
+        written(name, one.about, repeats=True, sentences=(one.kind,))
         for name, one in PLACEMENTS.items()
     )
 )
@@ -189,7 +186,8 @@ def _read(item: _Entry, scope: Scope) -> Affine:
             end = item.span.start + plane.end() if plane else item.name.span.end
             hint = proposal(name, replace(item.name.span, end=end))
         scope.findings.reject("TIS312", f'wrong form of "{name}"', item.span, hint=hint)
-    reader = _PlacementReader(item, name, (form_of(form.kind),), scope, texts=(form.form,))
+    texts = PLACEMENT_ENTRIES[name].forms
+    reader = _PlacementReader(item, name, (form_of(form.kind),), scope, texts=texts)
     said = cast(PlacementWords, reader.read())
     reader.finish()
     return said.map

@@ -2,23 +2,42 @@
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from tissuec.core.errors import Note
-from tissuec.core.fields import Real
+from tissuec.core.fields import OneOf, Real
 from tissuec.core.source import Source
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
-from tissuec.scene.learning.entries import LearnSettings
+from tissuec.scene.learning.entries import LearnSettings, learn_schema
 from tissuec.scene.learning.items import LearnItems
 from tissuec.scene.learning.model import ADJUST, AXES, FIT, VocabularyFit, WrittenFitProblem
-from tissuec.scene.learning.sentences import PartHeld
+from tissuec.scene.learning.sentences import SENTENCES, PartHeld
 from tissuec.scene.learning.vocabulary_fits import VocabularyFitReader, fits_words
 from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.program.parameters import Constants
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import as_entries
+from tissuec.scene.reading.entries import Entries
 from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.parts import block, declare
 from tissuec.scene.reading.spellings import in_parentheses
+from tissuec.scene.settings import integrators
 from tissuec.scene.words.vocabulary import Vocabulary
+
+
+def _entries() -> Entries:
+    settings, known = learn_schema(), integrators()
+    words = {word: known[word] for word in settings["integrator"].words}
+    integrator = replace(settings["integrator"], kind=OneOf(words))
+    return {**as_entries(SENTENCES), **settings, "integrator": integrator}
+
+
+declare(
+    "learn", "Fits numbers of tissues, nodes, springs or words to measured data.", 30,
+    block=block(_entries),
+)  # fmt: skip
 
 
 def read_learn_blocks(

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NoReturn
+from types import MappingProxyType
+from typing import Annotated, NoReturn
 
 from msgspec import Struct
 
@@ -13,23 +14,48 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.dependency_order import Definitions
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import SCENE, declare
 from tissuec.scene.reading.values import Value
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import LimitsClause, NameClause, Placeholder, Refusal, ValueClause
 
 #: Names that every scene knows; its own ones win.
 CONSTANTS = {"pi": math.pi}
 
 
+class LetWords(VerbSentence, frozen=True):
+    """A number that is computed."""
+
+    refused = MappingProxyType({
+        "between": Refusal(
+            "only a param can have limits; a let is computed", "write param, or remove them"
+        )
+    })  # fmt: skip
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="let"),))]
+    value: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+
+
+class ParamWords(VerbSentence, frozen=True):
+    """A number that can be set from outside."""
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="param"),))]
+    value: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+    limits: Annotated[s.Bounds | None, LimitsClause("between", place="NUMBER")]
+
+
+_KINDS = {"param": SentenceKind((ParamWords,)), "let": SentenceKind((LetWords,))}
 declare(
     "param",
     "A number that can be set on the command line, optionally with limits.", 50, "sentence",
-    forms=("param NAME = NUMBER between NUMBER and NUMBER",), names=SCENE,
+    sentences=_KINDS["param"].forms, names=SCENE,
 )  # fmt: skip
 declare(
     "let", "A number computed from others, or a function of numbers.", 51, "sentence",
-    forms=("let NAME = NUMBER",), names=SCENE,
+    sentences=_KINDS["let"].forms, names=SCENE,
 )  # fmt: skip
 
 
@@ -142,20 +168,13 @@ class Constants(Scope):
 
     def _compute(self, key: str) -> Value:
         item = self.declared[key]
-        if item.clauses:
-            self.findings.reject(
-                "TIS303", "nothing is allowed after a number", item.clauses[0].span
-            )
-        if item.bounds is not None and item.keyword == "let":
-            self.findings.reject(
-                "TIS303", "only a param can have limits; a let is computed", item.bounds.span
-            )
-        value = self.evaluate(item.value)
+        said = SentenceReader(item.keyword, _KINDS[item.keyword], item, self).get()
+        value = self.evaluate(said.value)
         override = self.overrides.get(key)
         if override is not None:
             value = self._overridden(item.name.text, value, override.value)
-        if item.bounds is not None:
-            self._check_bounds(item, item.bounds, value, override or item)
+        if isinstance(said, ParamWords) and said.limits is not None:
+            self._check_bounds(item, said.limits, value, override or item)
         return value
 
     def _overridden(self, name: str, value: Value, node: s.Expression) -> Value:

@@ -13,16 +13,22 @@ from tissuec.scene.reading import schema
 from tissuec.scene.reading.clauses import ClauseReader, Written
 from tissuec.scene.reading.entries import BlockEntries, Entries, Entry, written
 from tissuec.scene.reading.expressions import Scope
-from tissuec.script.forms import VerbForm, VerbSentence, form_of
+from tissuec.script.forms import VerbForm, VerbSentence, form_of, texts_of_sentences
 from tissuec.script.parts import (
     ChoiceClause,
     ClausePart,
+    ConditionClause,
     FilesClause,
+    LimitsClause,
     MeasureClause,
     NameClause,
     Part,
+    UnionClause,
     ValueClause,
 )
+
+#: What can be between the first words of a sentence and a value.
+SIGNS = ("=", "is", "between")
 
 
 class SentenceKind(Struct, frozen=True):
@@ -30,8 +36,11 @@ class SentenceKind(Struct, frozen=True):
 
     Attributes:
         forms: Its forms; the parts of each are those of the class.
-        examples: How it is written; words in capitals are placeholders.
+        examples: How it is written, if more is to be said than its forms have; words in
+            capitals are placeholders.
         about: What it says.
+        wrong: The message about a sentence that has none of its forms.
+        behind: What follows it in messages, such as a block.
         opens: The block that can follow it.
         begins: What an editor writes after its first words, if not what its forms begin with.
         instead: The way out if it is given twice, if not to remove one.
@@ -40,8 +49,10 @@ class SentenceKind(Struct, frozen=True):
     """
 
     forms: tuple[type[VerbSentence], ...]
-    examples: tuple[str, ...]
-    about: str
+    examples: tuple[str, ...] = ()
+    about: str = ""
+    wrong: str = ""
+    behind: str = ""
     is_needed: bool = False
     is_single: bool = False
     opens: BlockEntries | None = None
@@ -81,11 +92,12 @@ class SentenceReader(ClauseReader):
         scope: Names and findings of the scene.
     """
 
-    lead = "for example"
-
     def __init__(self, entry: str, kind: SentenceKind, item: Written, scope: Scope):
         forms = tuple(map(form_of, kind.forms))
-        super().__init__(item, entry, forms, scope, texts=kind.examples)
+        texts = kind.examples or texts_of_sentences(entry, kind.forms, as_examples=True)
+        super().__init__(item, entry, forms, scope, texts=texts)
+        self.kind = kind
+        self.lead = "for example" if kind.examples else "write"
         self.is_named = False  # whether words after the first ones belong to the sentence
 
     def get(self, form: type[VerbSentence] | None = None, *, is_last: bool = True) -> Any:
@@ -106,22 +118,26 @@ class SentenceReader(ClauseReader):
 
     def reject_form(self) -> NoReturn:
         """Reject the sentence, with an example as the hint."""
-        self.reject("TIS312", f'wrong form of "{self.verb}"')
+        message = self.kind.wrong or f'wrong form of "{self.verb}"'
+        hint = f"{self.lead}: {self._nearest_form()}{self.kind.behind}"
+        self.reject("TIS312", message, hint=hint)
 
     def read_form(self, form: VerbForm) -> VerbSentence:
         known = {word for one in self.forms for word, *_ in one.clauses}
         for word, clause in self.clauses.items():
             is_refused = word in form.kind.refused
             if not is_refused and word.partition(" ")[0] not in known:
+                if word in SIGNS and self.kind.wrong:
+                    self.reject_form()
                 self.refuse(clause)
         return super().read_form(form)
 
     def choose(self) -> VerbForm:
         of_words = [form for form in self.forms if form.literal == self.object.key != ""]
         forms = of_words or [form for form in self.forms if not form.literal]
-        return next((form for form in forms if self._has_all(form)), forms[0])
+        return next((form for form in forms if self.has_all(form)), forms[0])
 
-    def _has_all(self, form: VerbForm) -> bool:
+    def has_all(self, form: VerbForm) -> bool:
         """Return whether all that a form requires is written."""
         needed = (part for name, part in form.parts.items() if name not in form.optional)
         return all(self._is_there(part) for part in needed if isinstance(part, ClausePart))
@@ -135,6 +151,8 @@ class SentenceReader(ClauseReader):
                 return isinstance(node, s.Call) and node.function.key in functions
             case ChoiceClause(word="=", words=words), node:
                 return isinstance(node, s.Name) and node.key in words
+            case UnionClause(), node:
+                return isinstance(node, s.Listing)
             case _:
                 return True
 
@@ -146,13 +164,23 @@ class SentenceReader(ClauseReader):
         match part:
             case NameClause(word=word, listed=True):
                 return self._names(self.clauses[word].value if word else self.object)
+            case UnionClause(word=word):
+                node = self.clauses[word].value
+                return s.Name("", None, node.span, self._names(node))
             case NameClause(word=""):
                 return self.object if self.object.text else None
-            case NameClause(word=word, owners=()):
-                return self.name_in(word)
+            case NameClause(word=word, owners=(), joins=joins):
+                return self.names_in(word) if joins else self.name_in(word)
             case NameClause(word=word):
                 return (self.name_in(word), *self.repeated)
-            case ValueClause(word=word) | MeasureClause(word=word):
+            case LimitsClause(word=word):
+                ends = self.clauses[word].value
+                assert isinstance(ends, s.Listing)
+                return s.Bounds(*ends.items, ends.span)
+            case ConditionClause(word=""):
+                assert isinstance(self.sentence, s.Expect)
+                return self.sentence.condition
+            case ValueClause(word=word) | MeasureClause(word=word) | ConditionClause(word=word):
                 return self.clauses[word].value
             case FilesClause(word=word):
                 return self._files(self.clauses[word].value if word else self.object)

@@ -36,7 +36,9 @@ from tissuec.script.parts import (
 
 T = TypeVar("T", bound=VerbSentence)
 #: What can be a sentence.
-Written: TypeAlias = s.Assign | s.Sentence | s.Function | s.Block | s.RecordedCall
+Written: TypeAlias = (
+    s.Assign | s.Sentence | s.Function | s.Block | s.RecordedCall | s.Expect | s.Table
+)
 
 
 class ClauseReader:
@@ -67,7 +69,7 @@ class ClauseReader:
         self.duration, self._lasts = duration, False
         self.scope = scope
         self.span: Span = sentence.head if isinstance(sentence, s.Block) else sentence.span
-        self.object = behind(sentence.name, verb)
+        self.object = _object_of(sentence, verb)
         self.words = self.object.text
         self.asked: set[str] = set()
         parts = [part for form in forms for part in form.parts.values()]
@@ -516,6 +518,16 @@ def clauses_of(sentence: Written) -> Iterator[s.Clause]:
     if isinstance(sentence, s.Assign) and (ends := sentence.bounds) is not None:
         yield s.Clause("between", s.Listing((ends.low, ends.high), ends.span), ends.span)
     yield from sentence.clauses
+
+
+def _object_of(sentence: Written, first: str) -> s.Name:
+    """Return what follows the first words of a sentence, such as a name."""
+    if isinstance(sentence, s.Expect):
+        span = sentence.condition.span
+        return s.Name(span.one_line, None, span)
+    if isinstance(sentence, s.Table) or (isinstance(sentence, s.Assign) and sentence.keyword):
+        return sentence.name
+    return behind(sentence.name, first)
 
 
 def behind(name: s.Name, prefix: str) -> s.Name:

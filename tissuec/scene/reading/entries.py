@@ -27,6 +27,7 @@ from tissuec.core.units import (
     suggested_unit,
     written_unit,
 )
+from tissuec.script.forms import VerbSentence, texts_of_sentences
 
 #: The default of an entry that a block must have.
 NEEDED = NODEFAULT
@@ -36,7 +37,8 @@ class Written(Struct, frozen=True):
     """An entry with a form of its own, which code of its own reads.
 
     Attributes:
-        forms: How it is written. Words in capitals are placeholders of names and numbers.
+        forms: How it is written, if that does not follow from classes of sentences. Words in
+            capitals are placeholders of names and numbers.
         words: What can be chosen instead of a number, each with what it means.
         dimension: Of its number, if it takes one.
     """
@@ -57,7 +59,7 @@ class Entry(Struct, frozen=True):
         more: Further forms beside that of its kind.
         begins: What an editor writes after its name; by default what its forms have in common.
         opens: The block that it can open, if not one of a member of a family alone.
-        sentences: Classes of its forms, if they are declared by their parts.
+        sentences: Classes of its forms that are declared by their parts.
         reads: Returns its value from its item and the scope, if its kind does not say how.
     """
 
@@ -70,7 +72,7 @@ class Entry(Struct, frozen=True):
     more: tuple[str, ...] = ()
     begins: str = ""
     opens: "BlockEntries | None" = None
-    sentences: tuple[type[Any], ...] = ()
+    sentences: tuple[type[VerbSentence], ...] = ()
     reads: Callable[[Any, Any], Any] | None = None
 
     @property
@@ -81,6 +83,8 @@ class Entry(Struct, frozen=True):
     def forms(self) -> tuple[str, ...]:
         """The ways to write it, such as ``radius = …``."""
         own = self.kind.forms if isinstance(self.kind, Written) else (_form(self),)
+        if not own or (self.sentences and not isinstance(self.kind, Written)):
+            own = (*own, *texts_of_sentences(self.name, self.sentences))
         if isinstance(self.kind, FromTo) and self.kind.may_bend:
             own = (*own, f"{self.name} through [ … ]")
         return (*own, *self.more)
@@ -135,8 +139,8 @@ class Entry(Struct, frozen=True):
                 return f'{self.name} "liver.stl" in mm'
             case Named(example=example):
                 return f'{self.name} "{example}"'
-            case Written(forms=forms):
-                return forms[0]
+            case Written():
+                return self.forms[0]
 
 
 Entries: TypeAlias = Mapping[str, Entry]

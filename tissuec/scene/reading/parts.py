@@ -25,6 +25,7 @@ from tissuec.scene.reading.entries import (
     entry,
     written,
 )
+from tissuec.script.forms import VerbSentence, texts_of_sentences
 
 Sort: TypeAlias = Literal["text", "named", "single", "sentence"]
 
@@ -38,7 +39,9 @@ class TextPart(Struct, frozen=True, kw_only=True):
             bodies and instruments, settings, and sentences.
         sort: ``text`` is followed by a text in quotes, ``named`` by a name and a block,
             ``single`` by a block, which a scene has once; ``sentence`` is none of these.
-        forms: How it is written. Words in capitals are placeholders.
+        forms: How it is written, if that does not follow from ``sentences``. Words in capitals
+            are placeholders.
+        sentences: Classes of its forms that are declared by their parts.
         example: How it is written, in messages; by default the first form.
         block: What its braces contain.
         names: Which parts have names that must differ, since sentences use them without their
@@ -53,6 +56,7 @@ class TextPart(Struct, frozen=True, kw_only=True):
     place: int = 90
     sort: Sort = "named"
     forms: tuple[str, ...] = ()
+    sentences: tuple[type[VerbSentence], ...] = ()
     example: str = ""
     block: BlockEntries | None = None
     names: str = ""
@@ -117,7 +121,8 @@ def forms_of(word: str) -> tuple[str, ...]:
     """How a part is written; words in capitals are placeholders."""
     part = PARTS[word]
     head = {"named": " NAME", "single": " { … }"}
-    return part.forms or (f"{word}{head.get(part.sort, '')}",)
+    derived = texts_of_sentences(word, part.sentences)
+    return part.forms or derived or (f"{word}{head.get(part.sort, '')}",)
 
 
 def example_of(word: str) -> str:

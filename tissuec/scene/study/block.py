@@ -5,8 +5,9 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared, without
 from tissuec.scene.program.parameters import Constants
-from tissuec.scene.reading.block_sentences import BlockItems, SentenceReader
+from tissuec.scene.reading.block_sentences import BlockItems, SentenceReader, as_entries
 from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.parts import block, declare
 from tissuec.scene.reading.spellings import in_parentheses
 from tissuec.scene.study.entries import (
     GRID,
@@ -32,6 +33,10 @@ from tissuec.scene.study.model import (
 )
 
 DESIGN, RUNS = "design", "runs"
+declare(
+    "study", "Many runs of the scene: what varies, and what is measured.", 31,
+    block=block(lambda: {**as_entries(SENTENCES), **entries_of(StudySettings)}),
+)  # fmt: skip
 
 
 def read_studies(declarations: Declarations, constants: Constants) -> dict[str, Study]:

@@ -12,6 +12,7 @@ from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
     SPRINGS,
     ChoiceClause,
+    LimitsClause,
     MeasureClause,
     NameClause,
     NumberClause,
@@ -88,7 +89,7 @@ class VariedValues(Varied, frozen=True):
     """Values one by one, or a distribution that can be cut off between limits."""
 
     values: Annotated[s.Expression, ValueClause("=", what="values")]
-    limits: Annotated[s.Listing | None, ValueClause("between", what="limits")]
+    limits: Annotated[s.Bounds | None, LimitsClause("between", what="limits")]
 
 
 class MeasuredWords(VerbSentence, frozen=True):

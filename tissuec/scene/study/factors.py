@@ -207,7 +207,7 @@ class FactorReader:
         return self._factor(name, unit, Levels(numbers, places), written, own, span)
 
     def _distribution(
-        self, call: s.Call, limits: s.Listing | None, dimension: Dimension | None
+        self, call: s.Call, limits: s.Bounds | None, dimension: Dimension | None
     ) -> tuple[Distribution, str]:
         kind = call.function.key
         arguments = [argument.value for argument in call.arguments]
@@ -229,12 +229,12 @@ class FactorReader:
         if limits is not None:
             low, high = (
                 in_unit(end, self._number(end, first.dimension, "a limit"), unit)
-                for end in limits.items
+                for end in (limits.low, limits.high)
             )
             if not low < high:
                 message = "the lower limit is not below the upper limit"
                 if low > high:
-                    self.scope.refuse_reversed(*(end.span for end in limits.items))
+                    self.scope.refuse_reversed(limits.low.span, limits.high.span)
                 self.findings.reject("TIS308", message, limits.span)
         return Distribution(kind, tuple(numbers), low, high), unit
 

@@ -4,8 +4,8 @@ known stress in tension at [10 %, 20 %] from [1 kPa, 3 kPa] to [2 kPa, 6 kPa] by
 known relaxation at [1 s, 10 s] from [70 %, 55 %] to [85 %, 75 %] by unverified "Nicolle 2010"
 """
 
-from collections.abc import Iterable, Sequence
-from typing import NoReturn
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, NoReturn
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
@@ -15,10 +15,19 @@ from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, PRESSURE, TIME
 from tissuec.lang import syntax as s
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind
 from tissuec.scene.reading.entries import written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.tissues.evidence import CITE, KNOWN, SOURCE, is_evidence, read_source
+from tissuec.scene.tissues.evidence import (
+    KNOWN,
+    KNOWN_NUMBERS,
+    SOURCE,
+    EvidenceReader,
+    Source,
+    is_evidence,
+    read_source,
+)
 from tissuec.scene.tissues.known_curves import (
     ACROSS,
     ALONG,
@@ -29,6 +38,8 @@ from tissuec.scene.tissues.known_curves import (
     TENSION,
     KnownCurve,
 )
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ChoiceClause, NameClause, Placeholder, ValueClause
 
 _EXAMPLES = {
     STRESS: f"{KNOWN} {STRESS} in {TENSION} at [10 %, 20 %] from [1 kPa, 3 kPa] to "
@@ -36,18 +47,54 @@ _EXAMPLES = {
     RELAXATION: f"{KNOWN} {RELAXATION} at [1 s, 10 s] from [70 %, 55 %] to [85 %, 75 %] "
     f"{SOURCE}",
 }
-KNOWN_ENTRY = written(
-    KNOWN,
-    "Evidence from a source on a quantity or a curve, as ranges or a number.",
-    f"{KNOWN} NAME = NUMBER by SOURCE",
-    f"{KNOWN} NAME from NUMBER to NUMBER",
-    f"{KNOWN} {STRESS} in MODE at LIST from LIST to LIST by SOURCE",
-    f"{KNOWN} {RELAXATION} at LIST from LIST to LIST by SOURCE",
-    repeats=True,
-    begins=" ",
+_MODE = Placeholder("MODE", words=MODES, about="How the tissue is loaded.")
+_Fibres = {"fibres": "The fibres of the tissue."}
+_Places = Annotated[s.Expression, ValueClause("at", place="LIST")]
+_Low = Annotated[s.Expression, ValueClause("from", place="LIST")]
+_High = Annotated[s.Expression, ValueClause("to", place="LIST")]
+
+
+class KnownStress(VerbSentence, frozen=True):
+    """Stresses at strains."""
+
+    literal = STRESS
+
+    mode: Annotated[
+        s.Name,
+        NameClause(
+            "in", what="way in which the tissue is loaded", places=(_MODE,),
+            example=f"in {TENSION}",
+        ),
+    ]  # fmt: skip
+    along: Annotated[str | None, ChoiceClause("along", _Fibres, what="direction")]
+    across: Annotated[str | None, ChoiceClause("across", _Fibres, what="direction")]
+    places: _Places
+    low: _Low
+    high: _High
+    source: Source
+
+
+class KnownRelaxation(VerbSentence, frozen=True):
+    """Shares of the stress that are left after times."""
+
+    literal = RELAXATION
+
+    places: _Places
+    low: _Low
+    high: _High
+    source: Source
+
+
+CURVES = SentenceKind(
+    (KnownStress, KnownRelaxation),
+    tuple(_EXAMPLES.values()),
+    wrong="evidence on a curve needs places, a range at each of them, and a source",
 )
+KNOWN_ENTRY = written(
+    KNOWN, "Evidence from a source on a quantity or a curve, as ranges or a number.",
+    sentences=(*KNOWN_NUMBERS.forms, *CURVES.forms), repeats=True, begins=" ",
+)  # fmt: skip
 _SHORTEST = 0.95  # compression, of which a tissue is left
-_BAND = ("at", "from", "to", "by")
 
 
 def is_curve(name: s.Name) -> bool:
@@ -62,19 +109,12 @@ def _about(name: s.Name) -> str:
 def read_curve(item: s.Sentence | s.Assign | s.Block | s.Function, scope: Scope) -> KnownCurve:
     """Return the evidence of an entry on a curve, or reject the item."""
     about = _about(item.name)
-    if not isinstance(item, s.Sentence) or item.phrase is not None:
-        _refuse_form(item.span, about, scope)
-    clauses = list(item.clauses)
-    mode = _mode(item, clauses, scope) if about == STRESS else ""
-    words = tuple(clause.word for clause in clauses)
-    if words == _BAND[:-1]:
-        message = f"the source of the evidence on {about} is missing"
-        scope.findings.reject("TIS304", message, item.span, hint=CITE)
-    if words != _BAND:
-        _refuse_form(item.span, about, scope)
-    source, is_verified = read_source(clauses[-1], scope)
-    nodes = [_items(clause.value) for clause in clauses[:-1]]
-    _refuse_unequal(clauses, nodes, scope)
+    reader = EvidenceReader(about, CURVES, item, scope)
+    said: KnownStress | KnownRelaxation = reader.get()
+    mode = _mode(said, reader.clauses, scope) if isinstance(said, KnownStress) else ""
+    source, is_verified = read_source(reader.clauses["by"], scope)
+    nodes = [_items(node) for node in (said.places, said.low, said.high)]
+    _refuse_unequal([reader.clauses[word] for word in ("at", "from", "to")], nodes, scope)
     what = "a strain" if mode else "a time"
     most = _SHORTEST if mode == COMPRESSION else None
     place = Real(NUMBER if mode else TIME, above=0.0, at_most=most)
@@ -89,30 +129,12 @@ def read_curve(item: s.Sentence | s.Assign | s.Block | s.Function, scope: Scope)
     return KnownCurve(mode, places, low, high, source, is_verified, item.span)
 
 
-def _refuse_form(span: Span, about: str, scope: Scope) -> NoReturn:
-    scope.findings.reject(
-        "TIS312",
-        "evidence on a curve needs places, a range at each of them, and a source",
-        span,
-        hint=f"for example: {_EXAMPLES[about]}",
-    )
-
-
-def _mode(item: s.Item, clauses: list[s.Clause], scope: Scope) -> str:
-    """Return the loading mode, and consume its clauses."""
-    if not clauses or clauses[0].word != "in" or not isinstance(clauses[0].value, s.Name):
-        scope.findings.reject(
-            "TIS312",
-            "the way in which the tissue is loaded is missing",
-            item.span,
-            hint=f"for example: {_EXAMPLES[STRESS]}",
-        )
-    span, mode = clauses[0].span, clauses[0].value.key
-    del clauses[0]
-    if clauses and clauses[0].word in ("along", "across"):
-        span = span.to(clauses[0].span)
-        mode = f"{mode} {key_of(clauses[0].span.text)}"
-        del clauses[0]
+def _mode(said: KnownStress, clauses: Mapping[str, s.Clause], scope: Scope) -> str:
+    """Return the loading mode, or reject it."""
+    span, mode = clauses["in"].span, said.mode.key
+    for word, fibres in (("along", said.along), ("across", said.across)):
+        if fibres is not None:
+            span, mode = span.to(clauses[word].span), f"{mode} {word} {fibres}"
     if mode not in MODES:
         hint = alternatives(mode, MODES, what="ways")
         scope.findings.reject(
@@ -134,7 +156,7 @@ def _refuse_unequal(
         scope.findings.reject(
             "TIS312", "the list is empty", clauses[0].span, hint="write one number at least"
         )
-    for clause, several in zip(clauses[1:-1], nodes[1:], strict=True):
+    for clause, several in zip(clauses[1:], nodes[1:], strict=True):
         if len(several) != len(nodes[0]):
             scope.findings.reject(
                 "TIS312",

@@ -5,7 +5,9 @@ known density = 1.06 g/cm^3 by unverified "Duck 1990"
 """
 
 from collections.abc import Iterable, Mapping
-from typing import NoReturn
+from typing import Annotated, NoReturn
+
+from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
@@ -16,6 +18,8 @@ from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.model import AssignedQuantity, KnownQuantity
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.clauses import Written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import (
@@ -25,12 +29,86 @@ from tissuec.scene.tissues.quantities import (
     QUANTITIES,
     TissueQuantity,
 )
+from tissuec.script.forms import VerbForm, VerbSentence
+from tissuec.script.parts import NameClause, Part, Placeholder, ValueClause
 
 KNOWN, UNVERIFIED = "known", "unverified"
 #: The factor within which words match a number: half a hedge of hardness, nearly.
 BY_WORDS = 1.5
 SOURCE = 'by "AUTHOR YEAR"'
 CITE = f'cite it as {SOURCE}, or by {UNVERIFIED} "AUTHOR YEAR" if you have not checked it'
+
+
+#: Where evidence is from.
+Source = Annotated[
+    s.Name,
+    NameClause(
+        "by", what="source", example=SOURCE,
+        places=(
+            Placeholder("SOURCE", words=(UNVERIFIED,), about="The source was not checked."),
+        ),
+    ),
+]  # fmt: skip
+_Quantity = Annotated[s.Name, NameClause("", what="quantity", places=(Placeholder("NAME"),))]
+
+
+class KnownNumber(VerbSentence, frozen=True):
+    """A known number."""
+
+    quantity: _Quantity
+    value: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+    source: Source
+
+    @property
+    def stated(self) -> tuple[s.Expression, ...]:
+        """The number, or the limits of the range."""
+        return (self.value,)
+
+
+class KnownRange(VerbSentence, frozen=True):
+    """A known range."""
+
+    quantity: _Quantity
+    low: Annotated[s.Expression, ValueClause("from", place="NUMBER")]
+    high: Annotated[s.Expression, ValueClause("to", place="NUMBER")]
+    source: Source
+
+    @property
+    def stated(self) -> tuple[s.Expression, ...]:
+        """The number, or the limits of the range."""
+        return self.low, self.high
+
+
+KNOWN_NUMBERS = SentenceKind(
+    (KnownNumber, KnownRange), wrong="evidence needs a range or a number, and a source"
+)
+
+
+class EvidenceReader(SentenceReader):
+    """Reads the evidence on something.
+
+    Args:
+        about: What it is on, for messages.
+        kind, item, scope: See ``SentenceReader``.
+    """
+
+    def __init__(self, about: str, kind: SentenceKind, item: Written, scope: Scope):
+        super().__init__(KNOWN, kind, item, scope)
+        self.about = about
+
+    def choose(self) -> VerbForm:
+        """Return the form of which most is written."""
+        forms = [form for form in self.forms if form.literal in ("", self.object.key)]
+        words = self.clauses.keys()
+        return max(forms, key=lambda form: len(words & {word for word, *_ in form.clauses}))
+
+    def missing(self, part: Part, *, word: str | None = None) -> NoReturn:
+        if getattr(part, "word", "") == "by":
+            message = f"the source of the evidence on {self.about} is missing"
+            self.reject("TIS304", message, hint=CITE)
+        if part.what:
+            super().missing(part, word=word)
+        self.reject_form()
 
 
 def is_evidence(name: s.Name) -> bool:
@@ -41,41 +119,24 @@ def is_evidence(name: s.Name) -> bool:
 def read_known(item: s.Sentence | s.Assign, scope: Scope) -> KnownQuantity:
     """Return the evidence that an entry is, or reject the item."""
     quantity = _quantity(item.name, scope)
-    forms = ["from", "to"] if isinstance(item, s.Sentence) else []
-    words = [clause.word for clause in item.clauses]
-    if words == forms:
-        message = f"the source of the evidence on {quantity.name} is missing"
-        scope.findings.reject("TIS304", message, item.span, hint=CITE)
-    if words != [*forms, "by"] or not _is_plain(item):
+    kind = replace(KNOWN_NUMBERS, examples=(_example(quantity),))
+    reader = EvidenceReader(quantity.name, kind, item, scope)
+    said: KnownNumber | KnownRange = reader.get()
+    source, is_verified = read_source(reader.clauses["by"], scope)
+    limits, what = _limits(quantity), f"known {quantity.name}"
+    stated = tuple(schema.read_value(limits, one, scope, what=what) for one in said.stated)
+    if isinstance(said, KnownRange) and stated[0] >= stated[1]:
+        low, high = (one.span.text for one in said.stated)
+        backwards = f"from {high} to {low}"
+        place = reader.clauses["from"].span.to(reader.clauses["to"].span)
         scope.findings.reject(
-            "TIS312", "evidence needs a range or a number, and a source", item.span,
-            hint=f"for example: {_example(quantity)}",
-        )  # fmt: skip
-    source, is_verified = read_source(item.clauses[-1], scope)
-    values = [clause.value for clause in item.clauses[:-1]]
-    values += [item.value] if isinstance(item, s.Assign) else []
-    kind, what = _limits(quantity), f"known {quantity.name}"
-    stated = tuple(schema.read_value(kind, value, scope, what=what) for value in values)
-    if len(stated) > 1 and stated[0] >= stated[1]:
-        low, high = item.clauses[0].span, item.clauses[1].span
-        backwards = (
-            f"from {item.clauses[1].value.span.text} to {item.clauses[0].value.span.text}"
-        )
-        scope.findings.reject(
-            "TIS308", "a range runs from a smaller number to a larger one", low.to(high),
+            "TIS308", "a range runs from a smaller number to a larger one", place,
             hint=Hint(f'write "{backwards}"', Edit(backwards)) if stated[0] > stated[1]
             else Hint(
-                f'write "known {quantity.name} = …" for a single number',
-                Edit(f"= {item.clauses[0].value.span.text}"),
+                f'write "known {quantity.name} = …" for a single number', Edit(f"= {low}")
             ),
         )  # fmt: skip
     return KnownQuantity(quantity, stated, source, is_verified, item.span)
-
-
-def _is_plain(item: s.Sentence | s.Assign) -> bool:
-    if isinstance(item, s.Assign):
-        return not (item.keyword or item.bounds)
-    return item.phrase is None
 
 
 def _quantity(name: s.Name, scope: Scope) -> TissueQuantity:
