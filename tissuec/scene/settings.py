@@ -173,6 +173,13 @@ def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
 def single_block(
     kind: str, example: str, declarations: Declarations, main: s.Module, findings: Findings
 ) -> s.Block:
+    """Return a block that every scene has once; a scene without it is rejected.
+
+    Args:
+        kind: Its first word.
+        example: How it could be written.
+        main: The text of the scene.
+    """
     if kind not in declarations.single:
         if findings.may_be_misspelt(kind):
             findings.stop()

@@ -176,7 +176,8 @@ class SentenceReader(ClauseReader):
             case LimitsClause(word=word):
                 ends = self.clauses[word].value
                 assert isinstance(ends, s.Listing)
-                return s.Bounds(*ends.items, ends.span)
+                low, high = ends.items
+                return s.Bounds(low, high, ends.span)
             case ConditionClause(word=""):
                 assert isinstance(self.sentence, s.Expect)
                 return self.sentence.condition
