@@ -34,7 +34,8 @@ from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
 
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
-    from tissuec.forces.contact import Contact, ContactPairs
+    from tissuec.forces.contact import Contact
+    from tissuec.forces.contact_pairs import ContactPairs
 
 #: Of the size of a face, or of the mean length of a spring: how far around surfaces others
 #: touch them.

@@ -17,7 +17,8 @@ from tissuec.core.vectors import cross
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:
-    from tissuec.forces.contact import Contact, ContactPairs
+    from tissuec.forces.contact import Contact
+    from tissuec.forces.contact_pairs import ContactPairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -110,7 +110,7 @@ def _touched(
         tool: With capsules.
         body: Which is touched.
     """
-    from tissuec.forces.contact import ContactPairs  # where something touches
+    from tissuec.forces.contact_pairs import ContactPairs  # where something touches
 
     first, where, numbers, faces = body.nodes.start, position[body.nodes], None, None
     if contact.has_points_on(body.nodes):
