@@ -58,6 +58,42 @@ def break_in(folder):
     install(folder, "broken", "0.3", {"tissuec.mesh": [("a", "broken")]})
 
 
+#: Members with a wrong annotation, and what is said of it.
+ANNOTATED = {
+    "float": 'the annotation of "radius" in Coil does not say how the entry is written',
+    "Annotated[float, Real(LENGTH)] | None": "Annotated[float | None, …]",
+    "Annotated[float, 3.0]": "does not say how the entry is written",
+    "Lenth": "cannot be evaluated: NameError: name 'Lenth' is not defined",
+}
+COIL = """from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Struct
+
+from tissuec.core.fields import Real
+from tissuec.core.units import LENGTH
+from tissuec.meshes.generators import MESHES
+
+
+@MESHES.member("coil")
+class Coil(Struct, frozen=True, eq=False):
+    turns: Annotated[float, Real(LENGTH)]
+    radius: KIND
+"""
+SPRAIN = """from typing import Annotated
+
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Nodes
+from tissuec.script.verbs import VERBS
+
+
+@VERBS.member("sprain")
+class Sprain(VerbSentence, frozen=True):
+    group: Nodes
+    force: Annotated[float, "to"]
+"""
+
 #: Verbs whose actions answer what checks ask.
 VERBS_MODULE = """
 from math import inf
@@ -280,6 +316,24 @@ expect ruptured(pair) == 1 at 20 ms
 """
     )
     assert "1 of 1 hold" in call(tmp_path, clinic, "run", "pair.tis", "--strict")
+
+
+@pytest.mark.parametrize("kind", ANNOTATED)
+def test_a_wrong_annotation_is_answered_with_file_and_line(kind, tmp_path):
+    (tmp_path / "coils.py").write_text(COIL.replace("KIND", kind), encoding="utf-8")
+    install(tmp_path, "coils", "0.1", {"tissuec.mesh": [("coil", "coils")]})
+    (tmp_path / "pair.tis").write_text(PAIR.replace("is explicit", "is coil { radius = 1 mm }"))
+    said = call(tmp_path, tmp_path, "check", "pair.tis", code=2)
+    assert ANNOTATED[kind] in said
+    assert "coils.py:15: the annotation" in said
+
+
+def test_a_wrong_annotation_of_a_verb_is_answered_with_file_and_line(tmp_path):
+    (tmp_path / "sprains.py").write_text(SPRAIN, encoding="utf-8")
+    install(tmp_path, "sprains", "0.1", {"tissuec.verb": [("sprain", "sprains")]})
+    (tmp_path / "pair.tis").write_text(f"{PAIR}script {{ at 0 s: sprain pair to 1 N }}\n")
+    said = call(tmp_path, tmp_path, "check", "pair.tis", code=2)
+    assert 'sprains.py:11: the annotation of "force" in Sprain does not say which part' in said
 
 
 WRONG = {

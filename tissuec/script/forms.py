@@ -4,11 +4,12 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import product
 from types import MappingProxyType
-from typing import Any, ClassVar, cast, get_args, get_type_hints
+from typing import Any, ClassVar, NoReturn, cast, get_args
 
 from msgspec import Struct
 from msgspec.structs import fields
 
+from tissuec.core.annotations import hints_of, is_around, refuse
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.script.parts import (
@@ -147,14 +148,16 @@ class VerbForm(Struct, frozen=True, eq=False):
 @cache
 def form_of(kind: type[VerbSentence]) -> VerbForm:
     """Return the form of a class of sentences."""
-    hints = get_type_hints(kind, include_extras=True)
+    hints = hints_of(kind)
     with_default = {one.name for one in fields(kind) if not one.required}
     parts, optional = dict[str, Part](), set[str]()
     for name in kind.__struct_fields__:
         found = getattr(hints[name], "__metadata__", ())
         part = next((one for one in found if isinstance(one, Part)), None)
         if part is None:
-            continue
+            if name in with_default or name in VerbSentence.__struct_fields__:
+                continue
+            _refuse_field(kind, name, hints[name])
         parts[name] = part
         may_miss = type(None) in get_args(hints[name].__origin__) or name in with_default
         if (
@@ -164,6 +167,17 @@ def form_of(kind: type[VerbSentence]) -> VerbForm:
         ):
             optional.add(name)
     return VerbForm(kind, parts, frozenset(optional), literal=kind.literal)
+
+
+def _refuse_field(kind: type[VerbSentence], name: str, hint: Any) -> NoReturn:
+    """Reject a field that does not say which part of a sentence it is."""
+    way = f'for example: {name}: Annotated[float, NumberClause("to", FORCE, what="force")]'
+    if is_around(hint):
+        way = f"put None inside: {name}: Annotated[float | None, …]"
+    reason = (
+        f"does not say which part of the sentence it is, as tissuec.script.parts does; {way}"
+    )
+    refuse(kind, name, reason)
 
 
 @cache

@@ -8,13 +8,14 @@ and colour.
 import re
 from collections.abc import Callable, Collection, Mapping
 from functools import cache
-from typing import Any, TypeAlias, cast
+from typing import Any, NoReturn, TypeAlias, cast
 
 import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
+from tissuec.core.annotations import WrongAnnotation, hints_of, is_around, refuse
 from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
 from tissuec.core.registry import Family
@@ -198,7 +199,7 @@ def entries_of(cls: type) -> dict[str, Entry]:
     """The entries that a class declares, by name in the language.
 
     Raises:
-        TypeError: A field has no kind of entry.
+        WrongAnnotation: A field has no kind of entry.
     """
     return dict(_entries_of(cls))
 
@@ -209,15 +210,29 @@ def _entries_of(cls: type) -> Entries:
     for one in reversed(cls.__mro__):
         about |= _attributes(one.__doc__ or "")
     entries: dict[str, Entry] = {}
-    for field in fields(cls):
+    try:
+        found = fields(cls)
+    except Exception:
+        hints_of(cls)  # says where and why
+        raise
+    for field in found:
         kinds = getattr(field.type, "__metadata__", ())
-        if not kinds:
-            raise TypeError(f"{cls.__name__}.{field.name} has no entry kind")
+        if not kinds or not isinstance(kinds[0], Kind):
+            _refuse_field(cls, field.name, field.type)
         name = field.name.rstrip("_").replace("_", " ")
         entries[name] = Entry(
             name, field.name, kinds[0], field.default, about.get(field.name, "")
         )
     return entries
+
+
+def _refuse_field(cls: type, field: str, hint: Any) -> NoReturn:
+    """Reject a field that does not say how its entry is written."""
+    way = f'for example: {field}: Length, or {field}: Annotated[str, OneOf(("one", "both"))]'
+    if is_around(hint):
+        way = f"put None inside: {field}: Annotated[float | None, …]"
+    reason = f"does not say how the entry is written, as tissuec.core.fields does; {way}"
+    refuse(cls, field, reason)
 
 
 def entries_of_members(members: Mapping[str, type], chosen: str) -> dict[str, Entry]:
@@ -233,7 +248,7 @@ def entries_of_members(members: Mapping[str, type], chosen: str) -> dict[str, En
     for member in known:
         try:
             found |= _entries_of(member)
-        except TypeError:
+        except WrongAnnotation:
             continue
     return found
 
