@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from tests.every import every
 from tests.magnitudes import keeps_magnitudes
-from tests.mistakes import Mistake, habits, layers, meanings, volumes
+from tests.mistakes import Mistake, clinics, habits, layers, meanings, volumes
 from tests.scene.test_mistakes_together import SCENE as TOGETHER
 from tissuec.cli import group
 from tissuec.core.errors import CompileError, Diagnostic, TissueError
@@ -272,6 +272,7 @@ EVERY = [
     *((layers.SCENE, name, mistake) for name, mistake in layers.MISTAKES.items()),
     *((layers.SCENE, name, mistake) for name, mistake in habits.MISTAKES.items()),
     *((layers.SCENE, name, mistake) for name, mistake in meanings.MISTAKES.items()),
+    *((layers.SCENE, name, mistake) for name, mistake in clinics.MISTAKES.items()),
     *((volumes.SCENE, name, mistake) for name, mistake in volumes.MISTAKES.items()),
 ]
 

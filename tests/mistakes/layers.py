@@ -630,7 +630,7 @@ MISTAKES = {
         "expect force([floor, forceps A]) > 1 mN",
         "TIS312",
         "forceps A",
-        "a union contains sets or bodies",
+        "measure forceps A on its own",
     ),
     "two libraries with the same tissue": M(
         'use "matter/fat"',

@@ -56,7 +56,7 @@ MISTAKES = {
     "param beyond its limits": M(
         "param lift = 6 mm", "param lift = 20 mm", "TIS308", "20 mm", "write a number between its limits"
     ),
-    "no time between outputs": M("every 20 ms", "every 0 ms", "TIS308", "every 0 ms", "every 10 ms"),
+    "no time between outputs": M("every 20 ms", "every 0 ms", "TIS308", "0 ms", "every 10 ms"),
     # per cent
     "motion in per cent": M(
         "by (0 mm, 0 mm, lift)", "by 20 %", "TIS312", "by 20 %", "by (0, 0, 1 mm)"

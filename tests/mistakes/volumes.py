@@ -35,13 +35,13 @@ MISTAKES = {
     "volume as a length": M("to 5 ml", "to 5 mm", "TIS502", "5 mm", "such as 5 ml"),
     "volume as a force": M("to 5 ml", "to 5 N", "TIS502", "5 N", "such as 5 ml"),
     "volume without a unit": M("to 5 ml", "to 5", "TIS501", "5", '"5 ml"'),
-    "volume below zero": M("to 5 ml", "to -5 ml", "TIS308", "to -5 ml", '"to 5 ml"'),
-    "volume of zero": M("to 5 ml", "to 0 ml", "TIS308", "to 0 ml", "for example: to 5 ml"),
+    "volume below zero": M("to 5 ml", "to -5 ml", "TIS308", "-5 ml", '"5 ml"'),
+    "volume of zero": M("to 5 ml", "to 0 ml", "TIS308", "0 ml", "for example: to 5 ml"),
     "pressure below zero": M(
-        "with 10 kPa", "with -10 kPa", "TIS308", "with -10 kPa", '"with 10 kPa"'
+        "with 10 kPa", "with -10 kPa", "TIS308", "-10 kPa", '"10 kPa"'
     ),
     "pressure of zero": M(
-        "with 10 kPa", "with 0 Pa", "TIS308", "with 0 Pa", "for example: with 10 kPa"
+        "with 10 kPa", "with 0 Pa", "TIS308", "0 Pa", "for example: with 10 kPa"
     ),
     "pressure by another word": M(
         "with 10 kPa", "with soft pressure", "TIS305", "soft pressure", "gentle pressure, firm"

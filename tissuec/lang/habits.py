@@ -4,62 +4,47 @@ A table of forms: each is looked for in the statement that could not be read.
 """
 
 import re
-from typing import NamedTuple
 
 from tissuec.core.errors import Diagnostic
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import converted
+from tissuec.lang.habit_forms import (
+    AMOUNT,
+    NUMBER,
+    TEXT,
+    TIMED,
+    UNIT,
+    UNUSED,
+    VALUE,
+    WORDS,
+    Habit,
+)
+from tissuec.lang.habits_of_blocks import OF_BLOCKS
 from tissuec.lang.mistake import Mistake
 from tissuec.lang.ranges import MESSAGE, one_of, without_tolerance
 from tissuec.lang.token_names import shown
-from tissuec.lang.tokens import NUMBER_PATTERN
 from tissuec.lang.words import CONTINUING
 
-_NUMBER = rf"-?{NUMBER_PATTERN}"
-_UNIT = r"(?:[^\W\d]|%)[\w*/·^-]*"
-_AMOUNT = rf"{_NUMBER}(?: ?{_UNIT})?"
-_WORDS = r"[^\W\d]\w*(?: [^\W\d]\w*)*"
-_UNUSED = r"(?!(?:let|expect|when|if|at|after|from)\b)"  # begins statements of other kinds
-_VALUE = rf"(?:{_AMOUNT}|{_WORDS})"
-_TEXT = r'"[^"]*"'
-_TIMED = r"^(?:(?:at|after|from|when)\b[^:]*: ?)?"
-
-
-class Habit(NamedTuple):
-    """A form that is not part of the language.
-
-    Attributes:
-        form: Regular expression of a statement; its group "wrong" is to be replaced.
-        message: What is wrong.
-        instead: What replaces it, with the other groups; None where that is not clear.
-        hint: What to do; empty for ``write "…"``.
-    """
-
-    form: str
-    message: str
-    instead: str | None = None
-    hint: str = ""
-
-
 _HABITS = (
+    *OF_BLOCKS,
     # outputs and measures
     Habit(
-        rf"{_TIMED}(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>{_WORDS})\))(?:$| with\b| by\b)",
+        rf"{TIMED}(?P<wrong>(?P<what>{WORDS}) ?\((?P<whose>{WORDS})\))(?:$| with\b| by\b)",
         "an action has no parentheses", r"\g<what> \g<whose>",
     ),
     Habit(
-        rf"^(?:expect|when) (?P<wrong>(?P<what>{_WORDS}) of (?P<whose>{_WORDS})"
+        rf"^(?:expect|when) (?P<wrong>(?P<what>{WORDS}) of (?P<whose>{WORDS})"
         r"(?P<along>(?: along \([^()]*\))?)) ?(?:[<>=!]|between\b)",
         "in a condition, a measure takes its argument in parentheses",
         r"\g<what>(\g<whose>\g<along>)",
     ),
     Habit(
-        rf"^{_WORDS} of {_WORDS}(?P<wrong> (?P<rate>{_NUMBER} ?[kM]?Hz))$",
+        rf"^{WORDS} of {WORDS}(?P<wrong> (?P<rate>{NUMBER} ?[kM]?Hz))$",
         'an output is taken "every" so often', None, "for example: force(A) every 1 ms",
     ),
     Habit(
-        rf"^{_WORDS} of {_WORDS}(?P<wrong> and {_WORDS}) every\b",
+        rf"^{WORDS} of {WORDS}(?P<wrong> and {WORDS}) every\b",
         "an output is of one thing", None, "write an output of its own for each",
     ),
     Habit(
@@ -68,68 +53,68 @@ _HABITS = (
     ),
     # numbers and vectors
     Habit(
-        rf"(?P<wrong>(?P<number>{_NUMBER}) ?\[(?P<unit>{_UNIT})\])",
+        rf"(?P<wrong>(?P<number>{NUMBER}) ?\[(?P<unit>{UNIT})\])",
         "a unit has no brackets", r"\g<number> \g<unit>",
     ),
     Habit(
         r"\b(?:along|facing|by|through|around|at|from|to) "
-        rf"(?P<wrong>(?P<x>{_NUMBER}),? (?P<y>{_NUMBER}),? (?P<z>{_NUMBER}))(?!\d)",
+        rf"(?P<wrong>(?P<x>{NUMBER}),? (?P<y>{NUMBER}),? (?P<z>{NUMBER}))(?!\d)",
         "a vector has round brackets and commas", r"(\g<x>, \g<y>, \g<z>)",
     ),
     Habit(
-        rf"{_TIMED}(?:moved|move {_WORDS})(?<! by)(?<! along)(?P<wrong> ?)\([^()]*\)",
+        rf"{TIMED}(?:moved|move {WORDS})(?<! by)(?<! along)(?P<wrong> ?)\([^()]*\)",
         'the way of a motion follows "by"', " by ", 'write "by" before the vector',
     ),
     Habit(
-        rf"(?P<wrong>\[(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})\]) ?{_UNIT}",
+        rf"(?P<wrong>\[(?P<parts>{AMOUNT}, ?{AMOUNT}, ?{AMOUNT})\]) ?{UNIT}",
         "a vector has round brackets", r"(\g<parts>)",
     ),
     Habit(
-        rf"(?P<wrong><(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})>)",
+        rf"(?P<wrong><(?P<parts>{AMOUNT}, ?{AMOUNT}, ?{AMOUNT})>)",
         "a vector has round brackets", r"(\g<parts>)",
     ),
     Habit(
         rf"^(?!vary |expect |when |set |if |param |known ).*?= ?"
-        rf"(?P<wrong>between (?P<low>{_AMOUNT}) and (?P<high>{_AMOUNT}))",
+        rf"(?P<wrong>between (?P<low>{AMOUNT}) and (?P<high>{AMOUNT}))",
         MESSAGE, None, "range",
     ),
     Habit(
-        rf"^(?!vary ).*?(?P<wrong>(?P<low>{_AMOUNT}) ?\.\.\.? ?(?P<high>{_AMOUNT}))",
+        rf"^(?!vary ).*?(?P<wrong>(?P<low>{AMOUNT}) ?\.\.\.? ?(?P<high>{AMOUNT}))",
         MESSAGE, None, "range",
     ),
     Habit(
-        rf"= ?(?P<wrong>(?P<number>{_NUMBER}) ?(?P<own>{_UNIT})? ?\+/- ?{_NUMBER}"
-        rf" ?(?P<unit>{_UNIT})?)$",
+        rf"= ?(?P<wrong>(?P<number>{NUMBER}) ?(?P<own>{UNIT})? ?\+/- ?{NUMBER}"
+        rf" ?(?P<unit>{UNIT})?)$",
         MESSAGE, None, "tolerance",
     ),
     Habit(
         r"= ?(?P<wrong>(?:about|approximately|approx|ca|circa|roughly|around|some|nearly) "
-        rf"(?P<number>{_AMOUNT}))$",
+        rf"(?P<number>{AMOUNT}))$",
         "a number has no tolerance", r"\g<number>",
     ),
     Habit(
         r"^(?!expect |when |set |if |vary ).*?= ?"
-        rf"(?P<wrong>(?:[<>]=?|up to|at least|at most) ?(?P<number>{_AMOUNT}))$",
+        rf"(?P<wrong>(?:[<>]=?|up to|at least|at most) ?(?P<number>{AMOUNT}))$",
         "one number is needed here, not a limit", r"\g<number>",
     ),
     Habit(
-        rf"^adjust {_WORDS}.*? (?P<wrong>between (?P<low>{_AMOUNT}) and (?P<high>{_AMOUNT}))$",
+        rf"^adjust {WORDS}.*? (?P<wrong>between (?P<low>{AMOUNT}) and (?P<high>{AMOUNT}))$",
         'limits of a parameter have the form "from … to …"', r"from \g<low> to \g<high>",
     ),
     Habit(
-        rf"^adjust {_WORDS}.*? around {_AMOUNT}(?P<wrong> ?(?:\+/-|±|,|within)? ?"
-        rf"(?P<part>{_NUMBER} ?%))$",
+        rf"^adjust {WORDS}.*? around {AMOUNT}(?P<wrong> ?(?:\+/-|±|,|within)? ?"
+        rf"(?P<part>{NUMBER} ?%))$",
         'a deviation is given with "by"', r" by \g<part>",
     ),
     # sets and files
-    Habit(rf"^(?P<wrong>on) {_WORDS}$", "a force acts on a set or a body", "acts on"),
+    Habit(rf"^(?P<wrong>on) {WORDS}$", "a force acts on a set or a body", "acts on"),
     Habit(
-        rf"{_TIMED}(?P<wrong>(?P<verb>fix|free|hold) (?P<one>{_WORDS}) and "
-        rf"(?P<other>{_WORDS}))$",
+        rf"{TIMED}(?P<wrong>(?P<verb>fix|free|hold) (?P<one>{WORDS})(?: and |(?: ?[+&]+ ?))"
+        rf"(?P<other>{WORDS}))$",
         "several sets are a list in brackets", r"\g<verb> [\g<one>, \g<other>]",
     ),
     Habit(
-        rf"^(?P<verb>[a-z]+) {_WORDS}(?P<wrong>,) (?P=verb) ",
+        rf"^(?P<verb>[a-z]+) {WORDS}(?P<wrong>,) (?P=verb) ",
         "a comma does not end an action", ";",
     ),
     Habit(
@@ -142,13 +127,13 @@ _HABITS = (
     ),
     Habit(
         r'^(?P<wrong>(?P<word>use|about|author|laboratory|licence|cite) '
-        rf'(?P<texts>\[?{_TEXT}(?:(?: ?[,;]| and)? ?{_TEXT})+\]?))$',
+        rf'(?P<texts>\[?{TEXT}(?:(?: ?[,;]| and)? ?{TEXT})+\]?))$',
         "one text in quotes is needed here", None, "texts",
     ),
     # words and rules
     Habit(
         r"^(?!if\b|when\b|expect\b|set\b).*\bis "
-        rf"(?P<wrong>(?P<low>{_WORDS}) or (?P<high>{_WORDS}))$",
+        rf"(?P<wrong>(?P<low>{WORDS}) or (?P<high>{WORDS}))$",
         '"or" is for conditions only', r"between \g<low> and \g<high>",
     ),
     Habit(
@@ -157,7 +142,7 @@ _HABITS = (
         'write a second rule: "if not (…) then …"',
     ),
     Habit(
-        rf"^if .*?(?P<wrong>weighing (?P<weight>{_NUMBER}(?: ?%)?) "
+        rf"^if .*?(?P<wrong>weighing (?P<weight>{NUMBER}(?: ?%)?) "
         r"(?P<rest>(?:and|or|then) .+))$",
         '"weighing" is at the end of a rule', r"\g<rest> weighing \g<weight>",
     ),
@@ -167,21 +152,21 @@ _HABITS = (
         'conditions are joined with "and"', " and",
     ),
     Habit(
-        rf"^if .* then {_WORDS} (?P<wrong>=.*)$", "a rule concludes words, not numbers", None,
+        rf"^if .* then {WORDS} (?P<wrong>=.*)$", "a rule concludes words, not numbers", None,
         'write a word of its scale after "is"',
     ),
     Habit(
-        rf"^.*\bis (?P<wrong>{_NUMBER} ?% {_WORDS})$",
+        rf"^.*\bis (?P<wrong>{NUMBER} ?% {WORDS})$",
         "a word takes a hedge, not a number", None,
         'write the word with a hedge, such as "rather soft"',
     ),
     # studies
     Habit(
-        rf"^vary .+?= ?{_AMOUNT}(?P<wrong> ?(?::|\.\.\.?|…) ?){_AMOUNT}",
+        rf"^vary .+?= ?{AMOUNT}(?P<wrong> ?(?::|\.\.\.?|…) ?){AMOUNT}",
         'a range has the form "… to … in 5 steps"', " to ",
     ),
     Habit(
-        rf"^vary .+?(?:=|is) ?(?P<wrong>(?P<values>{_VALUE}(?:, ?{_VALUE})+))$",
+        rf"^vary .+?(?:=|is) ?(?P<wrong>(?P<values>{VALUE}(?:, ?{VALUE})+))$",
         "the values of a factor are a list", r"[\g<values>]",
     ),
     Habit(
@@ -192,7 +177,7 @@ _HABITS = (
         r"^vary .+?(?P<wrong>=) ?\{$", "the values of a factor are a list", None,
         "for example: vary NAME = [2 mm, 5 mm]",
     ),
-    Habit(rf"^{_WORDS}(?P<wrong> ?=) ?\{{$", 'a block begins without "="', "", 'leave out "="'),
+    Habit(rf"^{WORDS}(?P<wrong> ?=) ?\{{$", 'a block begins without "="', "", 'leave out "="'),
     # times and motions
     Habit(r"^(?P<wrong>at (?:t|time) ?=? ?)[0-9]", "a time has no name", "at "),
     Habit(r"^(?P<wrong>(?:t|time) ?={1,2} ?)[0-9][^:]*:", "a time has no name", "at "),
@@ -202,36 +187,36 @@ _HABITS = (
         'an interval has the form "from … to …:"', r"from \g<start> to \g<stop>",
     ),
     Habit(
-        rf"^(?P<wrong>(?:over|for|during|within) (?P<time>{_AMOUNT})) ?:",
+        rf"^(?P<wrong>(?:over|for|during|within) (?P<time>{AMOUNT})) ?:",
         "an interval has a beginning and an end", None,
         'write when it begins and ends: "from T to T:"',
     ),
     Habit(
-        rf"^(?P<wrong>at (?P<start>{_AMOUNT})(?:,| and)? (?:for|over) (?P<time>{_AMOUNT})) ?:",
+        rf"^(?P<wrong>at (?P<start>{AMOUNT})(?:,| and)? (?:for|over) (?P<time>{AMOUNT})) ?:",
         'an interval has the form "from … to …:"', r"from \g<start> to \g<start> + \g<time>",
     ),
     Habit(
-        rf"^(?P<wrong>(?:by|before) {_AMOUNT}) ?:",
+        rf"^(?P<wrong>(?:by|before) {AMOUNT}) ?:",
         "an action has the time at which it happens or begins", None,
         'write "at T:", or an interval that ends then: "from T to T:"',
     ),
     Habit(
         r"^(?P<wrong>(?:in|then|later|then at|later at|then after|starting at"
-        rf"|beginning at) (?P<time>{_AMOUNT})(?: later)?) ?:",
+        rf"|beginning at) (?P<time>{AMOUNT})(?: later)?) ?:",
         "an action has a time from the start of the run", r"at \g<time>",
     ),
     Habit(
-        rf"^(?P<wrong>(?:after )?(?:another )?(?P<time>{_AMOUNT}) (?:later|afterwards)) ?:",
+        rf"^(?P<wrong>(?:after )?(?:another )?(?P<time>{AMOUNT}) (?:later|afterwards)) ?:",
         "times are from the start of the run, not from the line above", None,
         'write "at" and the time since the start of the run: at T: …',
     ),
     Habit(
-        rf"^(?P<wrong>after another {_AMOUNT}) ?:",
+        rf"^(?P<wrong>after another {AMOUNT}) ?:",
         "times are from the start of the run, not from the line above", None,
         'write "at" and the time since the start of the run: at T: …',
     ),
     Habit(
-        rf"^(?P<wrong>(?:during )?(?P<time>{_AMOUNT})) ?:",
+        rf"^(?P<wrong>(?:during )?(?P<time>{AMOUNT})) ?:",
         'the word "at" is missing before a time', r"at \g<time>",
     ),
     Habit(
@@ -244,11 +229,13 @@ _HABITS = (
         "give the next action a later time: at T: …",
     ),
     Habit(
-        r"\bby \(.+?(?P<wrong> (?:using )?(?:smoothly|smooth))(?:$| \w)",
+        r"\bby \(.+?(?P<wrong> (?!using smooth profile)(?:using )?(?:smoothly|smooth)"
+        r"(?: profile)?)(?:$| \w)",
         'a profile is named with "using"', " using smooth profile",
     ),
     Habit(
-        r"\bby \(.+?(?P<wrong> (?:using )?(?:linearly|uniformly|evenly))(?:$| \w)",
+        r"\bby \(.+?(?P<wrong> (?:using )?(?:linearly|uniformly|evenly)"
+        r"|(?<!using) (?:at |with )?constant speed)(?:$| \w)",
         'a profile is named with "using"', " using constant speed",
     ),
     Habit(
@@ -257,10 +244,10 @@ _HABITS = (
     ),
     Habit(
         rf"(?P<wrong>\b(?:at|along|through|across)(?: (?:the )?(?:line|plane))?"
-        rf" (?:x|y|z) ?={{1,2}} ?{_AMOUNT})", "a cut follows a plane", None, "plane",
+        rf" (?:x|y|z) ?={{1,2}} ?{AMOUNT})", "a cut follows a plane", None, "along",
     ),
     Habit(
-        rf"\bcut {_WORDS} (?P<wrong>(?:(?:to|at|by) )?(?:a depth of )?{_AMOUNT}"
+        rf"\bcut {WORDS} (?P<wrong>(?:(?:to|at|by) )?(?:a depth of )?{AMOUNT}"
         r"(?: (?:deep|into|long|wide)\b)?)(?: with | to |$)",
         "a cut has no depth, but a line from where it begins to where it ends", None,
         "for example: cut BODY along line from (20, -1, 0) mm to (20, 5, 0) mm "
@@ -269,7 +256,7 @@ _HABITS = (
     # comparisons
     *(
         Habit(
-            rf"(?P<wrong>(?: is| are)?(?: not)? (?:{words})) ?(?:{_NUMBER}|\()",
+            rf"(?P<wrong>(?: is| are)?(?: not)? (?:{words})) ?(?:{NUMBER}|\()",
             f'a comparison is written with "{sign}"', f" {sign}",
         )
         for sign, words in {
@@ -292,12 +279,12 @@ _HABITS = (
         'T: …"; for many runs, a study',
     ),
     Habit(
-        rf"^(?P<wrong>(?:(?:def|function|param|set) )?(?P<what>{_UNUSED}{_WORDS}) ?"
-        rf"\((?P<names>{_WORDS}(?:, ?{_WORDS})*)\)) ?=",
+        rf"^(?P<wrong>(?:(?:def|function|param|set) )?(?P<what>{UNUSED}{WORDS}) ?"
+        rf"\((?P<names>{WORDS}(?:, ?{WORDS})*)\)) ?=",
         'a function is declared with "let"', r"let \g<what>(\g<names>)",
     ),
     Habit(
-        rf"^let (?P<wrong>(?P<what>{_WORDS}) ?\( ?\)) ?=",
+        rf"^let (?P<wrong>(?P<what>{WORDS}) ?\( ?\)) ?=",
         "a function has at least one parameter; without one it is a number", r"\g<what>",
     ),
     Habit(
@@ -311,7 +298,7 @@ _HABITS = (
     ),
     Habit(r"^(?P<wrong>%+|--+|<!--)(?= )", 'a comment begins with "#"', "#"),
     Habit(
-        rf"^(?P<wrong>simulate (?:for )?(?P<time>{_AMOUNT})) ?\{{$",
+        rf"^(?P<wrong>simulate (?:for )?(?P<time>{AMOUNT})) ?\{{$",
         "a block gives its numbers names", None, "for example: simulate { duration = 1 s }",
     ),
 )  # fmt: skip
@@ -337,7 +324,7 @@ def habit(m: Mistake) -> Diagnostic | None:
             continue
         place = Span(m.source, start + found.start("wrong"), start + found.end("wrong"))
         if one.hint == "texts":
-            hint = _each_text(place, found["word"], re.findall(_TEXT, found["texts"]))
+            hint = _each_text(place, found["word"], re.findall(TEXT, found["texts"]))
         elif one.hint == "range":
             hint = one_of(found["low"], found["high"], place)
         elif one.hint == "tolerance":
@@ -357,24 +344,27 @@ def _each_text(place: Span, word: str, texts: list[str]) -> Hint:
 
 
 def _hint(one: Habit, found: re.Match[str], place: Span) -> Hint:
-    if one.hint == "plane":
-        return _plane(place)
+    if one.hint in ("along", "about"):
+        return _plane(place, one.hint)
     if one.instead is None:
         return Hint(one.hint)
     text = found.expand(one.instead)
-    return Hint(one.hint or f"write {shown(text.strip())}", Edit(text, place))
+    written = f": {text.strip()}" if '"' in text else f" {shown(text.strip())}"
+    return Hint(one.hint or f"write{written}", Edit(text, place))
 
 
-def _plane(place: Span) -> Hint:
-    """Return the hint to write a plane in place of ``at x = 20 mm``."""
+def _plane(place: Span, word: str) -> Hint:
+    """Return the hint to write a plane, after a word, in place of ``at x = 20 mm``."""
     axis = re.search(r"[xyz]", place.text)
-    value = re.search(rf"({_NUMBER}) ?({_UNIT})?$", place.text)
+    value = re.search(rf"({NUMBER}) ?({UNIT})?$", place.text)
     assert axis is not None and value is not None
     point, normal = (
         ", ".join(at if axis[0] == one else "0" for one in "xyz") for at in (value[1], "1")
     )
-    text = f"along plane through ({point}) {value[2] or 'mm'} facing ({normal})"
-    return Hint(f'write "{text}"', *([Edit(text, place)] if value[2] else []))
+    text = f"{word} plane through ({point}) {value[2] or 'mm'} facing ({normal})"
+    return Hint(
+        f'write "{text}"', *([Edit(text, place)] if value[2] or value[1] == "0" else [])
+    )
 
 
 def inches(m: Mistake) -> Diagnostic | None:
@@ -384,7 +374,7 @@ def inches(m: Mistake) -> Diagnostic | None:
         return None
     line = m.source.line_text(m.span(at).line)
     column = m.span(at).column - 1
-    found = re.search(rf"({_NUMBER}) ?((?:{_UNIT}[*/])?in)\Z", line[: column + 2])
+    found = re.search(rf"({NUMBER}) ?((?:{UNIT}[*/])?in)\Z", line[: column + 2])
     if found is None or (text := converted(found[1], found[2])) is None:
         return None
     start = at.stop - len(found[0])

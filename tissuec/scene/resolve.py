@@ -13,12 +13,12 @@ from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.members import read_force
 from tissuec.scene.model import Scene
 from tissuec.scene.overrides.entries import read_overrides
-from tissuec.scene.program.declarations import LIKE, Declarations, collect
+from tissuec.scene.program.declarations import Declarations, collect
 from tissuec.scene.program.imports import Program, whole
 from tissuec.scene.program.parameters import Constants
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import parts
+from tissuec.scene.reading.parts import LIKE, parts
 from tissuec.scene.settings import read_simulation
 from tissuec.scene.study.block import read_studies
 from tissuec.scene.tissues.block import read_tissues

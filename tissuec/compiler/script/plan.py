@@ -104,6 +104,12 @@ class ScriptReader:
                 hint = Hint(f'write "{action}"', Edit(action, item.call.span))
                 message = "an action has no parentheses"
                 self.findings.reject("TIS312", message, item.call.span, hint=hint)
+            case s.RecordedCall(call=s.Call(arguments=arguments)):
+                names = ", ".join(one.span.one_line for one in arguments)
+                action = f"{item.name.text} [{names}]"
+                hint = Hint(f'write "{action}"', Edit(action, item.call.span))
+                message = "several sets are a list in brackets"
+                self.findings.reject("TIS312", message, item.call.span, hint=hint)
             case s.Sentence() if not slot.is_outermost:
                 # One action serves all repetitions: it knows how long it lasts, not when.
                 key = (id(item), slot.duration)

@@ -267,12 +267,12 @@ class _BodyReader:
     def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:
         kind = schema.word_of(item, self.scope, example="mesh is tube { … }")
         if kind.key not in MESHES:
-            self.findings.reject(
-                "TIS305",
-                f'there is no mesh called "{kind.text}"',
-                kind.span,
-                hint=alternatives(kind.key, MESHES, what="meshes"),
-            )
+            hint = alternatives(kind.key, MESHES, what="meshes")
+            if kind.quoted and "." in kind.quoted:
+                written = f'imported {{ file "{kind.quoted}" in mm }}'
+                hint = Hint(f"write: mesh is {written}", Edit(written))
+            message = f'there is no mesh called "{kind.text}"'
+            self.findings.reject("TIS305", message, kind.span, hint=hint)
         self.mesh_kind = kind.key
         items = item.items if isinstance(item, s.Block) else ()
         with self.findings.together():

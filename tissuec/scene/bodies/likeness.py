@@ -7,9 +7,10 @@ from msgspec.structs import replace
 
 from tissuec.lang import syntax as s
 from tissuec.scene.bodies.placement import is_placement
-from tissuec.scene.program.declarations import LIKE, Declarations, Declared
+from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.program.dependency_order import Definitions
 from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.parts import LIKE
 
 
 def read_each_like(

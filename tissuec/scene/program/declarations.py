@@ -12,15 +12,15 @@ from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_o
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
-from tissuec.lang.unopened import begins_block
 from tissuec.lang.version import first_line
 from tissuec.scene.program.functions import FUNCTIONS, Functions
 from tissuec.scene.program.imports import Program
-from tissuec.scene.program.library import Library
-from tissuec.scene.program.metadata import MEANT, TEXTS, Metadata, is_metadata, with_text
+from tissuec.scene.program.library import SUFFIX, Library
+from tissuec.scene.program.metadata import Metadata, is_metadata, with_text
 from tissuec.scene.program.repetition import REPEAT, repeated
+from tissuec.scene.program.unknown_parts import reject_unknown
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import PARTS, SCENE, example_of, parts, sharing
+from tissuec.scene.reading.parts import LIKE, PARTS, SCENE, parts, sharing
 
 T = TypeVar("T")
 
@@ -102,6 +102,8 @@ class Declarations(Struct):
         known = self.of(kind)
         if name.key not in known:
             findings.pass_over_doubtful(name.key)
+            if kind == "tissue" and name.quoted is not None and not findings.are_many:
+                self._refuse_file(name, findings)
             few = () if findings.are_many else known.values()
             names = [declared.name.text for declared in few]
             plural = {"rules": "rules", "body": "bodies"}.get(kind, f"{kind}s")
@@ -117,10 +119,25 @@ class Declarations(Struct):
             )
         return known[name.key]
 
+    def _refuse_file(self, name: s.Name, findings: Findings) -> None:
+        """Reject the name of a file with tissues where the name of a tissue belongs."""
+        file = name.text.removesuffix(SUFFIX)
+        if not (tissues := self.library.tissues_in(file)):
+            return
+        hint = Hint(f"its tissues: {', '.join(tissues)}", *map(Edit, tissues))
+        if f"{file}{SUFFIX}" not in self.uses:
+            source, first = name.span.source, tissues[0]
+            line = first_line(f'use "{file}"', source)
+            assert line.span is not None
+            start, end = line.span.end, name.span.end
+            between = source.text[start : name.span.start]
+            edit = Edit(f"{line.text}{between}{first}", Span(source, start, end))
+            others = f" (also in it: {', '.join(tissues[1:])})" if tissues[1:] else ""
+            hint = Hint(f'write: use "{file}" at the top, and {first} here{others}', edit)
+        message = f'"{file}" is a file and not a tissue'
+        findings.reject("TIS301", message, name.span, hint=hint)
 
-#: Leads to what something is based on.
-LIKE = "like"
-_USES = ("import", "include", "load", "require", "from")
+
 _BASED = re.compile(r"(.+?) (?:extends|inherits|inherits from|copies) (.+)")
 
 
@@ -204,7 +221,7 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             if is_main:
                 to.metadata = with_text(to.metadata, item, to.described, findings)
         case _:
-            _reject_unknown(item, findings)
+            reject_unknown(item, findings)
 
 
 def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
@@ -267,6 +284,12 @@ def _declare(
                 )
                 message = f'a {kind} is based on another with "like"'
                 findings.reject("TIS312", message, clause.span, hint=hint)
+            if LIKE in takes and clause.word == "of" and name.key.endswith(" copy"):
+                new = name.text[: -len(" copy")]
+                written = f"{new} like {clause.value.span.text}"
+                hint = Hint(f"write {kind} {written}", Edit(written, name.span.to(clause.span)))
+                message = f'a {kind} is based on another with "like"'
+                findings.reject("TIS312", message, clause.span, hint=hint)
             quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"
             findings.reject(
                 "TIS115",
@@ -318,8 +341,11 @@ def _refuse_second(name: s.Name, first: Span, to: Declarations, findings: Findin
     here, there = (place.source.name for place in (name.span, first))
     used = to.uses.get(here)
     if used is None or here == there:
-        notes = (Note("first here", first),)
-        findings.reject("TIS503", f'"{name.text}" is defined twice', name.span, notes=notes)
+        notes, hint = (Note("first here", first),), ""
+        if index := name.span.repetition.partition(" = ")[0]:
+            hint = proposal(f"{name.span.text.removesuffix(f'_{index}')} {index}")
+        message = f'"{name.text}" is defined twice'
+        findings.reject("TIS503", message, name.span, hint=hint, notes=notes)
     hint = leaving_out("use one of the two", used, *filter(None, [to.uses.get(there)]))
     if {here.split("/")[0], there.split("/")[0]} == {"matter", "tissues"}:
         text = "use one of the two: tissues/ describes single springs, matter/ the material"
@@ -341,112 +367,3 @@ def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
         notes=(Note("first here", first.name.span),),
     )
     findings.raise_errors()
-
-
-def _reject_assigned(item: s.Assign, findings: Findings) -> NoReturn:
-    word = MEANT.get(item.name.key, item.name.key)
-    if word in TEXTS:
-        text = item.span.text.partition("=")[2].strip().strip('"')
-        hint = Hint(f'write: {word} "{text}"', Edit(f'{word} "{text}"'))
-        message = f'{word} is followed by a text in quotes, without "="'
-        findings.reject("TIS312", message, item.span, hint=hint)
-    text, span = item.name.text, item.name.span
-    if begins_block(text.split()[0]) and " " in text:
-        message = "a block is enclosed in braces"
-        hint = 'put "{" after the name of the block, and "}" after its last entry'
-        findings.reject("TIS312", message, span, hint=hint)
-    findings.reject(
-        "TIS303",
-        f'"{text}" cannot be set here',
-        span,
-        hint=Hint(
-            f'write "param {text} = …" or "let {text} = …", '
-            "or move it into the block where it belongs",
-            Edit(f"param {text}"),
-            Edit(f"let {text}"),
-        ),
-    )
-
-
-def _reject_unknown(item: s.Item, findings: Findings) -> None:
-    match item:
-        case s.Rule():
-            findings.reject(
-                "TIS303",
-                "a rule belongs in a rules block",
-                item.span,
-                hint="rules soft tissue { if … then … }",
-            )
-        case s.Timed():
-            findings.reject(
-                "TIS303",
-                "times belong in the script block",
-                item.head,
-                hint="script { at 0 s: … }",
-            )
-        case s.Assign():
-            _reject_assigned(item, findings)
-        case s.RecordedCall():
-            message = f'"{item.call.span.one_line}" does not begin any part of a scene'
-            hint = "what is recorded belongs in the output block"
-            findings.reject("TIS303", message, item.span, hint=hint)
-        case s.Function():
-            reject_function(item, findings)
-        case s.Sentence() | s.Block():
-            first = item.name.words.split(" ")[0] if item.name.words else item.name.text
-            if first in PARTS:
-                example = example_of(first)
-                edits: tuple[Edit, ...] = ()
-                message = f"wrong form of {first}"
-                if first in ("use", *TEXTS):
-                    message = f"{first} needs a text in quotes"
-                    example = _quoted(first, item)
-                    edits = (Edit(example),)
-                findings.reject(
-                    "TIS312",
-                    message,
-                    item.span,
-                    hint=Hint(f"write: {example}", *edits),
-                )
-            if first.lower() in _USES and item.name.quoted:
-                findings.doubt_all()
-                place = Span(item.span.source, item.span.start, item.span.start + len(first))
-                hint = proposal("use", place)
-                findings.reject("TIS312", 'other files are used with "use"', place, hint=hint)
-            findings.reject(
-                "TIS303",
-                f'"{first}" does not begin any part of a scene',
-                item.name.span,
-                hint=alternatives(
-                    first.lower(),
-                    parts(),
-                    what="parts",
-                    meant=[MEANT[first.lower()]] if first.lower() in MEANT else (),
-                ),
-            )
-        case _:
-            raise AssertionError(item)
-
-
-def _quoted(word: str, item: s.Sentence | s.Block) -> str:
-    """Return a sentence with all that follows its first word in quotes."""
-    rest = item.span.text.removeprefix(word).replace('"', "").split()
-    if word in TEXTS and rest[:1] == ["is"]:
-        del rest[0]
-    return f'{word} "{("/" if word == "use" else " ").join(rest)}"'
-
-
-def reject_function(item: s.Function, findings: Findings) -> NoReturn:
-    """Reject a formula where none is allowed; a name of several words may have been meant."""
-    argument = item.arguments[0].span.to(item.arguments[-1].span)
-    whole = item.name.span.to(argument)
-    findings.reject(
-        "TIS115",
-        f'a name cannot contain the reserved word "{item.arguments[0].word}"',
-        argument,
-        hint=Hint(
-            f'write the name in quotes: "{whole.text}"; formulas of springs '
-            "and dashpots belong in a tissue",
-            Edit(f'"{whole.text}"', whole),
-        ),
-    )

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.files import read_bytes
-from tissuec.core.hints import nearby_file
+from tissuec.core.hints import Edit, Hint, nearby_file
 from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
@@ -226,12 +226,12 @@ class _Loader:
             or "\\" in wanted
             or ":" in wanted
         ):
-            self.findings.reject(
-                "TIS603",
-                f'"{wanted}" is outside the permitted folders',
-                item.span,
-                hint='use "./name" beside this file, or permit its folder with --library DIR',
-            )
+            hint = 'use "./name" beside this file, or permit its folder with --library DIR'
+            if "\\" in wanted and ":" not in wanted and ".." not in wanted:
+                slashed = re.sub(r"\\+", "/", wanted).removeprefix("/")
+                hint = Hint(f'write "{slashed}"', Edit(slashed, old=wanted))
+            message = f'"{wanted}" is outside the permitted folders'
+            self.findings.reject("TIS603", message, item.span, hint=hint)
         path, name = self._find(wanted, item, source)
         if path.resolve() in chain:
             self.findings.reject(

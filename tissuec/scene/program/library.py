@@ -119,6 +119,18 @@ class Library(Struct, frozen=True):
         found = list(self._declaring(kind, key))
         return _of_springs(found) if found else ""
 
+    def tissues_in(self, wanted: str) -> list[str]:
+        """Return the names of the tissues in a file; none if there is no such file."""
+        path = next((path for name, path in self.files() if name == wanted), None)
+        if path is None:
+            return []
+        with suppress(OSError, CompileError):
+            source = normalise(read_bytes(path, LARGEST_FILE), wanted, path)
+            blocks = [item for item in parsed(source).items if isinstance(item, s.Block)]
+            names = (block.name.words.partition(" ") for block in blocks)
+            return [name for kind, _, name in names if kind == "tissue" and name]
+        return []
+
     def _declaring(self, kind: str, key: str) -> Iterator[str]:
         for name, path in files_of(self.folders):
             with suppress(OSError, CompileError):

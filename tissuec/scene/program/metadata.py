@@ -29,6 +29,8 @@ MEANT = {
         "laboratory",
     ),
     **dict.fromkeys(("license", "copyright", "rights"), "licence"),
+    **dict.fromkeys(("for", "foreach", "while", "loop", "each"), "repeat"),
+    "bodies": "body",
     **dict.fromkeys(("citation", "reference", "doi", "publication", "paper"), "cite"),
 }
 

@@ -121,5 +121,6 @@ def chosen(item: s.Item, entries: Iterable[str]) -> Hint:
     if isinstance(item, s.Sentence) and item.phrase is None:
         for entry in entries:
             if item.name.key.startswith(f"{entry} "):
-                return proposal(f"{entry} is {item.name.text[len(entry) :].strip()}")
+                value = item.name.text[len(entry) :].strip()
+                return proposal(f"{entry} is {value.removeprefix('are ')}")
     return Hint("")

@@ -72,6 +72,8 @@ class TextPart(Struct, frozen=True, kw_only=True):
 
 #: ``names`` of what a scene contains.
 SCENE = "scene"
+#: Leads to what something is based on.
+LIKE = "like"
 #: Every part by the word that it begins with; blocks of other packages are ``tissuec.block``.
 PARTS: Family[TextPart] = Family("tissuec.scene", "block")
 

@@ -1,6 +1,7 @@
 """Study blocks, as far as they need no mesh: factors, design, measures as written."""
 
 from tissuec.core.errors import Note
+from tissuec.core.hints import did_you_mean
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared, without
@@ -31,6 +32,7 @@ from tissuec.scene.study.model import (
     WrittenMeasure,
     called,
 )
+from tissuec.script.measures import MEASURES
 
 DESIGN, RUNS = "design", "runs"
 declare(
@@ -122,10 +124,24 @@ class _StudyReader(BlockItems):
         measured = in_parentheses(item)
         assert isinstance(measured, s.Assign)
         name = without(item.name, MEASURE)
+        if name is None and isinstance(item.value, s.Name) and not item.clauses:
+            self._refuse_name(item.value)
         end = item.clauses[-1].span if item.clauses else item.value.span
         text = name.text if name is not None else item.value.span.to(end).one_line
         self.once(text, item.name.span, self.columns)
         self.measures.append(WrittenMeasure(text, measured, item.span))
+
+    def _refuse_name(self, name: s.Name) -> None:
+        """Reject a name in place of a measure; one that is nearly a measure is read later."""
+        example = f"{name.text} = max(force(A))"
+        if s.key_of(name.text) in self.columns:
+            message = f'the study has a column called "{name.text}" already'
+            hint = "leave it out, or write a measure with another name: NAME = max(force(A))"
+            self.findings.reject("TIS312", message, name.span, hint=hint)
+        if name.key not in MEASURES and not did_you_mean(name.key, MEASURES):
+            message = f'"{name.text}" does not say what is measured'
+            hint = f"name it and say what it is, for example: {example}"
+            self.findings.reject("TIS701", message, name.span, hint=hint)
 
     # --- what goes together -------------------------------------------------------------------
 

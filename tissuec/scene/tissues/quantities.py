@@ -205,7 +205,10 @@ QUANTITIES: dict[str, TissueQuantity] = {
             may_be_zero=True, also=("mu", "friction coefficient", "coefficient of friction"),
         ),
         TissueQuantity(
-            "fibre modulus", "Young's modulus along the fibres.", units.PRESSURE
+            "fibre modulus", "Young's modulus along the fibres.", units.PRESSURE,
+            also=(
+                "fibre stiffness", "fiber modulus", "fiber stiffness", "longitudinal modulus"
+            ),
         ),
         TissueQuantity(
             FIBRE_STIFFENING, "How fast fibres stiffen when stretched, in bodies of elements.",

@@ -119,4 +119,5 @@ class PressVerb:
     the rim.
     """
 
+    meant: ClassVar[str] = "pressurise pressurize squeeze"
     cases: ClassVar = Cases("", {"": Press, "inside": PressInside}, "")

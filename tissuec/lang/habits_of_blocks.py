@@ -1,0 +1,101 @@
+"""What people write out of habit about blocks, copies, repetitions, laws and names."""
+
+from tissuec.lang.habit_forms import AMOUNT, NUMBER, TIMED, WORDS, Habit
+
+_LAW = "spring force|viscous force|stress"
+_VECTOR = r"\([^()]*\)(?: ?[a-zµ]?m\b)?"
+
+OF_BLOCKS = (
+    # blocks and lists
+    Habit(
+        r"^(?:tool|body|tissue|joint|environment|script|simulate|output|mesh is)"
+        rf"(?: {WORDS})? ?"
+        r"(?P<wrong>\[(?P<inside>[^\[\]]*)\])$",
+        "a block is enclosed in braces", r"{\g<inside>}",
+    ),
+    Habit(
+        r"^(?P<wrong>[-*•] )(?=[^\W\d])", "a statement begins with its first word", "",
+        "leave out the dash",
+    ),
+    # copies and places
+    Habit(
+        rf"^(?:body|tissue) [^\W\d].*?(?P<wrong> (?:is like|is as|is a copy of|is|as|equals|="
+        rf"|copies|copy of|copied from|same as)) {WORDS} ?\{{$",
+        'a copy is declared with "like"', " like",
+    ),
+    Habit(
+        r"^(?:turned\b|.*\bturn\b).*?(?P<wrong>\babout\b) ?\(",
+        'the axis of a turn follows "around"', "around",
+    ),
+    Habit(
+        rf"^(?:turned|scaled)(?P<wrong> ?){AMOUNT}", "the amount follows \"by\"", " by ",
+        'write "by" before the number',
+    ),
+    Habit(
+        rf"^mirrored (?P<wrong>(?:(?:at|along|about|in|through) )?(?:the )?(?:plane )?"
+        rf"[xyz] ?={{1,2}} ?{AMOUNT})", "a body is mirrored about a plane", None, "about",
+    ),
+    # repetitions
+    Habit(
+        r"^repeat \w+ from (?P<wrong>(?P<low>\d+) ?(?:\.\.\.?|-|:) ?(?P<high>\d+))",
+        'a repetition counts from one number "to" another', r"\g<low> to \g<high>",
+    ),
+    Habit(
+        r"^repeat \w+ (?P<wrong>in \[? ?(?P<low>\d+) ?(?:\.\.\.?|-|:) ?(?P<high>\d+) ?\]?)",
+        'a repetition counts from one number "to" another', r"from \g<low> to \g<high>",
+    ),
+    Habit(
+        r"^(?P<wrong>(?:repeat|for) (?P<index>[^\W\d]\w*) ?= ?(?P<low>\d+) ?"
+        r"(?:to|\.\.\.?|:|-) ?(?P<high>\d+):?) ?(?:\{|$)",
+        "this is not how statements are repeated",
+        r"repeat \g<index> from \g<low> to \g<high>",
+    ),
+    # laws
+    Habit(
+        rf"^(?P<wrong>(?P<law>{_LAW}) of) ?=", "the argument of a law is missing",
+        r"\g<law> of e",
+    ),
+    Habit(
+        rf"^(?P<wrong>(?P<law>{_LAW}) ?\((?P<names>{WORDS}(?:, ?{WORDS})*)\)) ?=",
+        'the argument of a law follows "of"', r"\g<law> of \g<names>",
+    ),
+    # actions
+    Habit(
+        rf"{TIMED}[a-z]+ (?P<wrong>(?:the )?set )(?=[^\W\d])",
+        'the name of a set is written without "set"', "",
+        'leave out "set"',
+    ),
+    Habit(
+        rf"{TIMED}(?P<wrong>with|by|along|using) ", "an action begins with its verb", None,
+        "for example: grasp SET with TOOL",
+    ),
+    Habit(
+        rf"{TIMED}move (?P<wrong>by (?P<way>{_VECTOR}) (?P<what>{WORDS}?))(?= using\b|$)",
+        "what moves follows the verb", r"\g<what> by \g<way>",
+    ),
+    Habit(
+        rf"{TIMED}move {WORDS} (?P<wrong>(?:by )?(?P<way>{AMOUNT}) (?:down|downwards))\b",
+        "a motion is a vector", r"by (0, 0, -\g<way>)",
+    ),
+    Habit(
+        rf"{TIMED}move {WORDS} (?P<wrong>(?:by )?(?P<way>{AMOUNT}) (?:up|upwards))\b",
+        "a motion is a vector", r"by (0, 0, \g<way>)",
+    ),
+    # numbers
+    Habit(
+        rf"(?P<wrong>(?P<number>{NUMBER}) ?[xX×*·⋅] ?10 ?\^ ?(?P<power>-?\d+))",
+        'a power of ten is written with "e"', r"\g<number>e\g<power>",
+    ),
+    Habit(
+        rf"(?P<wrong>>=? ?(?P<low>{AMOUNT}) (?:and|,|&&) ?<=? ?(?P<high>{AMOUNT}))",
+        "each comparison has two sides", r"between \g<low> and \g<high>",
+    ),
+    Habit(
+        r"(?P<wrong>\b(?P<first>[A-Za-z]+)-(?P<second>[A-Za-z]+)\b)",
+        "a name has no hyphen", r"\g<first> \g<second>",
+    ),
+    Habit(
+        r"^mesh is (?P<wrong>\"?(?P<file>[\w./-]+\.(?:obj|stl|ply|off|msh|vtk|vtu|inp))\"?)",
+        "a mesh from a file is imported", r'imported { file "\g<file>" in mm }',
+    ),
+)  # fmt: skip
