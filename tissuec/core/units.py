@@ -271,7 +271,7 @@ def written_unit(dimension: Dimension) -> str:
 
 def suggested_unit(dimension: Dimension) -> str:
     """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
-    return {LENGTH: "mm", VOLUME: "ml"}.get(dimension) or written_unit(dimension)
+    return {LENGTH: "mm", VOLUME: "ml", FLOW: "ml/s"}.get(dimension) or written_unit(dimension)
 
 
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:

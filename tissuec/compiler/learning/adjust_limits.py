@@ -159,7 +159,9 @@ def _along(found: Found, along: Floats | None, reader: LearnReader) -> Floats | 
     is_vector = found.what in (START_POSITION, START_VELOCITY)
     if along is not None and not is_vector:
         message = f"{found.what} is a single number and has no direction"
-        reader.findings.reject("TIS303", message, reader.clauses["along"].span)
+        span = reader.clauses["along"].span
+        hint = Hint(f'remove "{span.one_line}"', Edit(""))
+        reader.findings.reject("TIS303", message, span, hint=hint)
     limiting = next((w for w in ("from", "to", "around") if w in reader.clauses), None)
     if is_vector and along is None and limiting is not None:
         reader.findings.reject(

@@ -307,7 +307,8 @@ class Conditions:
         if name.key not in self.tools:
             self._no_subject(name.text, name.span)
         message = f'"{name.text}" is a tool; a union contains sets or bodies'
-        self.findings.reject("TIS312", message, name.span)
+        hint = f"measure {name.text} on its own"
+        self.findings.reject("TIS312", message, name.span, hint=hint)
 
     def _no_subject(self, text: str, span: Span) -> NoReturn:
         self.findings.pass_over_doubtful(s.key_of(text))
@@ -436,9 +437,13 @@ class Conditions:
                 clause.span,
             )
         if not issubclass(MEASURES[key], DirectedMeasure):
+            names = [name for name, one in MEASURES.items() if issubclass(one, DirectedMeasure)]
+            *others, last = names
+            hint = f"{', '.join(others)} and {last} have a direction"
             self.findings.reject(
-                "TIS702", f"{key} is a single number and has no direction", clause.span
-            )
+                "TIS702", f"{key} is a single number and has no direction", clause.span,
+                hint=Hint(f'remove "{clause.span.one_line}": only {hint}', Edit("")),
+            )  # fmt: skip
         return direction
 
     def _pinned(self, argument: s.Argument) -> float:
@@ -502,6 +507,8 @@ _AGGREGATES = {
 def _aggregate_meant(name: s.Name) -> Hint | str:
     """Return a hint with what a study calls an extreme of a measure, or an empty one."""
     first, *rest = name.key.split(" ")
+    if first in ("never", "no") and rest:
+        return proposal(f"not {' '.join(rest)}")
     meant = next((one for one, words in _AGGREGATES.items() if first in words.split()), "")
     if meant and rest:
         return f"for example: {meant}({' '.join(rest)}(A))"

@@ -127,10 +127,11 @@ class SentenceOrder(ClauseReader):
         fitting = [f"{before} {t.name}".strip() for t in self.tools.values() if t.kind in kinds]
         kind = HOLDING if HOLDING in kinds else kinds[0]
         written = " or ".join(f'"{name}"' for name in fitting)
+        *others, last = kinds
+        either = f"{', '.join(others)} or {last}" if others else last
         self.scope.findings.reject(
             "TIS405",
-            f"{self.verb} needs a tool of kind {' or '.join(kinds)}; "
-            f'"{tool.name}" has kind {tool.kind}',
+            f'{self.verb} needs a tool of kind {either}; "{tool.name}" has kind {tool.kind}',
             span,
             hint=Hint(f"write {written}", *map(Edit, fitting))
             if fitting

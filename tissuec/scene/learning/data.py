@@ -169,7 +169,7 @@ class DataReader:
             preset = f'"{name.partition(".")[0]}{SUFFIX}"'
             self.findings.reject(
                 "TIS312", "the name of a preset must end in .tis", file.span,
-                hint=Hint(f"write: {preset}", Edit(preset)),
+                hint=Hint(f"write {preset}", Edit(preset)),
             )  # fmt: skip
         place = self._inside(name, file.span)
         same = os.path.abspath(place)

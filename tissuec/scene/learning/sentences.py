@@ -54,12 +54,16 @@ OF_ALL = (
 Along = Annotated[Floats | None, direction("along", "(1, 0, 0)")]  # unit vector, shape (3,)
 #: Least time between values of a column [s].
 Every = Annotated[
-    float | None, NumberClause("every", TIME, "positive", what="time between values")
+    float | None,
+    NumberClause("every", TIME, "positive", what="time between values", example="every 10 ms"),
 ]
 #: Standard deviation of values, in their SI unit.
 Noise = Annotated[float | None, NumberClause("to", OWN, "positive", what="standard deviation")]
 Weight = Annotated[
-    float | None, NumberClause("weighing", NUMBER, "positive", what="weight of a fit")
+    float | None,
+    NumberClause(
+        "weighing", NUMBER, "positive", what="weight of a fit", example="weighing 0.5"
+    ),
 ]
 FreeZero = Annotated[
     bool, FlagPart("with free zero", about="The data has an unknown constant offset.")
@@ -107,6 +111,15 @@ class DisplacementWords(VerbSentence, frozen=True):
 
 class FitWords(VerbSentence, frozen=True):
     """A fit of a measure."""
+
+    refused = MappingProxyType(
+        {
+            "along": Refusal(
+                "a direction is written in the parentheses of its measure",
+                "for example: force(SET along (0, 0, 1))",
+            )
+        }
+    )
 
     measure: Annotated[s.Expression, MeasureClause("=", what="measure", others=(POSITIONS,))]
     columns: Annotated[tuple[DataColumn, ...] | None, ColumnsClause("using", OWN)]
@@ -188,7 +201,9 @@ class LimitWords(VerbSentence, frozen=True):
     ]
     by: Annotated[
         float | None,
-        NumberClause("by", NUMBER, "positive", what="expected relative deviation"),
+        NumberClause(
+            "by", NUMBER, "positive", what="expected relative deviation", example="by 30 %"
+        ),
     ]
 
 

@@ -319,16 +319,21 @@ class VocabularyFitReader(LearnItems):
                     self.held[key] = name.span
 
     def _held_names(self, item: s.Item) -> Iterator[s.Name]:
+        if isinstance(item, s.Assign) and not isinstance(item.value, s.Name | s.Listing):
+            self._refuse_held(item.value.span)
         reader = self.reader("hold out", item)
         reader.texts = ("hold out = [skin, liver]",)
         form = TissuesHeld if isinstance(item, s.Assign) else TissueHeld
         for name in reader.get(form).held:
             if name.quoted is not None:
-                self.findings.reject(
-                    "TIS312", "tissues are held out by their names", name.span,
-                    hint="for example: hold out = [skin, liver]",
-                )  # fmt: skip
+                self._refuse_held(name.span)
             yield name
+
+    def _refuse_held(self, span: Span) -> NoReturn:
+        self.findings.reject(
+            "TIS312", "tissues are held out by their names", span,
+            hint="for example: hold out skin or hold out = [skin, liver]",
+        )  # fmt: skip
 
     def _hold_out(self) -> None:
         """Mark what is held out; something must be left to learn from."""

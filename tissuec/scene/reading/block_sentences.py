@@ -130,6 +130,7 @@ class SentenceReader(ClauseReader):
                 if word in SIGNS and self.kind.wrong:
                     self.reject_form()
                 self.refuse(clause)
+        self.check_complete(form)
         return super().read_form(form)
 
     def choose(self) -> VerbForm:

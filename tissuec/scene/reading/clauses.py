@@ -105,7 +105,7 @@ class ClauseReader:
             is_of_sine = word == "of" and "using" in self.clauses
             if word in self.clauses and form.of_word(word) is None and not is_of_sine:
                 self.reject("TIS303", refusal.message, hint=refusal.hint, word=word)
-        self._check_complete(form)
+        self.check_complete(form)
         values = dict[str, Any]()
         with self.scope.findings.together():
             for name, part in form.parts.items():
@@ -207,7 +207,7 @@ class ClauseReader:
             hint = alternatives(key, shown, what="it can be")
         self.reject(cases.code, cases.wrong.format(key), hint=hint)
 
-    def _check_complete(self, form: VerbForm) -> None:
+    def check_complete(self, form: VerbForm) -> None:
         """Reject a sentence that lacks something, before its parts are read."""
         for name, part in form.parts.items():
             if name not in form.optional and isinstance(part, ClausePart | SubjectPart):
@@ -419,13 +419,15 @@ class ClauseReader:
         hint: str = ""
         match node:
             case s.Signed(operand=s.Number() | s.Quantity() as plain) if number < 0.0:
-                hint = proposal(f"{word} {plain.span.text}")
+                hint = proposal(plain.span.text)
             case _ if part.example:
-                hint = Hint(f"for example: {part.example}", Edit(part.example))
+                edit = Edit(part.example, self.clauses[word].span)
+                hint = Hint(f"for example: {part.example}", edit)
             case _:
                 pass
         message = f"the {what} must be {least}, not {node.span.one_line}"
-        self.reject("TIS308", message, hint=hint, word=word)
+        hint = hint or f"{self.lead}: {self._nearest_form()}"
+        self.scope.findings.reject("TIS308", message, node.span, hint=hint)
 
     def _direction(self, word: str) -> Floats:
         value, example = self._value(word), f"{word} (0, 0, 1)"
@@ -467,7 +469,8 @@ class ClauseReader:
             after: The word before it.
         """
         if name.listed:
-            message = f"{self.verb} takes one name after {after}"
+            place = f" after {after}" if after != self.verb else ""
+            message = f"{self.verb} takes one name{place}"
             hint = self._one_each(name)
             self.scope.findings.reject("TIS312", message, name.span, hint=hint)
         return name

@@ -16,6 +16,7 @@ from tissuec.core.units import (
     ACCELERATION,
     ALL_UNITS,
     DIMENSION_NAMES,
+    FREQUENCY,
     LENGTH,
     NUMBER,
     STANDARD_GRAVITY,
@@ -63,6 +64,12 @@ _AMOUNT = re.compile(r"(-?[0-9.]+([eE][+-]?[0-9]+)?|\([^()]*\))(?=\s*[^\W\d][^\s
 
 #: A number with a unit of which a part was read as a name.
 _MULTIPLIED = re.compile(rf"({NUMBER_PATTERN})\s*(\*?)\s*((?:[^\W\d][\w^]*[*/])*[^\W\d]\w*)\Z")
+
+#: A number with a unit whose power lacks its sign: N/mm2.
+_POWER = re.compile(rf"({NUMBER_PATTERN})\s*((?:[^\W\d]+[0-9]?[*/])*[^\W\d]+[23])\Z")
+
+#: What follows the lower end of a range, up to the unit of its upper end.
+_OTHER_END = re.compile(rf"[ \t]*(?:to|and)[ \t]+-?{NUMBER_PATTERN}[ \t]*([^\W\d][\w*/^·-]*)")
 
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
@@ -432,7 +439,7 @@ class Scope:
                 "TIS501",
                 f"{what} must be {wanted}, but {span.text} has no unit",
                 span,
-                hint=proposal(f"{span.text} {suggested_unit(dimension)}"),
+                hint=proposal(f"{span.text} {_unit_for(dimension, span)}"),
             )
         self.findings.reject(
             "TIS502",
@@ -456,7 +463,7 @@ class Scope:
         *,
         literal: bool = False,
     ) -> None:
-        unit = suggested_unit(left)
+        unit = _unit_for(left, span)
         hint = (
             proposal(f"{span.text} {unit}")
             if literal
@@ -488,6 +495,13 @@ class InnerScope(Scope):
 def _refuse_unit(name: s.Name, findings: Findings) -> None:
     """Reject ``4*mm`` and ``1.06 g/cc``, where a unit was read as a name."""
     text, end = name.span.source.text, name.span.end
+    if (power := _POWER.search(text, text.rfind("\n", 0, end) + 1, end)) is not None:
+        unit = re.sub(r"([^\W\d])([23])(?![\w^])", r"\1^\2", power[2])
+        if _is_unit(unit):
+            place = Span(name.span.source, power.start(), end)
+            amount = f"{power[1]} {unit}"
+            hint = Hint(f'write "{amount}"', Edit(amount, place))
+            findings.reject("TIS104", 'a power of a unit is written with "^"', place, hint=hint)
     before = _MULTIPLIED.search(text, text.rfind("\n", 0, end) + 1, end)
     if before is None or (amount := converted(before[1], before[3])) is None:
         return
@@ -503,6 +517,14 @@ def _refuse_unit(name: s.Name, findings: Findings) -> None:
     findings.reject("TIS104", message, place, hint=hint)
 
 
+def _unit_for(dimension: Dimension, span: Span) -> str:
+    """Return the unit that a number lacks: that of the other end of its range, if any."""
+    other = _OTHER_END.match(span.source.text, span.end)
+    if other and _is_unit(other[1]) and parse_unit(other[1]).dimension == dimension:
+        return other[1]
+    return suggested_unit(dimension)
+
+
 def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
     """Return a hint to write an amount in a unit of a dimension.
 
@@ -516,6 +538,9 @@ def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
     hint = f"write {wanted}, such as {number} {unit}".rstrip()
     if not unit:
         hint = "write a number without a unit"
+        if span.text.startswith("(") and ")" in span.text:  # of a direction, any size is right
+            vector = span.text[: span.text.rindex(")") + 1]
+            return Hint(f'write "{vector}"', Edit(vector, span))
     if amount is None:
         return Hint(hint)
     written = span.text[amount.end() :].strip()
@@ -527,8 +552,8 @@ def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
         return Hint(f'1 g is {STANDARD_GRAVITY} {unit}: write "{text}"', Edit(text, span))
     if not _is_unit(written) or (kept := keeping_prefix(written, dimension)) is None:
         return Hint(hint)
-    if dimension in (LENGTH, VOLUME) and kept != unit:
-        return Hint(hint)  # nobody means metres
+    if dimension in (LENGTH, VOLUME, FREQUENCY) and kept != unit:
+        return Hint(hint)  # nobody means metres or millihertz
     hint = f"write {wanted}, such as {number} {kept}" if unit else hint
     return Hint(hint, Edit(f"{amount[0]} {kept}".rstrip(), span))
 

@@ -24,7 +24,15 @@ from tissuec.core.fields import (
 )
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
-from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
+from tissuec.core.units import (
+    ACCELERATION,
+    NUMBER,
+    describe,
+    parse_unit,
+    show,
+    show_in,
+    suggested_unit,
+)
 from tissuec.lang import syntax as s
 from tissuec.scene.files import read_file
 from tissuec.scene.reading.entries import Entry, Written, entries_of
@@ -39,6 +47,7 @@ _QUOTED = re.compile(r'"[^"]*"')
 _AMOUNT = re.compile(r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(\S*)")
 
 _DIGITS = 4  # of limits
+_RATIOS = ("%", "deg")  # units of numbers without a dimension
 T = TypeVar("T")
 
 
@@ -242,6 +251,8 @@ def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> fl
     value = scope.number(node)
     scope.expect(value, kind.dimension, node.span, what=what)
     amount = float(value.amount)
+    if kind.at_most is not None and _is_limit(amount, kind.at_most):
+        amount = kind.at_most
     limits = (
         (kind.above is not None and amount <= kind.above, "above", kind.above),
         (kind.at_least is not None and amount < kind.at_least, "at least", kind.at_least),
@@ -249,11 +260,12 @@ def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> fl
     )
     if any(broken for broken, _, _ in limits):
         allowed = " and ".join(
-            f"{words} {show(limit, kind.dimension, digits=_DIGITS)}"
+            f"{words} {_as_written(limit, kind, node)}"
             for _, words, limit in limits
             if limit is not None
         )
-        message = f"{what} must be {allowed}, not {value}"
+        written = node.span.one_line if _unit_of(node) else str(value)
+        message = f"{what} must be {allowed}, not {written}"
         hint = _allowed(kind, node, value, allowed)
         scope.findings.reject("TIS308", message, node.span, hint=hint)
     return amount
@@ -276,25 +288,57 @@ def _allowed(kind: Real, node: s.Expression, value: Value, allowed: str) -> Hint
         case s.Signed(operand=s.Number() | s.Quantity() as plain) if _within(kind, -amount):
             if not _within(kind, 0.0):
                 return proposal(plain.span.text)
-            none = show(0.0, kind.dimension)
+            none = _as_written(0.0, kind, node)
             text = f'write "{plain.span.text}", or "{none}" for none'
             return Hint(text, Edit(plain.span.text), Edit(none))
         case s.Number() | s.Quantity() | s.Signed():
             pass
         case _:
             return Hint(f'"{node.span.one_line}" is {value}; it must be {allowed}')
-    nearest = kind.at_most if kind.at_most is not None and amount > 0.0 else kind.at_least
+    is_large = kind.at_most is not None and amount > kind.at_most
+    nearest = kind.at_most if is_large else kind.at_least
     if nearest is not None and _within(kind, nearest):
-        return proposal(show(nearest, kind.dimension, digits=_DIGITS))
+        text, unit = _as_written(nearest, kind, node), _unit_of(node)
+        if unit not in _RATIOS or _within(
+            kind, float(text.split()[0]) * parse_unit(unit).factor
+        ):
+            return proposal(text)
     return Hint(f"write a number {allowed}")
+
+
+def _unit_of(node: s.Expression) -> str:
+    """Return the unit of a number, or nothing."""
+    match node:
+        case s.Quantity(unit=unit) | s.Signed(operand=s.Quantity(unit=unit)):
+            return unit
+        case _:
+            return ""
+
+
+def _as_written(limit: float, kind: Real, node: s.Expression) -> str:
+    """Return a limit in the unit of a number beyond it, if readers expect it there.
+
+    Args:
+        limit: In SI units.
+        node: The number.
+    """
+    unit = _unit_of(node)
+    if unit in _RATIOS or (unit and limit == 0.0 and np.any(kind.dimension)):
+        return show_in(limit, unit)
+    return show(limit, kind.dimension, digits=_DIGITS)
 
 
 def _within(kind: Real, amount: float) -> bool:
     return (
         (kind.above is None or amount > kind.above)
         and (kind.at_least is None or amount >= kind.at_least)
-        and (kind.at_most is None or amount <= kind.at_most)
+        and (kind.at_most is None or amount <= kind.at_most or _is_limit(amount, kind.at_most))
     )
+
+
+def _is_limit(amount: float, limit: float) -> bool:
+    """Return whether a number is a limit but for rounding: 95 % is a little more than 0.95."""
+    return math.isclose(amount, limit, rel_tol=1e-14)
 
 
 def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
