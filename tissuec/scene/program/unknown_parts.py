@@ -45,6 +45,7 @@ def _reject_assigned(item: s.Assign, findings: Findings) -> NoReturn:
 
 
 def reject_unknown(item: s.Item, findings: Findings) -> None:
+    """Reject an item that is no part of a scene, with what may have been meant."""
     match item:
         case s.Rule():
             findings.reject(
