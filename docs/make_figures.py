@@ -34,8 +34,8 @@ from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.request import Request
 from tissuec.view import plots
+from tissuec.view.plots.axes import clusters, mark_events
 from tissuec.view.plots.curves import look
-from tissuec.view.plots.marks import clusters, mark_events
 from tissuec.view.plots.net import draw_skin, draw_springs, tension_colours
 from tissuec.view.plots.projection import Projection
 from tissuec.view.plots.styles import STYLES

@@ -16,8 +16,7 @@ import numpy as np
 import pytest
 
 from tests import test_docs
-from tissuec.cli import common
-from tissuec.cli.guard import run_guarded
+from tissuec.cli import common, run_guarded
 
 # Found also in a checkout that was never installed.
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parent.parent)}

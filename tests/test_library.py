@@ -14,8 +14,7 @@ from tissuec.core.errors import CompileError, render
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.fuzzy.inference_results import Inference
-from tissuec.fuzzy.rulebase import RuleBase
+from tissuec.fuzzy.rulebase import Inference, RuleBase
 from tissuec.lang.printer import format_source
 from tissuec.pipeline import Result, check_request, compile_request, read_words, simulate
 from tissuec.results.trajectory import Trajectory

@@ -8,8 +8,8 @@ import pytest
 from tests.growth import grows_in_proportion
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.core.text_tables.column_units import unit_of
-from tissuec.core.text_tables.heads import find_dialect
+from tissuec.core.text_tables.dialect import unit_of
+from tissuec.core.text_tables.table import find_dialect
 from tissuec.core.units import UnitError
 from tissuec.meshes.formats import FormatError, read
 from tissuec.pipeline import check_request

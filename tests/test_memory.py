@@ -1,6 +1,6 @@
 """A memory forgets what has not been used for longest; statements and colours share it."""
 
-from tissuec.core.memory import Memory
+from tissuec.core.keeping import Memory
 from tissuec.core.source import Source
 from tissuec.lang import known_statements
 from tissuec.lang.grammar import StatementParser

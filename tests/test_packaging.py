@@ -8,8 +8,8 @@ import zipfile
 import pytest
 
 from tissuec import __version__
-from tissuec.core.citation import PAPER, SOFTWARE
 from tissuec.view.explorer.page import PARTS, SCRIPTS
+from tissuec.view.report.origins import PAPER, SOFTWARE
 
 pytest.importorskip("hatchling")
 

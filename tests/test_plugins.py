@@ -248,7 +248,7 @@ def test_a_result_names_the_packages_that_its_scene_may_have_used(site, tmp_path
 def test_actions_of_a_package_are_kept_for_a_run_that_goes_on(site, tmp_path):
     code = (
         "import numpy as np\n"
-        "from tissuec.engine.execution.checkpoint import read_state, write_state\n"
+        "from tissuec.engine.execution.run_state import read_state, write_state\n"
         "from tissuec.script.verbs import VERBS\n"
         "from tissue_extras.script_verbs.shrink import Shrink\n"
         "blank = Shrink(*(None for _ in Shrink.__struct_fields__))\n"

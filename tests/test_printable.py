@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from tests.test_cli import tissuec
+from tissuec.core.data import printable
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, render
-from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
 
 SCENE = """language 1

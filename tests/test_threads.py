@@ -7,8 +7,8 @@ from tests.engine.running import set_pace
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.core.errors import CompileError
-from tissuec.geometry.intersections import crossings
 from tissuec.geometry.nearest import CAPSULE
+from tissuec.geometry.sweeps import crossings
 from tissuec.mechanics import observables
 from tissuec.script.measures.snapshot import Snapshot
 
@@ -510,7 +510,7 @@ def test_only_threads_are_tightened_and_tied():
 def test_snapshots_of_a_batch_have_their_own_rest_lengths():
     compiled, _, outcome = ran(OPEN.replace("SCRIPT", "at 0 s: fix cord"))
     state = outcome.state
-    from tissuec.script.verbs.tighten import ChangeRestLength  # what the sentence reads to
+    from tissuec.script.verbs.tie import ChangeRestLength  # what the sentence reads to
 
     compiled = compiled_scene(
         OPEN.replace("SCRIPT", "from 0 s to 0.2 s: tighten cord to 20 mm")

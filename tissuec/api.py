@@ -387,7 +387,7 @@ def study(
         TypeError, ValueError: ``vary`` or ``workers`` is not understood.
     """
     from tissuec.core.workers.selection import workers_of
-    from tissuec.studies.progress import StudyProgress
+    from tissuec.studies.report import StudyProgress
     from tissuec.studies.study import prepare, run_study
     from tissuec.studies.writing import sentences_of
     from tissuec.view.study_table import with_methods

@@ -11,9 +11,9 @@ import click
 from benchmarks.rivals.offers import RIVALS
 from benchmarks.rivals.ratios import with_ratios
 from tissuec.analysis.bench.bench import bench_report
+from tissuec.cli import run_guarded
 from tissuec.cli.bench import bench_options, measured
 from tissuec.cli.common import Command, Settings
-from tissuec.cli.guard import run_guarded
 from tissuec.core.report import Report
 
 

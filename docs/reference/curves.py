@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tissuec.analysis.lab import homogeneous, relaxation
+from tissuec.analysis.lab import homogeneous, solid_tests
 from tissuec.analysis.lab.bench import TestBench
 from tissuec.analysis.lab.closed_form import LawCurve
 from tissuec.analysis.lab.rows import LabCurve, TestRow, curve_rows
@@ -66,10 +66,10 @@ def curves_by_law(bench: TestBench) -> Iterator[LabCurve]:
     law = LawCurve.of(bench.tissue)
     for known in bench.tissue.curves:
         if not known.mode:
-            place, branches = np.array(known.places), relaxation.branches_of(bench)
+            place, branches = np.array(known.places), solid_tests.branches_of(bench)
             value = np.ones_like(place)
             if branches:
-                value = relaxation.left_by_law(branches, _STEP, place)
+                value = solid_tests.left_by_law(branches, _STEP, place)
         else:
             limit = homogeneous.limits_in(bench, law, known.mode).strain
             within = [one for one in known.places if one <= limit]

@@ -7,7 +7,7 @@ from tissuec.core.markdown import code, table
 from tissuec.core.resources import library
 from tissuec.core.units import PRESSURE, show
 from tissuec.fuzzy.hedges import hedged
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.model.inelastic import TIMES
 from tissuec.pipeline import read_words
 from tissuec.scene.model import Tissue

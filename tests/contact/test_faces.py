@@ -8,7 +8,7 @@ from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import kernel_on
 from tissuec.forces.bristle_kernel import SLIDES, cut_bristles
 from tissuec.forces.contact_points import NO_FACE
-from tissuec.geometry.triangle_rules import even, fourth_degree
+from tissuec.geometry.elements import even, fourth_degree
 from tissuec.validate.forces.contact import ContactForce
 
 GEL = """language 1

@@ -6,7 +6,7 @@ import pytest
 from tests.derivatives import forces, slopes, stiffness
 from tests.forces.test_elements import deformed
 from tissuec.compiled.calls import kernel_on
-from tissuec.validate.relaxing import RelaxingFields
+from tissuec.validate.yielding import RelaxingFields
 
 FASTEST = 300.0  # [1/s]
 

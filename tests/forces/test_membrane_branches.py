@@ -34,7 +34,7 @@ from tests.forces.test_membranes import (
 from tissuec.forces.membrane_branches import MembraneBranches
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.membranes import MembraneWall
-from tissuec.validate.relaxing import RelaxingFields
+from tissuec.validate.yielding import RelaxingFields
 
 TIMES = 0.02, 0.5  # [s]
 

@@ -46,7 +46,7 @@ from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.solid.stretches import Hencky
 from tissuec.validate.forces.membranes import MembraneWall
-from tissuec.validate.relaxing import RelaxingFields
+from tissuec.validate.yielding import RelaxingFields
 
 LIMIT, VISCOSITY = 0.2 * SHEAR, 30.0  # [Pa], [Pa s]
 

@@ -28,7 +28,7 @@ from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.elements import ElementSolid
-from tissuec.validate.relaxing import RelaxingFields
+from tissuec.validate.yielding import RelaxingFields
 
 LIMIT, VISCOSITY = 0.2 * SHEAR, 30.0  # [Pa], [Pa s]
 

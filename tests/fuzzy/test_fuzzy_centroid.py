@@ -8,8 +8,7 @@ import pytest
 from scipy import integrate, optimize
 
 from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
-from tissuec.fuzzy.piecewise import points, trapezoid, triangle
-from tissuec.fuzzy.sets import Gaussian, Powered
+from tissuec.fuzzy.sets import Gaussian, Powered, points, trapezoid, triangle
 
 IMPLICATIONS = ["minimum", "product"]
 

@@ -6,17 +6,22 @@ from itertools import pairwise, product
 
 import pytest
 
-from tissuec.fuzzy.axis import Axis
-from tissuec.fuzzy.conditions import And, Is, Not, Or
-from tissuec.fuzzy.conflicts import Conflict, conflicts
 from tissuec.fuzzy.coverage import coverage
-from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
-from tissuec.fuzzy.piecewise import points, trapezoid, triangle
-from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
-from tissuec.fuzzy.scale import evenly, shaped
-from tissuec.fuzzy.sets import Gaussian, Powered, Word
+from tissuec.fuzzy.rulebase import Inference, NoRule, RuleBase
+from tissuec.fuzzy.rules import (
+    And,
+    ConcludedQuantity,
+    Conclusion,
+    Conflict,
+    Is,
+    Not,
+    Or,
+    Rule,
+    conflicts,
+)
+from tissuec.fuzzy.scale import Axis, evenly, shaped
+from tissuec.fuzzy.sets import Gaussian, Powered, Word, points, trapezoid, triangle
 
 AXIS = Axis("q", 0.0, 1.0)
 LOW, HIGH = (

@@ -15,15 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity
-from tissuec.fuzzy.conditions import And, Is, Not, Or
-from tissuec.fuzzy.inference_results import NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
-from tissuec.fuzzy.piecewise import points
-from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
-from tissuec.fuzzy.sets import Word
+from tissuec.fuzzy.rulebase import NoRule, RuleBase
+from tissuec.fuzzy.rules import And, ConcludedQuantity, Conclusion, Is, Not, Or, Rule
+from tissuec.fuzzy.scale import Axis
+from tissuec.fuzzy.sets import Word, points
 
 PROMISE = 1e-12  # of the range, the largest error allowed
 

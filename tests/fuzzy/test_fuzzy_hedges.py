@@ -7,12 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity
 from tissuec.fuzzy.hedges import PowerHedge, Shift, has_effect, hedged, moves
-from tissuec.fuzzy.piecewise import Piecewise, points, trapezoid, triangle
-from tissuec.fuzzy.scale import evenly
-from tissuec.fuzzy.sets import Gaussian, Powered
+from tissuec.fuzzy.scale import Axis, evenly
+from tissuec.fuzzy.sets import Gaussian, Piecewise, Powered, points, trapezoid, triangle
 
 VERY = Shift(0.5, "outward")
 SLIGHTLY = Shift(0.5, "inward")

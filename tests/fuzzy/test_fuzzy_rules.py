@@ -6,16 +6,22 @@ from itertools import pairwise
 import pytest
 
 from tests.growth import calls
-from tissuec.fuzzy.axis import Axis, OutOfRange
-from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical, negations
 from tissuec.fuzzy.hedges import PowerHedge, Shift, hedged
-from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.fuzzy.operators import Operators
-from tissuec.fuzzy.piecewise import triangle
-from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
-from tissuec.fuzzy.scale import evenly, shaped
-from tissuec.fuzzy.sets import Gaussian, Word
+from tissuec.fuzzy.rulebase import Inference, NoRule, RuleBase
+from tissuec.fuzzy.rules import (
+    And,
+    ConcludedQuantity,
+    Conclusion,
+    Is,
+    Not,
+    Or,
+    Rule,
+    canonical,
+    negations,
+)
+from tissuec.fuzzy.scale import Axis, OutOfRange, evenly, shaped
+from tissuec.fuzzy.sets import Gaussian, Word, triangle
 
 UNIT = {
     "hardness": ["soft", "medium", "hard"],

@@ -6,10 +6,8 @@ from itertools import product
 import pytest
 
 from tests.every import every
-from tissuec.fuzzy.axis import Axis, OutOfRange
-from tissuec.fuzzy.piecewise import trapezoid, triangle
-from tissuec.fuzzy.scale import Plateau, evenly, gaps, plateaus, shaped
-from tissuec.fuzzy.sets import Gaussian
+from tissuec.fuzzy.scale import Axis, OutOfRange, Plateau, evenly, gaps, plateaus, shaped
+from tissuec.fuzzy.sets import Gaussian, trapezoid, triangle
 
 AXES = [
     Axis("hardness", 0.0, 1.0),

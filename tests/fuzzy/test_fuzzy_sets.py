@@ -5,8 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from tissuec.fuzzy.piecewise import Piecewise, points, trapezoid, triangle
-from tissuec.fuzzy.sets import Gaussian, Powered
+from tissuec.fuzzy.sets import Gaussian, Piecewise, Powered, points, trapezoid, triangle
 
 
 def test_a_triangle_rises_and_falls_in_straight_lines():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from tissuec.geometry.sections import plane_section
+from tissuec.geometry.blade_sections import plane_section
 from tissuec.geometry.tetrahedra import filling_tetrahedra
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 from tissuec.meshes.generators.sphere import divide, icosahedron

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tissuec.geometry.triangle_index import TriangleIndex
+from tissuec.geometry.edges import TriangleIndex
 
 
 def test_triangles_are_found_in_any_order():

@@ -8,8 +8,7 @@ import pytest
 
 from tests.engine.running import Bench, block
 from tissuec.engine import spring_runs
-from tissuec.engine.blocks import BLOCK_NODES
-from tissuec.engine.chunks import chunks_of
+from tissuec.engine.chunks import BLOCK_NODES, chunks_of
 from tissuec.engine.spring_runs import FAR, packed, places_of
 from tissuec.engine.threads import ThreadTeam
 from tissuec.forces import accelerations, springs_kernel

@@ -15,10 +15,10 @@ from tests.findings import finding_of
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.core.text_tables import columns
-from tissuec.core.text_tables.odd_cells import MARKS, is_ambiguous
+from tissuec.core.text_tables.columns import MARKS, is_ambiguous
 from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.data.reading import check_times, read_experiment
-from tissuec.learn.data.thinning import nearest_rows
+from tissuec.learn.data.rows import nearest_rows
 
 FORCE = fit("force", "force_N")
 #: The start of a video-tracked cart: times to three digits, places in pixels.

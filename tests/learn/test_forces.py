@@ -12,8 +12,7 @@ from tissuec.forces.foundation import Bed
 from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.learning import learn
-from tissuec.learn.presets.placing import place
-from tissuec.learn.presets.preset import compose
+from tissuec.learn.presets.preset import compose, place
 from tissuec.pipeline import check_request, compile_request, read_words
 from tissuec.scene.request import Request
 

@@ -10,7 +10,7 @@ from tests.findings import finding_of
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.core.text_tables.columns import BadRow, read_columns
-from tissuec.core.text_tables.heads import find_dialect
+from tissuec.core.text_tables.table import find_dialect
 from tissuec.core.units import FORCE, TIME
 from tissuec.learn.data.reading import check_times, read_experiment
 

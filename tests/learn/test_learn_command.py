@@ -9,8 +9,7 @@ import pytest
 
 from tests.learn.learnings import BLIND, compiled_of, learnt_of
 from tests.test_progress import Terminal
-from tissuec.cli import group
-from tissuec.cli.guard import run_guarded
+from tissuec.cli import group, run_guarded
 from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.learn.data.reading import read_experiment

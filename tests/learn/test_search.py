@@ -9,12 +9,11 @@ from tests.learn.known_truths import FAMILIES, SHAKEN, write_measured
 from tests.learn.test_learning import ADJUST, FIT, TRUE, fit_problem, measure, numbers, truth
 from tissuec.laws.formula import Variable
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.gradient_check import check_gradient
+from tissuec.learn.fit.gradient_check import check_gradient, is_good
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.fit.misfit import misfit
 from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.learn.fit.session import prepare
-from tissuec.learn.report.gradient import is_good
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 

@@ -9,9 +9,15 @@ from tests.learn.learnings import BLIND, compiled_of, estimates, learnt, learnt_
 from tissuec.core.report import as_text
 from tissuec.learn.fit.expectations import errors_of, joined, judged
 from tissuec.learn.fit.outcome import Fitted
-from tissuec.learn.report.learnt import as_dict, is_identified, learnt_parts
-from tissuec.learn.report.numbers import numbers_of, uncertainty
-from tissuec.learn.report.words import differences, drifts
+from tissuec.learn.report.learnt import (
+    as_dict,
+    differences,
+    drifts,
+    is_identified,
+    learnt_parts,
+    numbers_of,
+    uncertainty,
+)
 from tissuec.learn.vocabulary.model import WordsModel
 
 GUM = """tissue gum {

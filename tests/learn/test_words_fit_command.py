@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.learn.measured_gels import LEARN, request_of, tissues, vocabulary
-from tissuec.cli import group
-from tissuec.cli.guard import run_guarded
+from tissuec.cli import group, run_guarded
 from tissuec.core.errors import CompileError
 from tissuec.pipeline import check_request, read_words
 from tissuec.scene.request import Request

@@ -6,10 +6,9 @@ from functools import cache
 import pytest
 
 from tests.learn.wordy import SETTING, scene_of
-from tissuec.learn.vocabulary.candidates import RuleTexts, dropped, other_conclusions
-from tissuec.learn.vocabulary.edits import apply
-from tissuec.learn.vocabulary.reread import reread, warnings_of
-from tissuec.learn.vocabulary.revision import revise
+from tissuec.learn.vocabulary.revision import RuleTexts, dropped, other_conclusions, revise
+from tissuec.learn.vocabulary.texts import apply
+from tissuec.learn.vocabulary.used import reread, warnings_of
 
 HEAD = """language 1
 hedge very = shift(50 %, outward)

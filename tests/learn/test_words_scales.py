@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
-from tissuec.fuzzy.axis import Axis
+from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import Gaussian
 from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.learn.vocabulary.scales import FLOOR, WIDEST, Knots

@@ -8,8 +8,7 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import normalise
 from tissuec.lsp.documents import OpenDocuments
-from tissuec.lsp.findings import check
-from tissuec.lsp.fixes import fixes_at
+from tissuec.lsp.findings import check, fixes_at
 from tissuec.lsp.positions import Positions
 from tissuec.scene.program.imports import read_source
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from tissuec.core.memory import Memory
+from tissuec.core.keeping import Memory
 from tissuec.lang.grammar import StatementParser
 from tissuec.lsp import findings, navigation
 from tissuec.lsp.completion import complete

@@ -11,10 +11,9 @@ from tissuec.core.source import Source
 from tissuec.lang.grammar import Refused
 from tissuec.lang.parser import accepted_behind, statement_parser
 from tissuec.lang.tree_builder import tree_of
-from tissuec.lsp.completion import complete
+from tissuec.lsp.completion import Proposal, complete
 from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
-from tissuec.lsp.proposal import Proposal
 from tissuec.lsp.views import View, view_of
 
 SCENES = [*LIBRARY, *GOOD]

@@ -14,8 +14,8 @@ from docs.make_client import bundle, heading
 from tissuec.cli.lsp import _write
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import grammar
-from tissuec.lsp import vsix
-from tissuec.lsp.vsix import write_vsix
+from tissuec.lsp import vscode
+from tissuec.lsp.vscode import write_vsix
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 TYPES = "{http://schemas.openxmlformats.org/package/2006/content-types}"
@@ -138,6 +138,6 @@ def test_the_command_says_what_it_wrote(tmp_path):
 
 
 def test_a_file_of_the_extension_that_cannot_be_read_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(vsix, "_WRITTEN", ("absent.js",))
+    monkeypatch.setattr(vscode, "_WRITTEN", ("absent.js",))
     with pytest.raises(TissueError, match=r'cannot read ".*absent\.js"'):
         _write(tmp_path / "t.vsix")

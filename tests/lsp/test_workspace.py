@@ -2,9 +2,9 @@
 
 import pytest
 
-from tissuec.lsp import workspace
+from tissuec.lsp import session
 from tissuec.lsp.documents import OpenDocuments
-from tissuec.lsp.workspace import names_in
+from tissuec.lsp.session import names_in
 
 SCENE = """language 1
 tissue silk { mass = 1 mg }
@@ -55,5 +55,5 @@ def test_an_open_text_counts_in_place_of_its_file(folder):
 
 
 def test_no_more_names_are_returned_than_an_editor_can_show(folder, monkeypatch):
-    monkeypatch.setattr(workspace, "MOST_NAMES", 2)
+    monkeypatch.setattr(session, "MOST_NAMES", 2)
     assert len(found(folder, "")) == 2

@@ -5,7 +5,7 @@ import pytest
 
 import tissuec
 from tests.hand_net import make_net, start
-from tissuec.engine.execution import buckling
+from tissuec.engine.execution import event_handler
 from tissuec.mechanics.rest import rests_pressed
 from tissuec.mechanics.stability import unstable_node
 
@@ -66,9 +66,9 @@ def test_a_run_notes_that_a_straight_column_rests_under_pressure():
 
 
 def test_only_the_run_is_looked_at_and_not_its_companion(monkeypatch):
-    looked, look = [], buckling.rests_pressed
+    looked, look = [], event_handler.rests_pressed
     monkeypatch.setattr(
-        buckling, "rests_pressed", lambda state: looked.append(state.time) or look(state)
+        event_handler, "rests_pressed", lambda state: looked.append(state.time) or look(state)
     )
     run = tissuec.run(COLUMN.replace("SHIFT", "3"), companion="inline")
     assert run.promise.state == "kept"

@@ -8,7 +8,7 @@ from tissuec.core.errors import CompileError
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
-from tissuec.meshes.generators.graded import graded_line
+from tissuec.meshes.generators.joining import graded_line
 from tissuec.meshes.generators.lattice import Lattice
 
 MM = 1e-3

@@ -10,7 +10,7 @@ from tissuec.geometry.affine import Affine
 from tissuec.geometry.edges import volume
 from tissuec.geometry.elements import SHAPES, Measures
 from tissuec.meshes.generators import MESHES, Elemental, Mesh
-from tissuec.meshes.generators.ellipsoid import Ellipsoid
+from tissuec.meshes.generators.round_solids import Ellipsoid
 from tissuec.meshes.generators.sheet import Sheet
 from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.generators.tube import Tube

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import tissuec
-from tissuec.results.instruments.courses import courses, solids
-from tissuec.results.instruments.cuts import scissors_of
+from tissuec.results.instruments.courses import courses, scissors_of, solids
 from tissuec.results.instruments.grips import rotations
 from tissuec.results.instruments.meshes import KINDS, mesh_of, placed
 from tissuec.results.instruments.scenery import Scenery

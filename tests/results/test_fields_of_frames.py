@@ -19,8 +19,7 @@ from tissuec.script.verbs.preserve import Preserve
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.node_values import read_fields
 from tissuec.view.player.options import Options
-from tissuec.view.player.packed_fields import pack_fields
-from tissuec.view.player.packing import Pack, Quantization
+from tissuec.view.player.packing import Pack, Quantization, pack_fields
 from tissuec.view.player.reading import read_film
 from tissuec.view.plots.frame_numbers import FrameNumbers
 from tissuec.view.plots.frames import FramesPlot, Shown

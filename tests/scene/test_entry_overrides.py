@@ -183,7 +183,7 @@ def test_an_entry_in_two_blocks_inside_is_ambiguous():
 
 
 def test_two_texts_can_be_set_at_once_and_learning_reads_them_again():
-    from tissuec.learn.vocabulary.reread import reread
+    from tissuec.learn.vocabulary.used import reread
 
     scene = compiled(**{"weight of liver": "high", "elasticity of fat": "medium"}).scene
     again = reread(scene, {})

@@ -9,7 +9,7 @@ import pytest
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.fuzzy.hedges import Shift, hedged, moves
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.pipeline import compile_request, read_words
 from tissuec.scene.request import Request
 

@@ -8,8 +8,8 @@ from tests.engine.execution.test_doubts import SOLID
 from tests.study.scenes import SCENE, STUDY, carried_out, prepared
 from tests.test_cli import tissuec as command
 from tissuec.core.workers.workers import OwnProcess
+from tissuec.studies.report import summary
 from tissuec.studies.study import run_study
-from tissuec.studies.summary import summary
 from tissuec.view.report.study import render_study
 from tissuec.view.study_table import read_table
 

@@ -13,7 +13,7 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.core.names import key_of
 from tissuec.fuzzy.hedges import Shift, has_effect, hedged
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.lang.words import written_name
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.tissues.quantities import QUANTITIES

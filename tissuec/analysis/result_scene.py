@@ -1,4 +1,4 @@
-"""The scene of a result, compiled again from the texts in the file."""
+"""The scene of a result, compiled again from the texts in the file, and its anatomy."""
 
 from collections.abc import Iterator, Sequence
 from hashlib import sha256
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from msgspec import Struct
 
+from tissuec.compiler.anatomy import anatomy_of
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests
 from tissuec.core.errors import CompileError, Diagnostic, render
@@ -14,6 +15,7 @@ from tissuec.core.source import Source
 from tissuec.core.version import __version__
 from tissuec.model.network import Network
 from tissuec.pipeline import compile_request, read_words
+from tissuec.results.blocks.anatomy import Anatomy
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.program.imports import StoredTexts
 from tissuec.scene.program.resolved import ResolvedProgram
@@ -128,3 +130,11 @@ def _other_arrays(then: Network, now: Network) -> Iterator[str]:
         )
         if not same:
             yield name
+
+
+def anatomy_of_result(trajectory: Trajectory) -> tuple[Anatomy | None, str]:
+    """Return the anatomy of a result, or None and the reason why it is unknown."""
+    scene = recompile(trajectory)
+    if scene.compiled is not None:
+        return anatomy_of(scene.compiled), ""
+    return None, "; ".join(doubt.text for doubt in scene.doubts)

@@ -16,9 +16,8 @@ import click
 from msgspec import Struct
 
 from tissuec.cli.completing import params
-from tissuec.core.data import as_data
+from tissuec.core.data import as_data, printable
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, as_dict, render
-from tissuec.core.printable import printable
 from tissuec.core.report import DONE, WRONG_TEXT, Level, Part, Report, Verbatim, lines
 from tissuec.engine.execution.signals import SIGNALLED
 

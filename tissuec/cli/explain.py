@@ -85,7 +85,7 @@ def command(
         document["bodies"] = [*map(bodies.as_dict, properties)]
     if compiled is not None and with_plan:
         from tissuec.compiler.prediction import predict  # late: it imports the engine
-        from tissuec.view.summaries.plan import plan_sections
+        from tissuec.view.summaries.origins import plan_sections
 
         plan = predict(compiled)
         parts += plan_sections(plan)

@@ -220,7 +220,7 @@ def _blocks(trajectory: "Trajectory", output: Path | None) -> dict[str, Any]:
 
 def _anatomy(trajectory: "Trajectory") -> "tuple[Anatomy | None, list[str]]":
     """Return the anatomy of the scene of a result, and the omissions if it is unknown."""
-    from tissuec.analysis.result_anatomy import anatomy_of_result
+    from tissuec.analysis.result_scene import anatomy_of_result
 
     anatomy, reason = anatomy_of_result(trajectory)
     if anatomy is not None:
@@ -387,7 +387,7 @@ def export_table(
 
 def _plain(table: Any, names: tuple[str, ...]) -> dict[str, Any]:
     """Return columns by their heads."""
-    from tissuec.studies.table_export import export
+    from tissuec.studies.table_files import export
 
     found = export(table, names or [one.name for one in (*table.measures, *table.curves)])
     return dict(zip(found.heads, zip(*found.rows, strict=True), strict=True))
@@ -422,7 +422,7 @@ def _csv(table: Any, names: tuple[str, ...]) -> str:
     from io import StringIO
 
     from tissuec.results.export import write_csv
-    from tissuec.studies.table_export import export
+    from tissuec.studies.table_files import export
 
     found, stream = export(table.shown, names), StringIO(newline="")
     write_csv([found.heads, *found.rows], stream)

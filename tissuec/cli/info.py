@@ -27,10 +27,10 @@ def _summary(path: Path) -> dict[str, Any]:
     from tissuec.studies.table_files import is_table
 
     if is_table(path):
-        from tissuec.studies import summary as of_tables
+        from tissuec.studies.report import summary as table_summary
         from tissuec.studies.table_files import read_table
 
-        return of_tables.summary(read_table(path), path)
+        return table_summary(read_table(path), path)
     from tissuec.results.info import summary
     from tissuec.results.trajectory import Trajectory
 

@@ -169,8 +169,7 @@ def _chosen(
 
 def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
     """Write tables, and with matplotlib a picture of the curves; yield the files."""
-    from tissuec.analysis.lab.report import as_dict
-    from tissuec.analysis.lab.tables import write_tables
+    from tissuec.analysis.lab.report import as_dict, write_tables
     from tissuec.view.plots import draw
     from tissuec.view.plots.formats import save
     from tissuec.view.plots.page import need_matplotlib

@@ -214,7 +214,7 @@ class _Task(Struct, frozen=True):
             sources: The texts of the scene.
             planned: The files that will be written.
         """
-        from tissuec.learn.presets.placing import refuse_others
+        from tissuec.learn.presets.preset import refuse_others
 
         for source in sources if self.target is not None else ():
             if source.path is not None:
@@ -251,11 +251,15 @@ def _fit_data(task: _Task, compiled: "Compiled", problem: "FitProblem") -> Repor
     from tissuec.learn.fit.expectations import judged
     from tissuec.learn.fit.learning import learn, rehearsal
     from tissuec.learn.fit.session import prepare
-    from tissuec.learn.presets.placing import place
-    from tissuec.learn.presets.preset import compose
-    from tissuec.learn.report.learnt import as_dict, judged_parts, learnt_parts
-    from tissuec.learn.report.passes import Passes
-    from tissuec.learn.report.words import differences, drifts
+    from tissuec.learn.presets.preset import compose, place
+    from tissuec.learn.report.learnt import (
+        Passes,
+        as_dict,
+        differences,
+        drifts,
+        judged_parts,
+        learnt_parts,
+    )
 
     order, request, target, scene = task.order, task.request, task.target, compiled.scene
     if target is not None:
@@ -331,8 +335,7 @@ def _state(target: Path | None, fit_problem: "FitProblem", request: "Request") -
 
 def _check_gradient(compiled: "Compiled", problem: "FitProblem", request: "Request") -> Report:
     """Compare exact derivatives with differences."""
-    from tissuec.learn.fit.gradient_check import check_gradient
-    from tissuec.learn.report.gradient import gradient_report
+    from tissuec.learn.fit.gradient_check import check_gradient, gradient_report
 
     return gradient_report(problem.name, check_gradient(compiled, problem, request), GRADIENT)
 
@@ -352,11 +355,9 @@ def _fit_words(task: _Task, fit: "VocabularyFit") -> Report:
         rehearse_vocabulary,
         sources_of,
     )
-    from tissuec.learn.presets.placing import place
+    from tissuec.learn.presets.preset import place
     from tissuec.learn.report.fitted_words import as_dict, fitted_parts
-    from tissuec.learn.report.learnt import judged_parts
-    from tissuec.learn.report.passes import Passes
-    from tissuec.learn.report.words import unified
+    from tissuec.learn.report.learnt import Passes, judged_parts, unified
     from tissuec.learn.words_fit.fitting import fit_words
     from tissuec.pipeline import read_words
 

@@ -42,7 +42,7 @@ def command(
 
 def _write(target: Path) -> Report:
     """Write the extension, and say how it is installed."""
-    from tissuec.lsp.vsix import write_vsix
+    from tissuec.lsp.vscode import write_vsix
 
     try:
         write_vsix(target)

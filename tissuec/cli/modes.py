@@ -54,10 +54,9 @@ def command(
     tissuec modes scene.tis --body tube --count 20 --json
     tissuec modes scene.tis --above 0 --out modes.vtkhdf
     """
-    from tissuec.analysis.vibration.scene import scene_modes
+    from tissuec.analysis.vibration.scene import modes_report, scene_modes
     from tissuec.compiler.manifest import manifest_of
     from tissuec.pipeline import compile_request
-    from tissuec.view.summaries.modes import modes_report
 
     if above is not None and above < 0.0:
         raise click.BadParameter("a frequency must be 0 or more", param_hint="'--above'")

@@ -85,8 +85,7 @@ def command(
     """
     from tissuec.core.workers.selection import workers_of
     from tissuec.results.errors import PlaceError
-    from tissuec.studies.progress import StudyProgress
-    from tissuec.studies.report import study_report
+    from tissuec.studies.report import StudyProgress, study_report
     from tissuec.studies.study import prepare, run_study
 
     try:

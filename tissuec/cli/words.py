@@ -25,7 +25,7 @@ from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:
     from tissuec.analysis.proposal import ProposedTissue
-    from tissuec.fuzzy.axis import Axis
+    from tissuec.fuzzy.scale import Axis
     from tissuec.fuzzy.sets import Shape
     from tissuec.scene.model import AssignedQuantity, Tissue
     from tissuec.scene.request import Request

@@ -20,9 +20,8 @@ from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs.blade import Blade
 from tissuec.script.verbs.change import ChangeMotion, ChangeSurroundings
 from tissuec.script.verbs.holding import Driven, Holding, Taken
-from tissuec.script.verbs.move import Move
+from tissuec.script.verbs.move import Move, Turn
 from tissuec.script.verbs.push import Push
-from tissuec.script.verbs.turn import Turn
 
 ON_PLANE = 1e-6  # of the size of the scene: as far from a plane, a node is on it
 ASLANT = 1e-9  # component across a plane, relative to the size of a vector, that is none

@@ -1,13 +1,12 @@
-"""Values as plain data, for JSON."""
+"""Values as plain data, for JSON, and text as any terminal, page and encoding takes it."""
 
+import re
 from collections.abc import Iterable, Mapping
 from math import isfinite
 from typing import Any, cast
 
 from msgspec import Struct
 from msgspec.structs import asdict
-
-from tissuec.core.printable import printable
 
 
 def as_data(value: Any) -> Any:
@@ -28,3 +27,14 @@ def as_data(value: Any) -> Any:
     if isinstance(value, float):
         return value if isfinite(value) else None
     return value if value is None or isinstance(value, int) else printable(str(value))
+
+
+ODD = "\ufffd"
+#: Control characters but line break and tab, marks that turn the direction of writing, and
+#: bytes of file names that are no UTF-8, which Python keeps as surrogates.
+_ODD = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """Return text with a sign in the place of what would disturb who shows it."""
+    return _ODD.sub(ODD, text)

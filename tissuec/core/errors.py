@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from msgspec import Struct
 
+from tissuec.core.data import ODD, printable
 from tissuec.core.hints import Edit, Hint
-from tissuec.core.printable import ODD, printable
 from tissuec.core.source import Span
 
 _RED, _YELLOW, _BLUE, _BOLD = "\033[1;31m", "\033[1;33m", "\033[1;34m", "\033[1m"

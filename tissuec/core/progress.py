@@ -7,7 +7,7 @@ from shutil import get_terminal_size
 from threading import Event, Thread
 from typing import Self
 
-from tissuec.core.printable import printable
+from tissuec.core.data import printable
 from tissuec.core.units import TIME, show
 
 FIRST_AFTER = 0.5  # [s]: short runs need no progress

@@ -1,4 +1,4 @@
-"""Families: a member is a file in the folder of the family, or a plug-in of another package."""
+"""Families: members are in the folder of the family, or plug-ins of another package."""
 
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping

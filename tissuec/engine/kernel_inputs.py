@@ -12,8 +12,8 @@ import numpy as np
 from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.acting_springs import ActingSprings
-from tissuec.engine.blocks import parts_of
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
+from tissuec.engine.chunks import parts_of
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.layout import layout_of
 from tissuec.engine.operations import Features

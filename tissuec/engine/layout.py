@@ -13,8 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
-from tissuec.engine.blocks import block_size
-from tissuec.engine.chunks import are_chunks
+from tissuec.engine.chunks import are_chunks, block_size
 from tissuec.engine.spring_runs import RunPlaces, are_shared, places_of
 from tissuec.engine.threads import useful
 from tissuec.model.network import FRICTION, Floats, Indices, Network

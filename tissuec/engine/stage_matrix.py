@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, diags_array
 
-from tissuec.engine.fill import Fill
 from tissuec.engine.layout import Layout
-from tissuec.engine.unknowns import SolvingCost
+from tissuec.engine.unknowns import Fill, SolvingCost
 from tissuec.forces.matrices import assembled
 from tissuec.forces.memory import ELIMINATION_SECONDS, Condensed, MemoryTangents
 from tissuec.forces.spring_matrices import memory_of_springs, stage_blocks

@@ -45,7 +45,6 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Items, acts_of
-from tissuec.forces.branch_tangents import branch_tangents
 from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
@@ -53,9 +52,8 @@ from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.element_yield import yield_columns
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
-from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
-from tissuec.forces.memory_differences import tangents_by_differences
-from tissuec.forces.solid_branches import RelaxingStress, SolidBranches
+from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents, tangents_by_differences
+from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_tangents
 from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
 from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import EnergySlopes, SolidStrain

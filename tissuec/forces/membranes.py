@@ -55,8 +55,7 @@ from tissuec.forces.membrane_response import MembraneResponse
 from tissuec.forces.membrane_strain import MembraneStrain
 from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
 from tissuec.forces.membranes_kernel import relax_membranes, stretch_membranes
-from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
-from tissuec.forces.memory_differences import tangents_by_differences
+from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents, tangents_by_differences
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.kernels.records import BoundaryConditions

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import counted_up
 from tissuec.forces.rims import Crossing, Rims, are_parallel, planes_at, rims_of
 from tissuec.geometry.edge_supports import SupportedTriangles
-from tissuec.geometry.triangle_index import TriangleIndex
+from tissuec.geometry.edges import TriangleIndex
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 
 _TRIANGLE = ((0, 1, 2),)

@@ -35,11 +35,11 @@ from tissuec.core.source import Span
 from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import Items, Resisting
 from tissuec.forces.derivatives import ForceDerivatives
-from tissuec.forces.free_edges import where_open
 from tissuec.forces.kept_volumes import KeptVolumes
 from tissuec.forces.matrices import assembled
+from tissuec.forces.rims import where_open
 from tissuec.forces.volume_kernel import CellTable, press
-from tissuec.geometry.parallelograms import parallelograms
+from tissuec.geometry.edges import parallelograms
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network

@@ -19,8 +19,7 @@ from typing import NamedTuple, TypeAlias
 
 from tissuec.fuzzy.duals import erfc, exp, fsum, log, sqrt
 from tissuec.fuzzy.operators import Implication
-from tissuec.fuzzy.piecewise import Piecewise, between
-from tissuec.fuzzy.sets import FAINTEST, AnyShape, Gaussian, Powered, Shape
+from tissuec.fuzzy.sets import FAINTEST, AnyShape, Gaussian, Piecewise, Powered, Shape, between
 
 _SQRT2 = math.sqrt(2.0)
 _HALF_SQRT_2PI = math.sqrt(math.pi / 2.0)

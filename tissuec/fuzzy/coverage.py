@@ -13,11 +13,10 @@ from itertools import pairwise
 
 from msgspec import Struct
 
-from tissuec.fuzzy.axis import Axis
-from tissuec.fuzzy.conditions import atoms, degree
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import Rule
+from tissuec.fuzzy.rules import Rule, atoms, degree
+from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import NEGLIGIBLE, AnyShape
 
 _HALF_TRUE = 0.5

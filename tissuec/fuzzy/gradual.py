@@ -16,9 +16,9 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
-from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.duals import fsum
 from tissuec.fuzzy.hedges import nearer_end
+from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import AnyShape, Powered, Shape
 
 Saying = tuple[AnyShape, float, float]

@@ -27,9 +27,8 @@ from typing import Literal, TypeAlias
 
 from msgspec import Struct
 
-from tissuec.fuzzy.axis import Axis
-from tissuec.fuzzy.piecewise import Piecewise, points
-from tissuec.fuzzy.sets import AnyShape, Gaussian, Powered, Shape
+from tissuec.fuzzy.scale import Axis
+from tissuec.fuzzy.sets import AnyShape, Gaussian, Piecewise, Powered, Shape, points
 
 _CENTRED = 1e-9  # of the range; closer to a target than this is on it, up to rounding
 

@@ -1,10 +1,125 @@
-"""Rules as written: conditions on properties, conclusions on quantities."""
+"""Rules as written: trees of conditions, conclusions, and rules that contradict each other.
+
+A tree is evaluated in two steps: the degree of each ``is`` in written order, then the tree over
+those degrees. Explanations show the first step, and coverage analysis replaces it.
+"""
+
+from collections import Counter
+from collections.abc import Hashable, Iterator, Sequence
+from functools import reduce
+from typing import TypeAlias
 
 from msgspec import Struct
 
-from tissuec.fuzzy.axis import Axis
-from tissuec.fuzzy.conditions import Condition
-from tissuec.fuzzy.sets import Word
+from tissuec.fuzzy.operators import Operators
+from tissuec.fuzzy.scale import Axis
+from tissuec.fuzzy.sets import AnyShape, Word
+
+
+class Is(Struct, frozen=True):
+    """``hardness is very soft``"""
+
+    property: str
+    word: Word
+
+
+class Not(Struct, frozen=True):
+    """``not (…)``, and ``… is not …``"""
+
+    operand: "Condition"
+
+
+class And(Struct, frozen=True):
+    """``… and … and …``"""
+
+    operands: "tuple[Condition, ...]"
+
+    def __post_init__(self) -> None:
+        _need_operands(self.operands)
+
+
+class Or(Struct, frozen=True):
+    """``… or … or …``"""
+
+    operands: "tuple[Condition, ...]"
+
+    def __post_init__(self) -> None:
+        _need_operands(self.operands)
+
+
+Condition: TypeAlias = Is | Not | And | Or
+
+
+def atoms(condition: Condition) -> Iterator[Is]:
+    """Yield every ``is`` of a condition in written order."""
+    match condition:
+        case Is():
+            yield condition
+        case Not(operand):
+            yield from atoms(operand)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                yield from atoms(operand)
+
+
+def negations(condition: Condition, *, negated: bool = False) -> Iterator[bool]:
+    """Yield for each of the :func:`atoms` whether an odd number of ``not`` precedes it."""
+    match condition:
+        case Is():
+            yield negated
+        case Not(operand):
+            yield from negations(operand, negated=not negated)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                yield from negations(operand, negated=negated)
+
+
+def degree(condition: Condition, degrees: Iterator[float], operators: Operators) -> float:
+    """Return how true a condition is.
+
+    Args:
+        condition: The tree.
+        degrees: The degree of each of its :func:`atoms`, in the same order.
+        operators: What ``and`` and ``or`` do.
+    """
+    if isinstance(condition, Is):
+        return next(degrees)
+    if isinstance(condition, Not):
+        return 1.0 - degree(condition.operand, degrees, operators)
+    join = operators.all_of if isinstance(condition, And) else operators.any_of
+    return reduce(join, [degree(part, degrees, operators) for part in condition.operands])
+
+
+def canonical(condition: Condition) -> Hashable:
+    """Return a key that is equal for conditions that differ in order, brackets or spelling."""
+    match condition:
+        case Is(property, word):
+            return property, word.shape
+        case Not(Not(inner)):
+            return canonical(inner)
+        case Not(operand):
+            return "not", canonical(operand)
+        case And() | Or():
+            parts = [canonical(part) for part in _flat(condition, type(condition))]
+            # How often an operand appears counts: a product of a with itself is not a.
+            joined = frozenset(Counter(parts).items())
+            return parts[0] if len(parts) == 1 else (type(condition).__name__, joined)
+
+
+def _flat(condition: Condition, kind: type[And] | type[Or]) -> Iterator[Condition]:
+    match condition:
+        case Not(Not(inner)):
+            yield from _flat(inner, kind)
+        case And(operands) | Or(operands) if isinstance(condition, kind) or len(operands) == 1:
+            for operand in operands:
+                yield from _flat(operand, kind)
+        case _:
+            yield condition
+
+
+def _need_operands(operands: tuple[Condition, ...]) -> None:
+    if not operands:
+        raise ValueError('"and" and "or" need something to join')
 
 
 class Conclusion(Struct, frozen=True):
@@ -33,3 +148,26 @@ class ConcludedQuantity(Struct, frozen=True):
 
     axis: Axis
     otherwise: Word | None = None
+
+
+class Conflict(Struct, frozen=True):
+    """Two rules with one condition that conclude different words for one quantity."""
+
+    first: int
+    second: int
+    quantity: str
+
+
+def conflicts(rules: Sequence[Rule]) -> list[Conflict]:
+    """Return the rules that contradict an earlier one (or themselves)."""
+    known: dict[object, tuple[int, AnyShape]] = {}
+    found: list[Conflict] = []
+    for number, rule in enumerate(rules):
+        condition = canonical(rule.condition)
+        for conclusion in rule.conclusions:
+            key = condition, conclusion.quantity
+            shape = conclusion.word.shape
+            earlier, said = known.setdefault(key, (number, shape))
+            if said != shape:
+                found.append(Conflict(earlier, number, conclusion.quantity))
+    return found

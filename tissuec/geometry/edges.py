@@ -1,6 +1,8 @@
-"""Edges of triangles: which triangles share them, and whether these face alike.
+"""Triangles: edges that they share, parallelograms that they form, and how they are found.
 
 Triangles that share an edge face the same way where they run along it in opposite directions.
+
+Thirds of triangles depend on which diagonal divides a parallelogram; quarters of it do not.
 """
 
 from functools import cached_property
@@ -104,3 +106,73 @@ def volume(position: Floats, triangles: Indices) -> float:
         return 0.0
     a, b, c = (position[triangles] - position[triangles[0, 0]]).swapaxes(0, 1)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+_Indices = NDArray[np.int64]
+
+
+class TriangleIndex:
+    """Finds triangles by their corners in any order.
+
+    Args:
+        triangles: Nodes, fewer than two million, shape (triangle, 3).
+    """
+
+    def __init__(self, triangles: NDArray[np.integer]):
+        self._keys = _keys(triangles)
+        self._order = np.argsort(self._keys)
+
+    def find(self, triangles: NDArray[np.integer]) -> _Indices:
+        """Return the index of each triangle, -1 for one that is absent.
+
+        Args:
+            triangles: Nodes, shape (n, 3).
+
+        Returns:
+            Indices, shape (n,).
+        """
+        if not len(self._keys):
+            return np.full(len(triangles), -1)
+        wanted = _keys(triangles)
+        place = np.searchsorted(self._keys, wanted, sorter=self._order)
+        place = self._order[np.minimum(place, len(self._keys) - 1)]
+        return np.where(self._keys[place] == wanted, place, -1)
+
+
+def _keys(triangles: NDArray[np.integer]) -> _Indices:
+    low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
+    return (low << 42) | (middle << 21) | high
+
+
+NEAR = 1e-6  # of a length: what is shorter than this is rounding
+
+
+def parallelograms(position: Floats, triangles: Indices) -> tuple[Indices, Indices]:
+    """Return the parallelograms that lie across the longest edge of both their triangles.
+
+    Args:
+        position: [m], shape (node, 3).
+        triangles: Of a surface, all facing the same side, shape (triangle, 3).
+
+    Returns:
+        Corners in turn as their triangles have them, divided between the second and the last,
+        and the numbers of these triangles; shapes (parallelogram, 4) and (parallelogram, 2).
+    """
+    corners = position[triangles]
+    opposite = np.linalg.norm(
+        np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2
+    )
+    apex = np.argmax(opposite, axis=1)
+    length = np.sort(opposite, axis=1)
+    number = np.flatnonzero(length[:, 1] < (1.0 - NEAR) * length[:, 2])
+    turned = (apex[number, None] + np.arange(3)) % 3
+    rows = np.take_along_axis(triangles[number], turned, axis=1)  # the apex first
+    diagonal = np.sort(rows[:, 1:], axis=1).T
+    order = np.lexsort(diagonal)
+    first, second = order[:-1], order[1:]
+    is_pair = (diagonal[:, first] == diagonal[:, second]).all(axis=0)
+    first, second = first[is_pair], second[is_pair]
+    found = np.stack([rows[first, 0], rows[first, 1], rows[second, 0], rows[first, 2]], axis=1)
+    a, b, c, d = position[found].swapaxes(0, 1)
+    flat = np.linalg.norm(a + c - b - d, axis=1) < NEAR * length[number[first], 2]
+    return found[flat], np.stack([number[first], number[second]], axis=1)[flat]

@@ -179,7 +179,7 @@ class Chunks(NamedTuple):
 class Fields(NamedTuple):
     """Fields that act on nodes, in parts: compiled functions, and their tables.
 
-    Parts of one group have no node in common; see ``engine.blocks``.
+    Parts of one group have no node in common; see ``engine.chunks``.
     """
 
     first: Integers  # parts of group g are first[g]:first[g + 1], shape (group + 1,)

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from msgspec.structs import astuple
 
-from tissuec.core.memory import Memory
+from tissuec.core.keeping import Memory
 from tissuec.core.source import Source, Span
 from tissuec.lang.syntax import Node
 from tissuec.lang.tokens import Token

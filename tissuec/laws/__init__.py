@@ -1,4 +1,4 @@
-"""Laws of springs and dashpots: a member is one file with a ``Struct`` and its formula.
+"""Laws of springs and dashpots: a member is a ``Struct`` with its formula.
 
 A spring pulls with f(e) + g(e, w), e being its elongation and w the speed at which it
 lengthens (the paper's equation 8; its SpringFunction and ViscosityFunction, equations 5 and 6,

@@ -1,8 +1,13 @@
-"""Completions at a place of a text: reserved words, names, words, units."""
+"""Completions at a place of a text: reserved words, names, words, units, files."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
+from pathlib import Path
 
+from msgspec import Struct
+
+from tissuec.compiler.learning.targets import RESULTS
+from tissuec.core.names import key_of
 from tissuec.core.prefixes import shown_units
 from tissuec.core.units import (
     SYMBOLS,
@@ -24,15 +29,43 @@ from tissuec.lang.words import (
     TIME_WORDS,
     written_name,
 )
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.laws.solid import SOLID_LAWS
+from tissuec.lsp import study
 from tissuec.lsp.blocks import block_of
-from tissuec.lsp.file_names import in_quotes
 from tissuec.lsp.phrases import Phrase, phrase_at_end
-from tissuec.lsp.proposal import Proposal
 from tissuec.lsp.symbols import Symbol
-from tissuec.lsp.terms import Term
+from tissuec.lsp.terms import BlockKind, Term
 from tissuec.lsp.views import View
-from tissuec.lsp.written import left_out_of
-from tissuec.scene.reading.parts import PARTS
+from tissuec.lsp.vocabulary import numbers_of_forces
+from tissuec.meshes.formats import FORMATS
+from tissuec.meshes.formats.conversion import IMAGES
+from tissuec.scene.learning.entries import ADJUSTED
+from tissuec.scene.program.library import SUFFIX, Library, files_of
+from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.parts import PARTS, entries_in, parts
+from tissuec.scene.tissues.laws import BY_ENTRY, LawKind
+
+
+class Proposal(Struct, frozen=True):
+    """A proposed replacement of a part of the text.
+
+    Attributes:
+        kind: What a term is coloured as, or a kind of names; "unit", "file", "keyword".
+        insert: What is typed.
+        detail: One line.
+        about: Markdown.
+        rank: Small ones first.
+    """
+
+    label: str
+    kind: str
+    insert: str
+    start: int
+    stop: int
+    detail: str = ""
+    about: str = ""
+    rank: int = 0
 
 
 def complete(view: View, offset: int) -> list[Proposal]:
@@ -227,3 +260,148 @@ def _keyword(word: str, start: int, stop: int, insert: str = "") -> Proposal:
     about = PARTS[word].about if word in PARTS else MEANINGS.get(word, "")
     rank = 2 if word not in DECLARING_WORDS else 0
     return Proposal(word, "keyword", insert or f"{word} ", start, stop, about, about, rank)
+
+
+#: Number of files beside a scene that are listed at most.
+MOST_FILES = 1000
+#: Endings of files with numbers.
+TABLES = (".csv",)
+#: Of files with measurements; all of them hold tables, or are results.
+MEASURED = (".csv", ".tsv", ".txt", *RESULTS)
+
+
+def in_quotes(view: View, phrase: Phrase, offset: int) -> list[Proposal]:
+    """Return files that can be named between quotes.
+
+    Args:
+        view: The text.
+        phrase: The words in quotes, or the place for them.
+        offset: The place up to which they are typed.
+    """
+    quote = phrase.parts[-1] if phrase.parts and phrase.parts[-1].kind == STRING else None
+    kind = phrase.expected.files
+    if not kind:
+        return []
+    start = quote.start + 1 if quote else offset
+    stop = (
+        max(quote.stop - (len(quote.text) > 1 and quote.text[-1] == '"'), start)
+        if quote
+        else offset
+    )
+    names = _used(view) if kind == "use" else _numbers(view, kind)
+    wrap = "{}" if quote else '"{}"'
+    typed = view.source.text[start:offset]
+    return [
+        Proposal(name, "file", wrap.format(name), start, max(stop, offset), where)
+        for name, where in names
+        if name.startswith(typed)
+    ]
+
+
+def _used(view: View) -> Iterator[tuple[str, str]]:
+    """Yield the names that ``use`` accepts, each with its place."""
+    library = Library.of(view.source, view.documents.libraries)
+    for name, path in files_of(library.folders):
+        if not name.startswith("scenes/"):
+            yield name, str(path)
+    own = view.source.path.resolve() if view.source.path else None
+    for name, path in files_of((library.beside,)):
+        if path.resolve() != own and "/" not in name:
+            yield f"./{name}", str(path)
+
+
+def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
+    """Yield mesh files, or tables, beside a scene and in libraries."""
+    library = Library.of(view.source, view.documents.libraries)
+    endings = {"table": TABLES, "rows": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
+        kind, (*FORMATS, *IMAGES)
+    )
+    for folder in dict.fromkeys((library.beside, *library.folders)):
+        for path in _some_files(folder):
+            if path.name.lower().endswith(endings):
+                yield path.relative_to(folder).as_posix(), str(path)
+
+
+def _some_files(folder: Path) -> list[Path]:
+    try:
+        found = [*folder.glob("*"), *folder.glob("*/*")]
+    except OSError:
+        return []
+    return sorted(path for path in found[:MOST_FILES] if path.suffix != SUFFIX)
+
+
+def left_out_of(view: View, phrase: Phrase) -> Collection[str]:
+    """Return keys of words that are not allowed in the place of a phrase.
+
+    These are entries that the block has once and that another statement writes, properties of
+    a tissue without a vocabulary, what to adjust of laws and forces that a text has not, and
+    entries that cannot vary because no block has them.
+    """
+    statement, block = phrase.statement, phrase.block
+    if block.kind == "learn" and statement.words[:1] == ["adjust"]:
+        return _adjusted_elsewhere(view)
+    if phrase.expected.terms == (study.varied(),):
+        return _entries_elsewhere(view)
+    if any(part.start < phrase.start for part in statement.parts):
+        return ()
+    beside = statement.outer.items if statement.outer else view.structure.statements
+    known = [*_once(block), *(_properties(view) if block.kind == "tissue" else ())]
+    written = (key_of(" ".join(one.words)) for one in beside if one.start != statement.start)
+    # The longest, for some entries begin with another one.
+    begun = {max(_beginning(text, known), key=len, default="") for text in written}
+    if block.kind in ("tissue", "law"):
+        begun |= {name for name, law in BY_ENTRY.items() if begun & _names_of(law)}
+    if block.kind == "tissue" and "described" not in begun and not _is_like(statement):
+        begun |= set(_properties(view))
+    return begun
+
+
+def _names_of(law: LawKind) -> set[str]:
+    """Return the entries that write a law, of which a tissue has one."""
+    return {law.word, *(form.name for form in law.forms)}
+
+
+def _is_like(statement: Statement) -> bool:
+    """Return whether the tissue around a statement inherits from another one."""
+    return statement.outer is not None and any(
+        part.text == "like" for part in statement.outer.parts
+    )
+
+
+def _beginning(text: str, known: Iterable[str]) -> Iterable[str]:
+    return (key for key in known if f"{text} ".startswith(f"{key} "))
+
+
+def _once(block: BlockKind) -> Collection[str]:
+    """Return the entries that a block, or the text outside of blocks, may have only once."""
+    if not block.kind:
+        return parts("single")
+    return [name for name, entry in entries_in(*block).items() if not entry.repeats]
+
+
+def _properties(view: View) -> list[str]:
+    return [symbol.key for symbol in view.of_kind("property")]
+
+
+def _entries_elsewhere(view: View) -> Collection[str]:
+    """Return entries that could vary in other scenes, but not in this one."""
+    if view.words is None:
+        return ()
+    named = {symbol.key for symbol in view.of_kind("param", "property")}
+    return study.varied().keys() - study.varying(view.words) - named
+
+
+def _adjusted_elsewhere(view: View) -> Collection[str]:
+    """Return constants of laws that no tissue of the text has, and numbers of forces."""
+    if view.words is None or not view.words.tissues:
+        return ()
+    laws = [
+        law for tissue in view.words.tissues.values() for law in tissue.written_laws.values()
+    ]
+    own = {name for law in laws if law.law is not None for name in entries_of(type(law.law))}
+    families = (SPRING_LAWS, VISCOSITY_LAWS, SOLID_LAWS)
+    every = {name for family in families for law in family.values() for name in entries_of(law)}
+    of_forces = set(numbers_of_forces())
+    if any(view.of_kind("force")):
+        own |= of_forces
+    return (every | of_forces) - own - set(ADJUSTED)

@@ -1,16 +1,16 @@
 """What is allowed at a place in a statement: by its block, first words and open brackets."""
 
+from collections.abc import Iterator
+
 from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.clauses import in_clause
-from tissuec.lsp.entries import entries
-from tissuec.lsp.expected import Expected, number
-from tissuec.lsp.forms import first_places, forms_of, texts_of, together
-from tissuec.lsp.measured import argument, measured
+from tissuec.lsp.expected import Expected, argument, measured, number
+from tissuec.lsp.forms import first_places, fitting, forms_of, texts_of, together
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
+from tissuec.lsp.vocabulary import entries
 from tissuec.scene.reading.graded import GRADABLE
 from tissuec.scene.reading.parts import PARTS
 from tissuec.scene.tissues.evidence import KNOWN
@@ -170,3 +170,30 @@ def _dimension(prefix: Prefix) -> Dimension | None:
     if term is not None and term.dimension is not None:
         return term.dimension
     return prefix.dimension
+
+
+def in_clause(prefix: Prefix) -> Expected:
+    """Return the completions after a joining word or "=", or later in that clause."""
+    if prefix.block.kind == "script" and not prefix.has_verb:
+        time = number()._replace(dimension=units.TIME)
+        return measured() if prefix.head == "when" else time
+    if prefix.clause == "in" and prefix.block.kind in ("mesh", "script"):
+        return Expected(unit=True, dimension=units.LENGTH)
+    expected = together(_contents(prefix))
+    last = prefix.last
+    is_first = last is not None and last.text == prefix.clause
+    is_name = expected.names or expected.terms or expected.unit or expected.files
+    if (prefix.has_verb and not is_first) or not is_name:
+        several = number(*expected.terms)
+        every = tuple(dict.fromkeys((*expected.names, *several.names)))
+        return several._replace(names=every, dimension=expected.dimension)
+    return expected
+
+
+def _contents(prefix: Prefix) -> Iterator[Expected]:
+    """Yield what can stand in a clause, from the forms of its sentence."""
+    clause = prefix.clause or "="
+    count = prefix.openers.count(clause)
+    for form in fitting(prefix):
+        found = [one.expected for one in form.clauses if one.word == clause]
+        yield from found[count - 1 : count] or found

@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from pathlib import Path
 
 from tissuec.core.errors import CompileError
-from tissuec.core.memory import Memory
+from tissuec.core.keeping import Memory
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise

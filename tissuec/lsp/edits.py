@@ -1,9 +1,13 @@
-"""Changes of a text by an editor: stretches of it that are replaced, one after another."""
+"""Changes of a text by an editor, and a text in canonical layout."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from tissuec.core.errors import CompileError
+from tissuec.lang.characters import normalise
+from tissuec.lang.printer import format_source
 from tissuec.lsp.positions import LINE_END, UNITS, ProtocolPosition
+from tissuec.scene.reading.spellings import respelled
 
 
 class Replacement(NamedTuple):
@@ -46,3 +50,12 @@ def _offset(text: str, place: ProtocolPosition, encoding: str) -> int:
         taken += width(text[start])
         start += 1
     return start
+
+
+def formatted(raw: str) -> str | None:
+    """Return a text as ``tissuec fmt`` lays it out; None if it is wrong."""
+    try:
+        new = format_source(respelled(normalise(raw, "text")))
+    except CompileError:
+        return None
+    return new.replace("\n", "\r\n") if "\r\n" in raw else new

@@ -12,7 +12,6 @@ from tissuec.lang.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.lang.words import RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.entries import entries
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, BlockKind, Term
 from tissuec.lsp.textmate import (
@@ -31,6 +30,7 @@ from tissuec.lsp.textmate import (
     listed,
     rule,
 )  # fmt: skip
+from tissuec.lsp.vocabulary import entries
 from tissuec.scene.program.repetition import REPEAT
 from tissuec.scene.reading.parts import parts
 from tissuec.scene.study.entries import EVENTS

@@ -3,7 +3,7 @@
 from functools import partial
 from typing import Literal, TypeAlias
 
-from tissuec.core.memory import Memory
+from tissuec.core.keeping import Memory
 from tissuec.core.source import Source
 from tissuec.lang.known_statements import key_of_tokens
 from tissuec.lang.tokens import (

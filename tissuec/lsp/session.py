@@ -1,28 +1,30 @@
-"""One editor's session: its texts, and the findings that it has received."""
+"""One editor's session: its texts, its findings, and names in the files of its folder."""
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from lsprotocol import types as lsp
+from msgspec import Struct
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
-from tissuec.core.errors import Diagnostic
-from tissuec.core.memory import Memory
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.keeping import Memory
 from tissuec.core.source import Span
 from tissuec.core.version import __version__
 from tissuec.lang.known_statements import MOST_STATEMENTS
 from tissuec.lsp import navigation
 from tissuec.lsp.documents import OpenDocuments
-from tissuec.lsp.error_docs import address_of
-from tissuec.lsp.findings import Checked, check
-from tissuec.lsp.fixes import QuickFix
+from tissuec.lsp.findings import Checked, QuickFix, address_of, check
+from tissuec.lsp.navigation import Outlined, outline
 from tissuec.lsp.positions import Positions
 from tissuec.lsp.views import View, view_of
+from tissuec.scene.program.library import LARGEST_FILE, SUFFIX
 from tissuec.scene.reading.findings import Findings
 
 #: Seconds without a keystroke before a text is checked, and then checked more closely.
@@ -262,3 +264,86 @@ class Session(LanguageServer):
             if path
             else None
         )
+
+
+#: Number of files of a folder that are read at most, and of names that are returned.
+MOST_FILES, MOST_NAMES = 2000, 1000
+#: Kinds of names that other parts of a text use.
+_KINDS = frozenset({
+    "param", "let", "function", "set", "body", "joint", "tool", "force", "tissue", "property",
+    "quantity", "rules", "law", "hedge", "region", "study", "learn",
+})  # fmt: skip
+
+
+class FoundName(Struct, frozen=True):
+    """A declared name.
+
+    Attributes:
+        path: The file.
+        part: The declaration.
+        within: The body of a region; empty for others.
+    """
+
+    path: Path
+    part: Outlined
+    within: str = ""
+
+
+def names_in(
+    folders: Iterable[Path], documents: OpenDocuments, query: str
+) -> Iterator[FoundName]:
+    """Yield names that contain the letters of a query in their order, in any case.
+
+    Args:
+        folders: Folders with files.
+        documents: Open texts, which count in place of files.
+        query: What is looked for; empty for all names.
+    """
+    wanted, many = query.casefold().replace(" ", ""), 0
+    paths = [path for folder in folders for path in _files(folder)]
+    for path in dict.fromkeys((*documents.opened(), *paths)):
+        for found in _declared(path, documents):
+            if _has(found.part.name.casefold(), wanted):
+                many += 1
+                yield found
+                if many == MOST_NAMES:
+                    return
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    """Yield the scenes in a folder and in those inside, but for hidden ones."""
+    many = 0
+    for place, inner, names in os.walk(folder):
+        inner[:] = sorted(name for name in inner if name[0] != "." and name != "node_modules")
+        for name in sorted(names):
+            path = Path(place, name)
+            if path.suffix == SUFFIX:
+                many += 1
+                yield path
+                if many == MOST_FILES:
+                    return
+
+
+def _declared(path: Path, documents: OpenDocuments) -> Iterator[FoundName]:
+    try:
+        if not documents.is_open(path) and path.stat().st_size > LARGEST_FILE:
+            return
+        source = documents.read(path, str(path))
+    except (CompileError, OSError):
+        return
+    for part in outline(documents.tree(source)):
+        if part.kind in _KINDS:
+            yield FoundName(path, part)
+        for inner in part.inner:
+            if inner.kind in _KINDS:
+                yield FoundName(path, inner, part.name)
+
+
+def _has(name: str, letters: str) -> bool:
+    """Return whether a name contains letters in their order."""
+    place = 0
+    for letter in letters:
+        place = name.find(letter, place) + 1
+        if not place:
+            return False
+    return True

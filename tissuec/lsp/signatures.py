@@ -5,11 +5,11 @@ import re
 from msgspec import Struct
 
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.entries import entries
 from tissuec.lsp.forms import texts_of
 from tissuec.lsp.phrases import prefix_at
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.views import View
+from tissuec.lsp.vocabulary import entries
 from tissuec.scene.reading.parts import PARTS
 
 #: Placeholders in a form: "SET", "…", "(x, y, z)", a file in quotes.

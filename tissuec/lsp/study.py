@@ -8,11 +8,10 @@ from msgspec.structs import replace
 from tissuec.compiler.study.expectations import OVER_RUNS
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
-from tissuec.lsp.entries import entries
-from tissuec.lsp.expected import NUMBERS, Expected, number
-from tissuec.lsp.measured import measured
+from tissuec.lsp.expected import NUMBERS, Expected, measured, number
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
+from tissuec.lsp.vocabulary import entries
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.graded import GRADED_ENTRIES
 from tissuec.scene.reading.parts import blocks, entries_in, settable

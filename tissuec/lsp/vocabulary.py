@@ -1,16 +1,19 @@
-"""Words of the language beside entries: verbs, measures, functions, and words of clauses."""
+"""Words of the language: entries of blocks, verbs, measures, functions, words of clauses."""
 
+from collections.abc import Iterable
 from functools import cache
 
 from msgspec.structs import replace
 
 from tissuec.compiler.learning.expectations import ALL, HELD_OUT
+from tissuec.compiler.measures.conditions import COUNT
 from tissuec.compiler.script.profiles import PROFILES
 from tissuec.compiler.selections import CRITERIA
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe
 from tissuec.forces import FORCES
+from tissuec.lang.words import RESERVED
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.lsp.terms import (
@@ -21,6 +24,7 @@ from tissuec.lsp.terms import (
     PART,
     VARIABLE,
     VERB,
+    BlockKind,
     Term,
     Terms,
     by_label,
@@ -29,8 +33,16 @@ from tissuec.lsp.terms import (
 from tissuec.scene.learning.entries import ADJUSTED, DIMENSIONS
 from tissuec.scene.learning.errors import ERROR
 from tissuec.scene.program.parameters import CONSTANTS
-from tissuec.scene.reading.entries import entries_of
+from tissuec.scene.reading.entries import (
+    Entry,
+    default_in_words,
+    entries_of,
+    entries_of_members,
+    kind_in_words,
+    sentence,
+)
 from tissuec.scene.reading.expressions import FUNCTIONS
+from tissuec.scene.reading.parts import entries_in
 from tissuec.scene.reading.parts import forms_of as part_forms
 from tissuec.scene.reading.parts import parts as text_parts
 from tissuec.scene.tissues.known_curves import MODES, RELAXATION, STRESS
@@ -252,3 +264,61 @@ QUANTITY_TERMS = by_label(
     Term(quantity.name, CHOICE, describe(quantity.dimension))
     for quantity in QUANTITIES.values()
 )
+
+
+@cache
+def entries(block: BlockKind) -> Terms:
+    """Return the first words of statements of a block, or of parts, without own names."""
+    if not block.kind:
+        return parts()
+    found = {name: _term(entry) for name, entry in entries_in(*block).items()}
+    return {**_measured(), **found} if block.kind == "output" else found
+
+
+def _term(entry: Entry) -> Term:
+    facts, rest = kind_in_words(entry.kind), default_in_words(entry)
+    if facts and rest and rest != "needed":
+        facts = f"{facts}; without it {rest}"
+    about = "\n\n".join(part for part in (sentence(entry.about), facts) if part)
+    begins = entry.begins or _begins(entry.name, entry.forms)
+    return Term(
+        entry.name, ENTRY, about, entry.forms[0], begins, entry.dimension, _choices(entry)
+    )
+
+
+def _begins(name: str, forms: Iterable[str]) -> str:
+    """Return the text after the name in all forms; a quote, if any form has one."""
+    rest = [form.removeprefix(name).split()[:1] for form in forms]
+    first = {word for words in rest for word in words}
+    if not all(rest):
+        return ""
+    if any(word.startswith('"') for word in first):
+        return IN_QUOTES
+    (word, *more) = first
+    return f" {word} " if not more and (word == "=" or word in RESERVED) else " "
+
+
+def _choices(entry: Entry) -> Terms | None:
+    """Return the words that can be chosen, with their meanings."""
+    return {word: _choice(word, about, entry) for word, about in entry.words.items()} or None
+
+
+def _choice(word: str, about: object, entry: Entry) -> Term:
+    members = entry.members
+    own = entries_of_members(members, word) if word in members else {}
+    needs_block = any(one.is_required for one in own.values())
+    return Term(
+        f'"{word}"' if "-" in word else word,
+        CHOICE,
+        about if isinstance(about, str) else described(about),
+        behind=" { " if needs_block else "",
+    )
+
+
+def _measured() -> Terms:
+    """Return the measures that an output can log."""
+    found = {
+        name: Term(name, MEASURE, term.about, "", "(" if MEASURES[name].subjects else " every ")
+        for name, term in logged().items()
+    }
+    return {**found, COUNT: measures()[COUNT]}

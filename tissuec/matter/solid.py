@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.geometry.parallelograms import parallelograms
+from tissuec.geometry.edges import parallelograms
 from tissuec.model.network import Floats
 
 

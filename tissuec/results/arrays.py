@@ -1,4 +1,4 @@
-"""The network and the recording in a result file: written once, read to resume and to show."""
+"""The network, its sets and regions, and the recording in a result file: written and read."""
 
 from collections.abc import Iterator, Sequence
 from itertools import islice, starmap
@@ -29,8 +29,9 @@ from tissuec.results.access import Contents, ResultGroup
 from tissuec.results.datasets import GroupSpec
 from tissuec.results.fields import FieldChannel, always_recorded
 from tissuec.results.frame_columns import column_of
-from tissuec.results.recording import LogChannel, Recording
-from tissuec.results.store import Store
+from tissuec.results.recording import LogChannel, NamedGroup, Recording
+from tissuec.results.schema import REGIONS, SETS
+from tissuec.results.store import Store, member_name
 from tissuec.results.surface_table import read_surfaces
 from tissuec.results.tables import read_channel, read_channels
 from tissuec.results.volume_cells import VolumeCells
@@ -228,3 +229,38 @@ def _range(part: slice) -> tuple[int, int]:
 
 def _grid(rows: int, columns: int, closed: int) -> Grid | None:
     return Grid(rows, columns, bool(closed)) if rows else None
+
+
+def write_groups(store: Store, groups: Sequence[NamedGroup]) -> None:
+    """Write sets, and regions under the names of their bodies."""
+    for number, group in enumerate(groups):
+        title = f"{group.name} of {group.body}" if group.body else group.name
+        name, body = member_name(group.name), member_name(group.body)
+        dataset = REGIONS["{body}/{name}"] if group.body else SETS["{name}"]
+        dataset = dataset.of(what=group.what, title=title, name=name, body=body)
+        store.array(dataset, group.indices)
+        attributes = {key: getattr(group, key) for key in ("name", "what", "body")}
+        store.label(dataset.path, **attributes, number=number)  # the place in the scene's order
+
+
+def read_groups(file: ResultGroup) -> tuple[NamedGroup, ...]:
+    """Return all sets and regions, in the order of the scene."""
+    found: dict[int, NamedGroup] = {}
+
+    def visit(parent: ResultGroup) -> None:
+        for member in map(parent.member, parent):
+            if isinstance(member, ResultGroup):
+                visit(member)
+                continue
+            name, what, body = (
+                access.attribute(member, key, str) for key in ("name", "what", "body")
+            )
+            indices = member.whole()
+            found[access.attribute(member, "number", int)] = NamedGroup(
+                name, what, indices, body
+            )
+
+    for place in (SETS, REGIONS):
+        if place.path in file:
+            visit(access.group(file, place.path))
+    return tuple(found[number] for number in sorted(found))

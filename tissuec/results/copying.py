@@ -11,7 +11,7 @@ from tissuec.results.journal import has_journal
 from tissuec.results.layout import check_replaceable
 from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place
-from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.surface_table import SurfaceSeries
 
 
 def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries]) -> Path:

@@ -25,7 +25,7 @@ from tissuec.results.shapes import (
     net_shape,
 )
 from tissuec.results.store import LIBVER
-from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.surface_table import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
 
 WRITTEN = 12  # significant digits of times that scenes say

@@ -4,7 +4,7 @@ from collections import Counter
 from typing import Any
 
 from tissuec.results.logs import Log
-from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.surface_table import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
 
 

@@ -22,7 +22,7 @@ from tissuec.results.means import mean_at
 from tissuec.results.mesh import Cells
 
 if TYPE_CHECKING:
-    from tissuec.results.surface_series import SurfaceSeries
+    from tissuec.results.surface_table import SurfaceSeries
     from tissuec.results.trajectory import Trajectory
 
 _NEAR = 1e-12  # of the duration: times that differ by less are one

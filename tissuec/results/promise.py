@@ -1,4 +1,4 @@
-"""Accuracy of positions, compared with the tolerance of the run."""
+"""How a run was stepped, and its accuracy, compared with the tolerance."""
 
 from collections.abc import Mapping
 from math import inf, isfinite
@@ -6,6 +6,7 @@ from typing import Any, Self
 
 from msgspec import Struct
 
+from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, TIME, show
 
 
@@ -79,3 +80,21 @@ class Promise(Struct, frozen=True):
     def _other(self) -> str:
         """Return which run the run was compared with."""
         return f"a run with {self.method}" if self.differs else "a run with finer steps"
+
+
+def methods(statistics: Mapping[str, Any]) -> str:
+    """Return the methods in turn, such as "dop853, esdirk43 from 2.14 ms on"."""
+    first, *others = statistics["changes"] or [statistics]
+    later = (f", {one['method']} from {show(one['time'], TIME)} on" for one in others)
+    return first["method"] + "".join(later)
+
+
+def stepping(manifest: Mapping[str, Any]) -> str:
+    """Return how a run was stepped and how long that took; the method if no more is known."""
+    statistics = manifest.get("statistics")
+    if not statistics:
+        return str(manifest.get("method") or manifest.get("integrator") or "")
+    code, threads = statistics["backend"], statistics.get("threads", 1)
+    code = code if threads == 1 else f"{code}, {threads} threads"
+    steps = counted(statistics["accepted"], "step")
+    return f"{methods(statistics)}, {steps} ({code}), {manifest['wall_time']:.2f} s"

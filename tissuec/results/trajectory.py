@@ -14,7 +14,12 @@ from tissuec.core.source import Source
 from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
-from tissuec.results.arrays import read_channels_of_frames, read_network, read_volume_cells
+from tissuec.results.arrays import (
+    read_channels_of_frames,
+    read_groups,
+    read_network,
+    read_volume_cells,
+)
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.datasets import GroupSpec
 from tissuec.results.doubts import Doubt, doubts_of
@@ -22,7 +27,6 @@ from tissuec.results.errors import ResultError
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.frame_arrays import CellFrames, Frames, Numbers, OverFrames
 from tissuec.results.frame_columns import POSITION, VELOCITY, column_of
-from tissuec.results.groups import read_groups
 from tissuec.results.layout import open_result
 from tissuec.results.logs import Log, Logs
 from tissuec.results.manifest import read_manifest
@@ -43,7 +47,7 @@ from tissuec.results.schema import (
     TOOL_FRAMES,
 )
 from tissuec.results.sides import Sides
-from tissuec.results.surface_series import Surfaces
+from tissuec.results.surface_table import Surfaces
 from tissuec.results.tables import read_events
 from tissuec.results.tools import HoldInterval, read_holds
 from tissuec.results.volume_cells import VolumeCells

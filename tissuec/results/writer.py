@@ -13,7 +13,13 @@ from numpy.typing import ArrayLike
 from tissuec.core.source import Source
 from tissuec.model.network import Indices, Network
 from tissuec.results import access
-from tissuec.results.arrays import read_network, read_recording, write_network, write_recording
+from tissuec.results.arrays import (
+    read_network,
+    read_recording,
+    write_groups,
+    write_network,
+    write_recording,
+)
 from tissuec.results.checkpoint import (
     Checkpoint,
     Value,
@@ -23,8 +29,6 @@ from tissuec.results.checkpoint import (
 )
 from tissuec.results.errors import ResultError
 from tissuec.results.frames import FrameRecorder
-from tissuec.results.groups import write_groups
-from tissuec.results.h5md import add_views, remove_views
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
@@ -36,7 +40,7 @@ from tissuec.results.mesh import RecordedMesh
 from tissuec.results.origins import write_origins
 from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
-from tissuec.results.polydata import PolyDataFrames
+from tissuec.results.polydata import PolyDataFrames, add_views, remove_views
 from tissuec.results.recording import Event, EventSide, NamedGroup, Recording
 from tissuec.results.schema import COMPANION, ENERGIES, ERRORS, SCENE, SIDES
 from tissuec.results.sides import SideTable

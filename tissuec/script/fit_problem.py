@@ -15,7 +15,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.model.network import Floats, Indices
 from tissuec.script.measures import Measure, Subject
-from tissuec.script.measures.directed import DirectedMeasure
+from tissuec.script.measures.common import DirectedMeasure
 
 POSITIONS = "positions"
 """What is fitted to the places of every node of a set, each for itself."""

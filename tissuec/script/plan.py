@@ -14,7 +14,7 @@ from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs import Action
-from tissuec.script.verbs.static_interval import StaticInterval
+from tissuec.script.verbs.settle import StaticInterval
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.engine.integrators.procedures import Choices

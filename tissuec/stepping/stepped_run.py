@@ -24,8 +24,7 @@ from tissuec.scene.overrides.texts import Given
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs import VERBS
-from tissuec.stepping.recorded_script import recorded
-from tissuec.stepping.text_reader import TextReader
+from tissuec.stepping.text_reader import TextReader, recorded
 
 if TYPE_CHECKING:
     import pyvista  # pyright: ignore[reportMissingImports]

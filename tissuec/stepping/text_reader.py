@@ -1,4 +1,4 @@
-"""Texts and calls from Python, read as times, quantities and sentences of a scene.
+"""Texts and calls from Python as sentences of a scene, and scenes with more of them.
 
 A call such as ``move("tip", by=(0, 0, 0.01))`` becomes a sentence of the script. Its numbers
 are in SI units; their dimensions are those that the verb declares for its clauses.
@@ -9,6 +9,8 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import cast
 
+from msgspec.structs import replace
+
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.conditions import Condition, Conditions
 from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
@@ -16,13 +18,18 @@ from tissuec.compiler.script.holds import check_holds
 from tissuec.compiler.script.plan import ScriptReader
 from tissuec.compiler.script.sentences import SentenceOrder
 from tissuec.core import arguments
-from tissuec.core.errors import TissueWarning
-from tissuec.core.source import Source
+from tissuec.core.errors import TissueError, TissueWarning
+from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER, TIME, Dimension, written_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
+from tissuec.scene.overrides.entries import read_override, written_place
 from tissuec.scene.overrides.texts import Given, without_unit
+from tissuec.scene.program.declarations import Declarations, collect
+from tissuec.scene.program.imports import load
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.spellings import in_parentheses
+from tissuec.scene.request import Request
 from tissuec.script.forms import forms_of
 from tissuec.script.parts import ProfileClause
 from tissuec.script.plan import ScheduledAction
@@ -274,3 +281,78 @@ def _needs_profile(verb: str, clauses: Mapping[str, Given]) -> bool:
         if isinstance(part, ProfileClause) and not part.over
     )
     return any(part.path in ("", *clauses) for part in profiles)
+
+
+def recorded(request: Request, sentences: Sequence[str]) -> str:
+    """Return the text of a scene with sentences at the end of its script.
+
+    Values that were given from outside are written into params and entries of the text. A
+    comment at the end names those that belong into files that it uses, as options of ``tissuec
+    run``.
+
+    Args:
+        request: What the scene was compiled from.
+        sentences: With their times.
+
+    Raises:
+        TissueError: The script is in another file.
+    """
+    left: list[str] = []
+    for given in request.overrides:
+        text = _with_value(request, given)
+        if text is None:
+            left.append(given)
+        else:
+            request = _with_text(request, text)
+    if sentences:
+        request = _with_text(request, _with_sentences(request, sentences))
+    return "\n".join(
+        [request.source.text, *(f'# Run with: --set "{given}"\n' for given in left)]
+    )
+
+
+def _with_text(request: Request, text: str) -> Request:
+    return replace(request, source=replace(request.source, text=text))
+
+
+def _declared(request: Request) -> Declarations:
+    findings = Findings()
+    return collect(load(request.source, request.libraries, findings, request.files), findings)
+
+
+def _with_value(request: Request, given: str) -> str | None:
+    """Return the text with a value in it; None if it belongs into another file."""
+    declarations, findings = _declared(request), Findings()
+    override = read_override(given, findings)
+    item, key = override.item, override.item.name.key
+    param = declarations.of("param").get(key)
+    if param is not None and isinstance(param.item, s.Assign) and not override.owners:
+        assert isinstance(item, s.Assign)
+        return _replaced(request.source, param.item.value.span, item.value.span.text)
+    place = written_place(override, declarations, findings)
+    entry = override.entry if place.start < place.end else f"\n  {override.entry}\n"
+    return _replaced(request.source, place, entry)
+
+
+def _replaced(source: Source, place: Span, text: str) -> str | None:
+    """Return the text of a source with other text at a place; None if that is elsewhere."""
+    if place.source.text != source.text:
+        return None
+    before, after = source.text[: place.start], source.text[place.end :]
+    return (before if place.start < place.end else before.rstrip()) + text + after
+
+
+def _with_sentences(request: Request, sentences: Sequence[str]) -> str:
+    """Return the text with sentences at the end of its script."""
+    source, block = request.source, _declared(request).single.get("script")
+    lines = "".join(f"  {sentence}\n" for sentence in sentences)
+    if block is None:
+        return f"{source.text.rstrip()}\n\nscript {{\n{lines}}}\n"
+    close = block.span.end - 1
+    text = _replaced(source, Span(block.span.source, close, close), f"\n{lines}")
+    if text is None:
+        raise TissueError(
+            f"the script is in {block.span.source.name}, which the scene uses; move it "
+            f"into {source.name} to record what is ordered"
+        )
+    return text

@@ -35,8 +35,7 @@ from tissuec.validate.forces.plates import PlateBending
 from tissuec.validate.forces.pressure import PressedSkin
 from tissuec.validate.forces.symmetry import MirroredForces
 from tissuec.validate.forces.volumes import VolumeField
-from tissuec.validate.relaxing import RelaxingFields
-from tissuec.validate.yielding import Yielding
+from tissuec.validate.yielding import RelaxingFields, Yielding
 
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State

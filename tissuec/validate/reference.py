@@ -7,9 +7,8 @@ import numpy as np
 
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan
-from tissuec.validate.reference_run import ReferenceRun
+from tissuec.validate.reference_run import PhasedRun, ReferenceRun, StaticRun
 from tissuec.validate.solution import Reference, Track
-from tissuec.validate.static_run import PhasedRun, StaticRun
 
 FINEST = 1e-13  # the smallest error per step that rounding leaves room for
 WITHOUT_PROMISE = 1e-4  # replaces the tolerance where a scene has a fixed step

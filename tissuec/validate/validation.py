@@ -21,8 +21,8 @@ from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict, reasons
 from tissuec.validate.reference import WITHOUT_PROMISE
+from tissuec.validate.reference_run import MINIMISERS
 from tissuec.validate.solution import Reference
-from tissuec.validate.static_run import MINIMISERS
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
 

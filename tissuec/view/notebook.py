@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+from tissuec.core.data import printable
 from tissuec.core.errors import counted
-from tissuec.core.printable import printable
 from tissuec.core.report import holding
 from tissuec.core.units import show_interval
 from tissuec.model.net_size import NetSize

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from tests.analysis.lab.benches import bench
-from tissuec.analysis.lab import homogeneous, indentation, laboratory, relaxation
+from tissuec.analysis.lab import homogeneous, indentation, laboratory, solid_tests
 from tissuec.analysis.lab.bench import Unmeasured
 from tissuec.analysis.lab.closed_form import LawCurve
 from tissuec.analysis.lab.rows import curve_rows
@@ -226,9 +226,9 @@ def test_a_curve_that_tears_before_a_known_place_is_told(monkeypatch):
     [("", 0.4), ("second relaxing share = 20 %; second relaxation time = 20 s", 0.6)],
 )
 def test_what_is_held_relaxes_by_its_shares_in_its_times(second, lost, monkeypatch):
-    monkeypatch.setattr(relaxation, "_SAMPLES", 60)
+    monkeypatch.setattr(solid_tests, "_SAMPLES", 60)
     one = "relaxing share = 40 %; relaxation time = 100 ms; retardation time = 1 s"
-    found = relaxation.relaxed(bench(f"Young's modulus = {YOUNG} Pa; {one}; {second}"))
+    found = solid_tests.relaxed(bench(f"Young's modulus = {YOUNG} Pa; {one}; {second}"))
     assert found.curve.value == pytest.approx(found.curve.check, abs=1e-4)
     assert found.share[0] == pytest.approx(lost, rel=0.02)
     if not second:
@@ -238,15 +238,15 @@ def test_what_is_held_relaxes_by_its_shares_in_its_times(second, lost, monkeypat
 def test_the_stress_that_is_left_has_a_closed_form():
     # After a ramp of no length, 1 - s + s exp(-t/τ).
     time = np.array([0.0, 1.0, 10.0])
-    found = relaxation.left_by_law([(0.4, 2.0)], 1e-9, time)
+    found = solid_tests.left_by_law([(0.4, 2.0)], 1e-9, time)
     assert found == pytest.approx(0.6 + 0.4 * np.exp(-time / 2.0), rel=1e-6)
 
 
 def test_known_relaxation_is_compared_at_its_times(monkeypatch):
-    monkeypatch.setattr(relaxation, "_SAMPLES", 60)
+    monkeypatch.setattr(solid_tests, "_SAMPLES", 60)
     one = "relaxing share = 40 %; relaxation time = 1 s"
     known = 'known relaxation at [1 s, 20 s] from [70 %, 70 %] to [80 %, 80 %] by "A"'
-    found = relaxation.relaxed(bench(f"Young's modulus = {YOUNG} Pa; {one}; {known}"))
+    found = solid_tests.relaxed(bench(f"Young's modulus = {YOUNG} Pa; {one}; {known}"))
     ((row),) = curve_rows("t", found.curve, "")
     assert (row.quantity, row.verdict) == ("stress left at 20 s", '14 % below "A"')
 

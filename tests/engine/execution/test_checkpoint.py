@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from tests.examples import examples
 from tests.hand_net import chain, order, span, start, table
-from tissuec.engine.execution.checkpoint import read_state, write_state
+from tissuec.engine.execution.run_state import read_state, write_state
 from tissuec.script.verbs.motion import EndMotion
 
 
@@ -88,9 +88,9 @@ def test_only_values_of_this_package_go_in():
     "text",
     [
         {"record": "subprocess:Popen", "fields": {"args": "ls"}},
-        {"record": "tissuec.engine.execution.checkpoint:json", "fields": {}},
-        {"record": "tissuec.engine.execution.checkpoint:write_state", "fields": {}},
-        {"record": "tissuec.script.verbs.fix:nothing", "fields": {}},
+        {"record": "tissuec.engine.execution.run_state:json", "fields": {}},
+        {"record": "tissuec.engine.execution.run_state:write_state", "fields": {}},
+        {"record": "tissuec.script.verbs.hold:nothing", "fields": {}},
         {"something": 1},
     ],
 )

@@ -7,7 +7,7 @@ from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.engine.execution import companion
 from tissuec.engine.execution.companion import Companion
-from tissuec.engine.execution.counterpart import counterpart, foreseen, kind_of
+from tissuec.engine.execution.finer_run import counterpart, foreseen, kind_of
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run

@@ -8,10 +8,9 @@ from hypothesis import strategies as st
 from tests.hand_net import chain, event_action, start
 from tests.hand_plan import carry_out, event, log, make_plan, subject
 from tissuec.engine.execution import recorder as recording_module
-from tissuec.engine.execution.event_queue import ActionQueue
+from tissuec.engine.execution.event_queue import ActionQueue, join_times, rows_at, rows_within
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, wishes
-from tissuec.engine.execution.sampling import join_times, rows_at, rows_within
 from tissuec.engine.method import Samples
 from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import RELAXATION, ScheduledAction

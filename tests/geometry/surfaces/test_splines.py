@@ -6,7 +6,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from tests.geometry.surfaces.conftest import area, build, order, skin_of
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.geometry.surfaces.interpolating_spline import through_nodes
+from tissuec.geometry.surfaces.splines import through_nodes
 
 SPLINES = ("interpolating spline", "approximating spline")
 

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 import tissuec
 from tests.hand_net import chain, make_net, start
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.gap import FEW, smallest_gaps
+from tissuec.script.measures.positions import FEW, smallest_gaps
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 
 NOTHING = np.zeros(0, dtype=np.int64)

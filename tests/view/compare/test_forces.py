@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from tests.test_cli import tissuec
-from tissuec.view.compare.forces import compare_forces, forces_alone
+from tissuec.view.compare.parameters import compare_forces, forces_alone
 from tissuec.view.compare.report import as_dict
 
 BED = "force bed { kind is foundation; acts on low; stiffness = k; damping = 20 Pa*s/m }"

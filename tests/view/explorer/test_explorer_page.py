@@ -17,7 +17,7 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.core.units import STIFFNESS, parse_unit, show
 from tissuec.fuzzy.hedges import hedged
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
 from tissuec.scene.words.phrases import reading

@@ -13,8 +13,8 @@ from msgspec import Struct
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
+from tissuec.fuzzy.scale import Axis
 from tissuec.pipeline import read_words
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.request import Request

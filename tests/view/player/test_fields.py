@@ -5,7 +5,7 @@ import pytest
 
 import tissuec
 from tests.view.player.conftest import Show, grid
-from tissuec.analysis.result_anatomy import anatomy_of_result
+from tissuec.analysis.result_scene import anatomy_of_result
 from tissuec.core.errors import TissueError
 from tissuec.mechanics.deformation import von_mises
 from tissuec.results.blocks.layout import Cloud, blocks_of

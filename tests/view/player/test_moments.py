@@ -8,8 +8,8 @@ import tissuec
 from tissuec.core.resources import library
 from tissuec.results.moments import curved, slopes
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.film import position_at
 from tissuec.view.player.lifetimes import Timeline
-from tissuec.view.player.moment import position_at
 from tissuec.view.player.options import Options
 from tissuec.view.player.reading import read_film
 

@@ -9,11 +9,10 @@ import pytest
 
 from tests.view.player.conftest import Show, grid
 from tissuec.results.recording import Event
-from tissuec.view.player.curves import outline
-from tissuec.view.player.events import BREAKING, SIGNS, marks
+from tissuec.view.player.curves import BREAKING, SIGNS, marks, outline
+from tissuec.view.player.facts import near, pace
 from tissuec.view.player.lifetimes import FOREVER, Register, Timeline, lives
 from tissuec.view.player.options import Options
-from tissuec.view.player.pace import near, pace
 from tissuec.view.player.packing import ORDERS, Pack, box_scale, to_bytes
 from tissuec.view.player.reading import choose_frames, read_film
 

@@ -15,7 +15,7 @@ from tissuec.view.player.bodies import bulges, rounded, smooth_mesh, spread
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
-from tissuec.view.player.strokes import rgb
+from tissuec.view.player.rules import rgb
 from tissuec.view.player.tints import node_tints
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")

@@ -9,8 +9,8 @@ import pytest
 
 from tests.view.player.conftest import Show, grid, without_springs
 from tissuec.core import palette
+from tissuec.core.data import printable
 from tissuec.core.errors import TissueError
-from tissuec.core.printable import printable
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.curves import read_curves
 from tissuec.view.player.options import Options

@@ -8,8 +8,8 @@ import pytest
 
 from tests.view.plots.conftest import carry_out
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.curves import first_pair, read_quantities
 from tissuec.view.player.page import render
-from tissuec.view.player.quantities import first_pair, read_quantities
 from tissuec.view.plots.quantities import quantity, unit_of
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.page import render as render_report

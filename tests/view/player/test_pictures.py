@@ -22,14 +22,14 @@ from tissuec.view.player.animation import (
 )
 from tissuec.view.player.bodies import arrows, capsules, smooth_mesh
 from tissuec.view.player.camera import Camera
+from tissuec.view.player.film import InterpolatedFrame
 from tissuec.view.player.lifetimes import Timeline
-from tissuec.view.player.moment import InterpolatedFrame
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.raster import Raster
 from tissuec.view.player.reading import read_film
+from tissuec.view.player.rules import dashed, ramp, rgb
 from tissuec.view.player.still import png, still
-from tissuec.view.player.strokes import dashed, ramp, rgb
 from tissuec.view.plots.page import need_matplotlib
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")

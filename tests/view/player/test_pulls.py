@@ -6,8 +6,8 @@ import pytest
 import tissuec
 from tissuec.results.moments import Moments
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.holds import read_pulls
 from tissuec.view.player.options import Options
-from tissuec.view.player.pulls import read_pulls
 from tissuec.view.player.reading import read_film
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")

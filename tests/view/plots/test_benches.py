@@ -10,7 +10,7 @@ from benchmarks.stability.grid import SIGNS
 from tests.view.plots.conftest import BENCH, STRESS
 from tissuec.core.errors import TissueError
 from tissuec.view.plots import draw
-from tissuec.view.plots.stability import COLOURS, UNKNOWN
+from tissuec.view.plots.benches import COLOURS, UNKNOWN
 
 pytestmark = pytest.mark.usefixtures("unplaced")
 

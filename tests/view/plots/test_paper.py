@@ -11,8 +11,7 @@ import pytest
 from tests.view.plots.test_kinds import KINDS, QUICK, subject, texts
 from tissuec.core.errors import TissueError
 from tissuec.view.plots import draw
-from tissuec.view.plots.formats import save
-from tissuec.view.plots.pgf import in_latex
+from tissuec.view.plots.formats import in_latex, save
 from tissuec.view.plots.styles import STYLES
 
 NARROW, WIDE = "paper", "paper-wide"

@@ -7,8 +7,8 @@ from tissuec.core.scale import readable, scale_of
 from tissuec.core.units import DIMENSION_NAMES, parse_unit
 from tissuec.results.recording import Event
 from tissuec.script.measures import MEASURES
+from tissuec.view.plots.axes import MOST, clusters
 from tissuec.view.plots.curves import spread, thinned, thinned_band
-from tissuec.view.plots.marks import MOST, clusters
 from tissuec.view.plots.projection import Projection, viewpoint
 
 UNITS = sorted({unit for _, unit in DIMENSION_NAMES.values()} - {"1/s"})  # which has no symbol

@@ -18,9 +18,9 @@ from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
-from tissuec.view.report import drawings, reproducing
+from tissuec.view.report import drawings, origins
 from tissuec.view.report.drawings import chosen
-from tissuec.view.report.listing import stretches
+from tissuec.view.report.origins import stretches
 
 
 @pytest.fixture(scope="module")
@@ -388,7 +388,7 @@ def test_long_texts_show_their_beginning_and_what_is_led_to():
 def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
     result, monkeypatch
 ):
-    monkeypatch.setattr(reproducing, "LONGEST", 1000)
+    monkeypatch.setattr(origins, "LONGEST", 1000)
     section = Page(page_of(result)).section("again")
     saved = [link.attributes["download"] for link in section.all("a")]
     assert saved == ["words.tis"]

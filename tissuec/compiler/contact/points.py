@@ -23,11 +23,10 @@ from tissuec.core.arrays import counted_up
 from tissuec.core.units import AREAL_STIFFNESS, show
 from tissuec.core.vectors import cross, norm
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
-from tissuec.geometry.edges import Edges
+from tissuec.geometry.edges import Edges, TriangleIndex
+from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import or_one
-from tissuec.geometry.triangle_index import TriangleIndex
-from tissuec.geometry.triangle_rules import TriangleRule, even, fourth_degree
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.scene.environment import ContactLaw, Environment
 from tissuec.scene.model import Tool

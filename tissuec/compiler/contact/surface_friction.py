@@ -8,8 +8,8 @@ mean of their corners.
 import numpy as np
 
 from tissuec.compiler.bodies.drawn import Drawing
+from tissuec.geometry.edges import TriangleIndex
 from tissuec.geometry.elements import SHAPES
-from tissuec.geometry.triangle_index import TriangleIndex
 from tissuec.meshes.generators import Mesh
 from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.friction import SurfaceFriction

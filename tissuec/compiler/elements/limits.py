@@ -16,7 +16,7 @@ from tissuec.compiler.materials.tissue_parts import Material, TissueParts, part_
 from tissuec.core.errors import Note
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.geometry.triangle_index import TriangleIndex
+from tissuec.geometry.edges import TriangleIndex
 from tissuec.laws import LINEAR
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.walls import TRIANGLE

@@ -13,7 +13,7 @@ from tissuec.scene.learning.model import AGAINST, FIT
 from tissuec.scene.learning.sentences import AgainstWords, FitWords, TimeWords
 from tissuec.script.fit_problem import POSITIONS, Data, DataAxis, DataColumn, Fit
 from tissuec.script.measures import MEASURES, Measure, Subject
-from tissuec.script.measures.vector import VectorMeasure
+from tissuec.script.measures.common import VectorMeasure
 
 #: Endings of results, which know what is what; all else is a table.
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf", ".h5md")

@@ -33,7 +33,7 @@ from tissuec.scene.sentences import (
     read_expect,
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
-from tissuec.script.measures.directed import DirectedMeasure
+from tissuec.script.measures.common import DirectedMeasure
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 

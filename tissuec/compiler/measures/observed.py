@@ -14,7 +14,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.reading.expressions import InnerScope, Scope, Truth
 from tissuec.scene.reading.values import Value
 from tissuec.script.measures import Measure, Subject
-from tissuec.script.measures.directed import DirectedMeasure
+from tissuec.script.measures.common import DirectedMeasure
 from tissuec.script.measures.snapshot import Snapshot
 
 Place = tuple[int, int]  # where a node of a condition begins and ends in its text

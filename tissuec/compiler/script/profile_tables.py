@@ -9,10 +9,8 @@ import numpy as np
 from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.interpolation import monotone_slopes
-from tissuec.core.text_tables.column_units import is_count
-from tissuec.core.text_tables.columns import BadRow
-from tissuec.core.text_tables.dialect import Dialect
-from tissuec.core.text_tables.odd_cells import GAP, gap_mark
+from tissuec.core.text_tables.columns import GAP, BadRow, gap_mark
+from tissuec.core.text_tables.dialect import Dialect, is_count
 from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, Unit, UnitError, describe, parse_unit, show
 from tissuec.lang import syntax as s

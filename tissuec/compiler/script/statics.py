@@ -6,7 +6,7 @@ from tissuec.model.network import Network
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.plan import Plan
-from tissuec.script.verbs.static_interval import StaticInterval
+from tissuec.script.verbs.settle import StaticInterval
 
 
 def refuse_method(scene: Scene, network: Network, findings: Findings) -> None:

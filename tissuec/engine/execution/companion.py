@@ -2,8 +2,8 @@
 
 Local error estimates miss how the motion amplifies errors, as in tearing, buckling or chaos,
 and what a method itself does wrong. So the companion has finer steps of a method of another
-kind, ``engine.execution.counterpart``. Where that would take too long, the same method checks
-its own steps, which is no promise of the result.
+kind, that of ``engine.execution.finer_run``. Where that would take too long, the same method
+checks its own steps, which is no promise of the result.
 
 Where the two runs agree within the tolerance, the tolerance is met. Where they differ, a third,
 much finer run decides: if the second run converges to it, the steps were too large; if not, the
@@ -33,8 +33,18 @@ from tissuec.core.arrays import evenly
 from tissuec.core.processors import permitted
 from tissuec.core.resources import PACKAGE
 from tissuec.core.units import LENGTH, show
-from tissuec.engine.execution.counterpart import LEAST, MOST, counterpart, foreseen, is_another
-from tissuec.engine.execution.finer_run import USUAL, Allowance, keep, largest, stepped
+from tissuec.engine.execution.finer_run import (
+    LEAST,
+    MOST,
+    USUAL,
+    Allowance,
+    counterpart,
+    foreseen,
+    is_another,
+    keep,
+    largest,
+    stepped,
+)
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.method import Samples, Statistics
 from tissuec.engine.run_arrays import FLOOR

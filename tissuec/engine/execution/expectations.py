@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.engine.execution.doubts import DoubtMemory
-from tissuec.engine.execution.sampling import rows_at, rows_within
+from tissuec.engine.execution.event_queue import rows_at, rows_within
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Expectation

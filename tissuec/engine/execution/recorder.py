@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.units import si_unit
 from tissuec.engine.execution.doubts import Watcher
+from tissuec.engine.execution.event_queue import SAME, join_times, rows_at
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.field_samples import FieldSampler, preserved_bodies
-from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.engine.method import Samples
 from tissuec.engine.run_arrays import FLOOR, most_stored
 from tissuec.geometry.surfaces import entries_of

@@ -12,8 +12,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 
 from tissuec.core.registry import Family
-from tissuec.geometry.surfaces.refinement import Refinement
-from tissuec.geometry.surfaces.skin import Skin
+from tissuec.geometry.surfaces.skin import Refinement, Skin
 
 MOST_POINTS = 2_000_000
 """Points of one surface: 48 MB in each frame, and up to 2 GB while the map is made."""

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.fields import Whole
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.geometry.surfaces.refinement import Refinement
-from tissuec.geometry.surfaces.skin import Skin
+from tissuec.geometry.surfaces.skin import Refinement, Skin
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:

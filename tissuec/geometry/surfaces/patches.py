@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.geometry.surfaces.refinement import Refinement
-from tissuec.geometry.surfaces.skin import Skin
+from tissuec.geometry.surfaces.skin import Refinement, Skin
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Laws of solids: a member is one file with a ``Struct`` and the energy that it stores.
+"""Laws of solids: a member is a ``Struct`` with the energy that it stores.
 
 The energy per volume is a formula of the invariants of the strain without its change of volume,
 

@@ -1,4 +1,4 @@
-"""The measurements of one experiment: values in time, in SI units."""
+"""The measurements of one experiment, in SI units, and the nodes of a fit."""
 
 from collections.abc import Sequence
 
@@ -7,8 +7,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.script.fit_problem import Data, Fit
+from tissuec.script.measures import Subject
 
 
 class Series(Struct, frozen=True, eq=False):
@@ -104,3 +105,18 @@ def _parted(one: Series, last_part: float, *, by_time: bool) -> int:
         held = len(rows) - round(last_part * len(rows))
     # At least one value to learn from, and one to judge by.
     return int(rows[min(max(held, 1), len(rows) - 1)])
+
+
+def nodes_of(subjects: Sequence[Subject]) -> Indices:
+    """Return the nodes of all subjects, ascending, shape (node,); tools have none."""
+    parts = [one.nodes for one in subjects if one.nodes is not None]
+    return np.unique(np.concatenate(parts)) if parts else np.zeros(0, dtype=np.int64)
+
+
+def owners(network: Network, nodes: Indices) -> list[BodyPart]:
+    """Return the bodies that contain some of the nodes, given by indices of shape (n,)."""
+    return [
+        body
+        for body in network.bodies
+        if ((nodes >= body.nodes.start) & (nodes < body.nodes.stop)).any()
+    ]

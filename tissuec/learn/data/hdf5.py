@@ -1,11 +1,12 @@
-"""Data from HDF5 files: results of tissuec, and H5MD files of other programs.
+"""Data from HDF5 files: results with their logs, and H5MD files of other programs.
 
 Of results, frames and logs are read; of H5MD files, positions of particles and observables. In
 H5MD files, numbers without a unit are in SI units. (P. de Buyl, P. H. Colberg, F. Höfling,
 Comput. Phys. Commun. 185:1546, 2014.)
 """
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from typing import NoReturn, TypeVar
 
 import numpy as np
@@ -15,10 +16,8 @@ from tissuec.core.errors import counted
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, parse_unit
 from tissuec.learn.data.complaints import Complaints, first_few
-from tissuec.learn.data.experiment import Series
-from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of
-from tissuec.learn.data.nodes import nodes_of, owners
-from tissuec.learn.data.thinning import nearest_rows
+from tissuec.learn.data.experiment import Series, nodes_of, owners
+from tissuec.learn.data.rows import nearest_rows
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.results import access
 from tissuec.results.access import Dataset, ResultGroup
@@ -26,6 +25,7 @@ from tissuec.results.errors import ForeignFileError, ResultError
 from tissuec.results.hdf5 import open_file
 from tissuec.results.trajectory import Trajectory
 from tissuec.script.fit_problem import Fit
+from tissuec.script.measures import MEASURES
 
 T = TypeVar("T")
 
@@ -357,3 +357,54 @@ def _reject_hidden(
 
 def _within(nodes: Indices, part: slice) -> NDArray[np.bool_]:
     return (nodes >= part.start) & (nodes < part.stop)
+
+
+POSITION = "position"
+_SIGNS = re.compile(r"[\W_]+")
+_JOINING = ("of", "to")
+
+
+def is_position(fit: Fit) -> bool:
+    """Return whether the mean place of a set is fitted."""
+    return fit.measure is MEASURES[POSITION]
+
+
+def title_of(fit: Fit) -> str:
+    """Return the name of the log of a fit: "force of pressed"."""
+    key = next((name for name, measure in MEASURES.items() if measure is fit.measure), "")
+    subjects = " to ".join(one.name for one in fit.subjects)
+    return f"{key} of {subjects}" if subjects else key
+
+
+def find_log(fit: Fit, names: Iterable[str]) -> str | None:
+    """Return which of the logs of a file is that of a fit, however it is spelled."""
+    wanted = [_plain(title_of(fit)), _plain(fit.text)]
+    wanted += [_plain(column.name) for column in fit.columns[:1]]
+    known = {_plain(name): name for name in reversed(list(names))}
+    return next((known[name] for name in wanted if name in known), None)
+
+
+def _plain(name: str) -> str:
+    words = _SIGNS.sub(" ", name.lower()).split()
+    return " ".join(word for word in words if word not in _JOINING)
+
+
+def as_measured(fit: Fit, components: Floats) -> Floats:
+    """Return the values that a fit compares.
+
+    Args:
+        components: Of its measure in SI units, shape (row, component).
+
+    Returns:
+        What is along a direction, or the one number, shape (row,); all components of a
+        position and of what tables name three columns of, shape (row, 3).
+    """
+    width = components.shape[1]
+    if fit.along is not None and width > 1:
+        return fit.part(components)
+    if width == 1:
+        return components[:, 0]
+    if width == 3 and (is_position(fit) or len(fit.columns) == 3):
+        return components
+    assert fit.measure is not None
+    return fit.measure.value(components)

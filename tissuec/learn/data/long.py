@@ -6,8 +6,7 @@ import numpy as np
 
 from tissuec.core.errors import counted
 from tissuec.learn.data.complaints import first_few
-from tissuec.learn.data.experiment import Series
-from tissuec.learn.data.nodes import nodes_of, owners
+from tissuec.learn.data.experiment import Series, nodes_of, owners
 from tissuec.learn.data.rows import DataRows
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.fit_problem import Fit

@@ -10,18 +10,14 @@ from msgspec import Struct
 
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
-from tissuec.core.text_tables.column_units import is_count
-from tissuec.core.text_tables.columns import BadRow
-from tissuec.core.text_tables.dialect import Dialect, decoded
-from tissuec.core.text_tables.odd_cells import GAP, gap_mark
+from tissuec.core.text_tables.columns import GAP, BadRow, gap_mark
+from tissuec.core.text_tables.dialect import Dialect, decoded, is_count
 from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, Dimension, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import TWO_MACHINES, Complaints, first_few
-from tissuec.learn.data.experiment import Series
+from tissuec.learn.data.experiment import Series, nodes_of
 from tissuec.learn.data.long import LONG, is_long, read_long
-from tissuec.learn.data.nodes import nodes_of
-from tissuec.learn.data.rows import DataRows
-from tissuec.learn.data.thinning import nearest_rows
+from tissuec.learn.data.rows import DataRows, nearest_rows
 from tissuec.model.network import Floats, Network
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
 

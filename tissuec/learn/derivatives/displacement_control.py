@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.execution.event_queue import ActionQueue
-from tissuec.engine.execution.sampling import SAME
+from tissuec.engine.execution.event_queue import SAME, ActionQueue
 from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan

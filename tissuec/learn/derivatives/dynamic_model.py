@@ -12,9 +12,8 @@ from tissuec.learn.derivatives.event_schedule import EventSchedule
 from tissuec.learn.derivatives.method_choice import ChosenMethod
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged, Motion, SampledStates
-from tissuec.learn.derivatives.observables import pull, push
+from tissuec.learn.derivatives.observables import Observable, StateView, pull, push
 from tissuec.learn.derivatives.stepping import Stepping
-from tissuec.learn.derivatives.views import Observable, StateView
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan

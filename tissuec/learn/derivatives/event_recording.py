@@ -11,11 +11,10 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.engine.execution.event_queue import ActionQueue
+from tissuec.engine.execution.event_queue import SAME, ActionQueue
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.engine.execution.sampling import SAME
 from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping

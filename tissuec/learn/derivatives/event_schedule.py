@@ -1,4 +1,4 @@
-"""The frozen schedule of a net: legs between events, each with what acts on it.
+"""The frozen schedule of a net: legs between events, each with the fields that act.
 
 Which springs are alive, who is held, and when, is found by going through the script once; then
 it stays as it is, so that the motion is a smooth function of the numbers of the net. Ruptures
@@ -14,9 +14,19 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.compiled.calls import kernel_address
+from tissuec.compiled.record_tables import RecordTable
+from tissuec.forces import Field, acts_of
+from tissuec.forces.derivatives import with_numbers
 from tissuec.forces.load import Load
-from tissuec.kernels.derivative_records import Links, SpringMemory, Values
-from tissuec.learn.parameters.fields import ActingNumbers, Fields, acting_numbers
+from tissuec.kernels.derivative_records import ActingFields, Links, SpringMemory, Values
+from tissuec.learn.parameters.fields import (
+    ActingNumbers,
+    Fields,
+    acting_numbers,
+    derivatives_of,
+    numbers,
+)
 from tissuec.learn.parameters.memory import NO_MEMORY, memory_of, remembering
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.state import PrescribedMotion, State
@@ -252,3 +262,52 @@ def leg_of(
 
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)
+
+
+def present_fields(leg: Leg, values: Values) -> dict[str, Field]:
+    """Return the fields of a leg with their numbers, by name.
+
+    Args:
+        leg: The leg.
+        values: The numbers of this leg.
+    """
+    found: dict[str, Field] = {}
+    start = 0
+    for name, force in leg.fields.items():
+        columns, stop = derivatives_of(force).columns, start + len(numbers(force))
+        found[name] = with_numbers(force, columns, values.fields[start:stop])
+        start = stop
+    return found
+
+
+def acting_fields(leg: Leg, fields: Fields, x: Floats) -> ActingFields:
+    """Return the fields of a leg for compiled code.
+
+    Args:
+        leg: The leg, without knots of what fields follow in between.
+        fields: As ``present_fields`` returns them.
+        x: Positions from which nodes move by no more than the reach of a field [m], shape
+            (3 node,).
+    """
+    place = np.arange(leg.network.node_count, dtype=np.int64)
+    tables: list[RecordTable] = []
+    calls: list[tuple[int, int, int]] = []
+    counts = [0]
+    for one in fields.values():
+        acts = acts_of(one.changes, leg.start, leg.stop)
+        table = RecordTable(one.table(place, acts, x.reshape(-1, 3)))
+        _, back, forward = derivatives_of(one)
+        loops = one.kernel, back, forward
+        force, backwards, forwards = (kernel_address(loop, table) for loop in loops)
+        calls.append((force, backwards, forwards))
+        tables.append(table)
+        counts.append(len(numbers(one)))
+    addresses = np.array(calls, dtype=np.int64).reshape(-1, 3).T
+    return ActingFields(
+        *(np.ascontiguousarray(part) for part in addresses),
+        table=np.array([table.address for table in tables], dtype=np.int64),
+        first=np.cumsum(counts),
+        weight=np.zeros(3 * len(place) if tables else 0),
+        power=np.zeros(2),
+        kept=tuple(tables),
+    )

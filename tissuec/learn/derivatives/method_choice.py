@@ -8,9 +8,9 @@ import numpy as np
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method_choice import measured_facts
 from tissuec.kernels.derivative_records import Laws
-from tissuec.learn.derivatives.explicit import ExplicitStepping
 from tissuec.learn.derivatives.implicit import ImplicitStepping
 from tissuec.learn.derivatives.stepping import Stepping
+from tissuec.learn.derivatives.tableaus import ExplicitStepping
 from tissuec.learn.parameters.fields import starting_state
 from tissuec.model.inelastic import VISCOSITY
 from tissuec.model.network import Network

@@ -17,15 +17,19 @@ from tissuec.core.units import LENGTH, show
 from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.displacement_control import TravelledDistance
-from tissuec.learn.derivatives.equilibria import EquilibriumStage, Unbalanced, stands
+from tissuec.learn.derivatives.equilibria import (
+    EquilibriumStage,
+    StaticResponse,
+    Unbalanced,
+    UnresistedMotion,
+    stands,
+)
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.derivatives.matrices import derivatives
 from tissuec.learn.derivatives.model import measured, slots_of
-from tissuec.learn.derivatives.observables import pull, push
+from tissuec.learn.derivatives.observables import Observable, StateView, pull, push
 from tissuec.learn.derivatives.refusals import refusal
-from tissuec.learn.derivatives.response import StaticResponse, UnresistedMotion
 from tissuec.learn.derivatives.stepping import LegForces, act_on
-from tissuec.learn.derivatives.views import Observable, StateView
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import DataAxis

@@ -21,8 +21,7 @@ from tissuec.kernels.derivative_records import (
     Seeds,
     Values,
 )
-from tissuec.learn.derivatives.acting import acting_fields, present_fields
-from tissuec.learn.derivatives.event_schedule import Leg
+from tissuec.learn.derivatives.event_schedule import Leg, acting_fields, present_fields
 from tissuec.model.network import Floats, Indices
 
 

@@ -18,8 +18,8 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.search import Search
 from tissuec.learn.fit.session import LearnSession, prepare
-from tissuec.learn.vocabulary.reread import request_of
 from tissuec.learn.vocabulary.revision import GAIN, revise
+from tissuec.learn.vocabulary.used import request_of
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import FitProblem

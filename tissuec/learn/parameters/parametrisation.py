@@ -21,9 +21,8 @@ from tissuec.compiler.contact.build import contact_of
 from tissuec.forces.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
-from tissuec.learn.parameters.blocks import ParameterBlock, block_of
+from tissuec.learn.parameters.blocks import Entries, ParameterBlock, block_of
 from tissuec.learn.parameters.compilations import Compilations
-from tissuec.learn.parameters.entries import Entries
 from tissuec.learn.parameters.fields import Fields, every_field, numbered
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.priors import Prior

@@ -1,8 +1,10 @@
-"""Comments of a preset about its origin."""
+"""Comments of a preset about its origin, and the first one, which identifies its file."""
 
 import textwrap
 from collections.abc import Iterator
+from pathlib import Path
 
+from tissuec.core.version import __version__
 from tissuec.learn.fit.expectations import judged
 from tissuec.learn.fit.outcome import Estimates, Learnt
 from tissuec.learn.fit.shown import interval, percent, shown
@@ -91,3 +93,24 @@ def entry(label: str, text: str) -> Iterator[str]:
     for number, line in enumerate(lines or [""]):
         head = label if number == 0 else ""
         yield f"# {head:<{_LABEL - 3}} {line}".rstrip()
+
+
+_BEGIN = "# Learned by tissuec"
+_LOOKED_AT = 4096  # bytes
+
+
+def mark(scene: str, fit_problem: str, seed: int) -> str:
+    """Return the first comment: by what, of which scene and fit problem, with which seed."""
+    return f"{_BEGIN} {__version__} from {scene}, learn {fit_problem}, seed {seed}"
+
+
+def is_ours(path: Path) -> bool:
+    """Return whether learning wrote a file: whether its first comment says so.
+
+    Raises:
+        OSError: The file cannot be read.
+    """
+    with path.open("rb") as file:
+        head = file.read(_LOOKED_AT).decode("utf-8", errors="replace")
+    comments = (line for line in head.splitlines() if line.startswith("#"))
+    return next(comments, "").startswith(f"{_BEGIN} ")

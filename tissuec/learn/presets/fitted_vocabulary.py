@@ -9,11 +9,10 @@ from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.learn.fit.shown import percent
 from tissuec.learn.presets.checking import Pending
-from tissuec.learn.presets.comments import entry
-from tissuec.learn.presets.marks import mark
+from tissuec.learn.presets.comments import entry, mark
 from tissuec.learn.presets.preset import Preset
 from tissuec.learn.presets.vocabularies import free_name, is_of_words, marked, words_alone
-from tissuec.learn.vocabulary.edits import TextEdit, apply
+from tissuec.learn.vocabulary.texts import TextEdit, apply
 from tissuec.learn.words_fit.fitting import LearntVocabulary
 from tissuec.pipeline import read_words
 from tissuec.scene.learning.model import VocabularyFit

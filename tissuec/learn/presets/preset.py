@@ -5,7 +5,7 @@ text can give single springs numbers of their own only if it lists their whole n
 are for people and other programs.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError, Diagnostic, TissueError
+from tissuec.core.files import write_file
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 from tissuec.core.units import si_unit
@@ -20,10 +21,15 @@ from tissuec.lang.printer import format_source
 from tissuec.lang.words import written_name
 from tissuec.learn.fit.outcome import Estimates, Learnt
 from tissuec.learn.presets.checking import mistakes
-from tissuec.learn.presets.comments import ONE_BY_ONE, of_nodes_and_springs, origin
+from tissuec.learn.presets.comments import (
+    ONE_BY_ONE,
+    is_ours,
+    mark,
+    of_nodes_and_springs,
+    origin,
+)
 from tissuec.learn.presets.drafts import LEARNED, Draft, LearntNumber, drafts_of, number_of
-from tissuec.learn.presets.marks import mark
-from tissuec.learn.presets.numerals import learnt as numeral
+from tissuec.learn.presets.laws import learnt as numeral
 from tissuec.learn.presets.tissues import (
     FORMS,
     IN_NUMBERS,
@@ -33,7 +39,7 @@ from tissuec.learn.presets.tissues import (
     remark,
 )
 from tissuec.learn.presets.vocabularies import WrittenVocabularies, vocabularies
-from tissuec.learn.vocabulary.reread import warnings_of
+from tissuec.learn.vocabulary.used import warnings_of
 from tissuec.model.network import Network
 from tissuec.scene.model import Scene
 from tissuec.scene.program.library import SUFFIX, Library
@@ -298,3 +304,35 @@ def _values(estimates: Estimates) -> Iterator[str]:
         strict=True,
     ):
         yield f"{value!r},{low!r},{high!r},{'yes' if known else 'no'}"
+
+
+def refuse_others(paths: Iterable[Path]) -> None:
+    """Check that only files of an earlier learning would be overwritten.
+
+    Raises:
+        TissueError: A file is there that was not written by learning.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise TissueError(f'"{path}" is a folder; give the name of a file')
+        if path.exists() and not is_ours(path):
+            raise TissueError(
+                f'"{path}" was not written by learning and would be overwritten; '
+                "name another file with -o, or use --force"
+            )
+
+
+def place(preset: Preset, *, force: bool) -> list[Path]:
+    """Write a preset with what lies beside it; returns the files, the preset first.
+
+    Raises:
+        TissueError: A file is there that was not written by learning, and not ``force``.
+        OSError: The files cannot be written.
+    """
+    files = preset.files
+    if not force:
+        refuse_others(files)
+    for path, text in files.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, text)
+    return list(reversed(files))

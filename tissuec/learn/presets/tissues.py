@@ -11,8 +11,7 @@ from tissuec.core.units import LENGTH
 from tissuec.lang.words import written_name
 from tissuec.learn.fit.shown import PARTS, interval, shown
 from tissuec.learn.presets.drafts import Draft, LearntNumber
-from tissuec.learn.presets.laws import changed_constants, law_text
-from tissuec.learn.presets.numerals import exact, learnt
+from tissuec.learn.presets.laws import changed_constants, exact, law_text, learnt
 from tissuec.scene.model import AssignedQuantity, PropertyFact, Scene
 
 LIKE, IN_WORDS, IN_NUMBERS = "like", "in words", "in numbers"

@@ -1,18 +1,24 @@
-"""A finished learning as parts of a report, and as plain data."""
+"""A finished learning as parts of a report and as plain data, and its progress line."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from difflib import unified_diff
 from typing import Any
 
+import numpy as np
+
 from tissuec.core.errors import counted
-from tissuec.core.report import Fact, FactTable, FailedExpectation, Part, holding
+from tissuec.core.progress import ProgressLine, minutes
+from tissuec.core.report import Fact, FactSection, FactTable, FailedExpectation, Part, holding
 from tissuec.core.units import si_unit
 from tissuec.learn.fit.expectations import DemandVerdict, errors_of, judged
+from tissuec.learn.fit.learning import LearnProgress
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
-from tissuec.learn.fit.shown import percent, shown
-from tissuec.learn.report.numbers import numbers_of
-from tissuec.learn.report.words import sentences
-from tissuec.learn.vocabulary.drift import Drift
-from tissuec.script.fit_problem import WORDS
+from tissuec.learn.fit.shown import interval, percent, shown
+from tissuec.learn.vocabulary.moving import Drift, drifts_between
+from tissuec.learn.vocabulary.used import reread
+from tissuec.model.network import Floats
+from tissuec.scene.model import Scene
+from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WORDS
 
 DATA = ("data", "error", "points", "residuals")
 
@@ -183,3 +189,167 @@ def _drift(drift: Drift) -> dict[str, Any]:
         "centre": drift.centre,
         "most": drift.most,
     }
+
+
+HEADINGS = ("parameter", "before", "learned", "95 % interval", "change")
+MANY = 12  # numbers of one entry, from which on only a summary is shown
+WORST = 3  # of these, those that are known least
+
+
+def numbers_of(estimates: Sequence[Estimates]) -> list[Part]:
+    """Return a table of single numbers, followed by statistics of large groups."""
+    rows = [row for one in estimates if len(one.names) < MANY for row in _rows(one)]
+    many = [_summary(one) for one in estimates if len(one.names) >= MANY]
+    return [*([FactTable(HEADINGS, rows)] if rows else []), *many]
+
+
+def _rows(estimates: Estimates) -> Iterator[tuple[str, ...]]:
+    for number, name in enumerate(estimates.names):
+        yield (
+            name,
+            _shown(estimates, estimates.start[number]),
+            _shown(estimates, estimates.value[number]),
+            _interval(estimates, number),
+            _change(estimates, number),
+        )
+
+
+def _shown(estimates: Estimates, value: float) -> str:
+    adjust = estimates.adjust
+    return shown(float(value), adjust.dimension, adjust.what)
+
+
+def _interval(estimates: Estimates, number: int) -> str:
+    """Return the interval of a number, or the remark that the data does not determine it."""
+    if not estimates.identified[number]:
+        return "not identified"
+    adjust = estimates.adjust
+    low, high = float(estimates.low[number]), float(estimates.high[number])
+    return interval(low, high, adjust.dimension, adjust.what)
+
+
+def _change(estimates: Estimates, number: int) -> str:
+    """Return by which part a number changed; of places, velocities and what was 0, how far."""
+    start, value = float(estimates.start[number]), float(estimates.value[number])
+    what = estimates.adjust.what
+    if start == 0.0 or what in (START_POSITION, START_VELOCITY):
+        sign = "+" if value >= start else ""
+        return sign + shown(value - start, estimates.adjust.dimension, what)
+    return f"{100.0 * (value - start) / abs(start):+.3g} %"
+
+
+# --- many numbers -----------------------------------------------------------------------------
+
+
+def _summary(estimates: Estimates) -> FactSection:
+    """Return statistics of many numbers, and those that are known least."""
+    adjust, known = estimates.adjust, estimates.identified
+    rows = [
+        ("before", *_spread(estimates, estimates.start)),
+        ("learnt", *_spread(estimates, estimates.value)),
+    ]
+    parts: list[Part] = [FactTable(("", "median", "quartiles", "range"), rows)]
+    half = uncertainty(estimates)[known]
+    if len(half):
+        typical, most = float(np.median(half)), float(half.max())
+        parts.append(f"accurate to {percent(typical)} (median), {percent(most)} (worst)")
+    if not known.all():
+        parts.append(f"not identified: {int((~known).sum())} of them")
+    for number in _worst(estimates):
+        value = _shown(estimates, estimates.value[number])
+        name, interval = estimates.names[number], _interval(estimates, number)
+        parts.append(Fact("least accurate", f"{name}: {value} ({interval})"))
+    count = counted(len(known), "parameter")
+    title = f"{adjust.what} per {adjust.per} of {adjust.of}: {count}"
+    return FactSection(title, parts, apart=False)
+
+
+def _spread(estimates: Estimates, values: Floats) -> tuple[str, str, str]:
+    low, first, middle, last, high = np.quantile(values, [0.0, 0.25, 0.5, 0.75, 1.0])
+    return (
+        _shown(estimates, middle),
+        f"{_shown(estimates, first)} to {_shown(estimates, last)}",
+        f"{_shown(estimates, low)} to {_shown(estimates, high)}",
+    )
+
+
+def uncertainty(estimates: Estimates) -> Floats:
+    """Return half the width of each interval divided by its value, dimensionless.
+
+    It is infinite where the data does not identify a number, or where it is 0; shape (number,).
+    """
+    size = np.abs(estimates.value)
+    width = (estimates.high - estimates.low) / 2.0
+    found = np.full(len(size), np.inf)
+    told = estimates.identified & (size > 0.0) & np.isfinite(width)
+    found[told] = width[told] / size[told]
+    return found
+
+
+def _worst(estimates: Estimates) -> list[int]:
+    order = np.argsort(-uncertainty(estimates), kind="stable")
+    return order[:WORST].tolist()
+
+
+def drifts(scene: Scene, texts: Mapping[str, str]) -> list[Drift]:
+    """Return how far each word moved whose file has a new text.
+
+    Args:
+        texts: New texts by the names that the scene has for their files.
+    """
+    if not texts:
+        return []
+    return drifts_between(scene.vocabulary, reread(scene, texts).vocabulary)
+
+
+def sentences(moved: Iterable[Drift]) -> Iterator[str]:
+    """Yield sentences about words that moved."""
+    return (f"word: {one.sentence}" for one in moved if one.most != 0.0)
+
+
+def differences(scene: Scene, texts: Mapping[str, str]) -> Iterator[str]:
+    """Yield the change of each text as a unified diff."""
+    before = {source.name: source.text for source in (*scene.imports, scene.source)}
+    yield from unified(before, texts)
+
+
+def unified(before: Mapping[str, str], texts: Mapping[str, str]) -> Iterator[str]:
+    """Yield the change of each text as a unified diff.
+
+    Args:
+        before: Old texts by name.
+        texts: New ones.
+    """
+    for name, text in texts.items():
+        old, new = before[name].splitlines(True), text.splitlines(True)
+        yield "".join(unified_diff(old, new, name, f"{name} (learned)"))
+
+
+class Passes(ProgressLine):
+    """The line of a learning: passes, the part of the data in use, errors, time left.
+
+    Until it ends, a learning writes nothing that can be read, so files get lines, too.
+    """
+
+    def __init__(self, name: str, *, shown: bool):
+        super().__init__(name, shown=shown, logged=True)
+
+    def at(self, progress: LearnProgress) -> None:
+        """Show the state of a learning, if it is time to."""
+        self.show(lambda _: f"{self.name}: {self._text(progress)}")
+
+    def _text(self, at: LearnProgress) -> str:
+        if at.fits is not None:
+            return f"{counted(at.fits, 'fit')} to simulated data, {at.seconds:.0f} s"
+        parts = [f"pass {at.passes} of at most {at.most}"]
+        if at.horizon < 1.0:
+            parts.append(f"first {100 * at.horizon:.0f} % of the data")
+        if at.first > 0.0:
+            parts.append(f"error {at.error / at.first:.2e} of the first")
+        if at.held_out is not None:
+            parts.append(f"held out {100 * at.held_out:.3g} %")
+        parts.append(f"{at.seconds:.0f} s")
+        if at.passes > 0:
+            left = (at.most - at.passes) * at.seconds / at.passes
+            parts.append(f"at most {minutes(left)} left")
+        return ", ".join(parts)

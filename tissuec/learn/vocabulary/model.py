@@ -13,7 +13,7 @@ import numpy as np
 
 from tissuec.core.errors import TissueError
 from tissuec.fuzzy.duals import slopes_of
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.lang import syntax as s
 from tissuec.learn.vocabulary.moving import MovingVocabulary
 from tissuec.learn.vocabulary.used import Use, used_tissues

@@ -26,11 +26,9 @@ from itertools import pairwise
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.duals import Dual, Slopes
-from tissuec.fuzzy.piecewise import Piecewise
-from tissuec.fuzzy.scale import Scale
-from tissuec.fuzzy.sets import Gaussian, Shape
+from tissuec.fuzzy.scale import Axis, Scale
+from tissuec.fuzzy.sets import Gaussian, Piecewise, Shape
 from tissuec.learn.vocabulary.scale_texts import ScaleForm, WordForm
 from tissuec.model.network import Floats
 

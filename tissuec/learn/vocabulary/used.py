@@ -1,13 +1,21 @@
-"""Tissues that a scene uses, and their descriptions, for inference with other words."""
+"""Tissues that a scene uses, and scenes read again with other words."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from msgspec import Struct
 
+from tissuec.core.errors import Diagnostic
+from tissuec.core.source import Source
 from tissuec.lang import syntax as s
+from tissuec.pipeline import check_request
 from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.program.imports import DISK, Files, StoredTexts, load
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.findings import Findings
+from tissuec.scene.request import Request
+from tissuec.scene.resolve import resolve
 from tissuec.scene.words.phrases import read_word
 from tissuec.scene.words.vocabulary import Vocabulary
 
@@ -85,3 +93,49 @@ def use_of(
         else:
             numbers[fact.property] = fact.number
     return Use(key, tissue, s.key_of(tissue.vocabulary), quantities, words, numbers)
+
+
+class Replaced(Files):
+    """Files of which some have other texts than on disk, by the names that messages print."""
+
+    def __init__(self, texts: Mapping[str, str], others: Files = DISK):
+        self._texts = texts
+        self._others = others
+
+    def read(self, path: Path, name: str) -> Source:
+        if name in self._texts:
+            return Source(name, self._texts[name], path)
+        return self._others.read(path, name)
+
+
+def request_of(scene: Scene, texts: Mapping[str, str]) -> Request:
+    """Return the request that compiles a scene with new texts of some of its files."""
+    source, library = scene.source, scene.declarations.library
+    main = Source(source.name, texts.get(source.name, source.text), source.path)
+    kept = library.kept
+    files = Replaced(texts) if kept is None else StoredTexts({**kept, **texts})
+    # The first and last folders are there for every text.
+    return Request(main, scene.overrides, library.folders[1:-1], files=files)
+
+
+def reread(scene: Scene, texts: Mapping[str, str]) -> Scene:
+    """Return a scene with new texts of some of its files.
+
+    Raises:
+        CompileError: It is none any more.
+    """
+    findings = Findings()
+    request = request_of(scene, texts)
+    program = load(request.source, request.libraries, findings, request.files)
+    again = resolve(program, findings, request.overrides)
+    findings.raise_errors()
+    return again
+
+
+def warnings_of(scene: Scene, texts: Mapping[str, str]) -> tuple[Diagnostic, ...]:
+    """Return the warnings of ``check`` about a scene with new texts.
+
+    Raises:
+        CompileError: It finds an error.
+    """
+    return check_request(request_of(scene, texts), thorough=False, levels=False)[1]

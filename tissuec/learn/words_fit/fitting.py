@@ -18,9 +18,9 @@ from msgspec.structs import replace
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.learn.fit.expectations import DemandVerdict, verdicts_of
 from tissuec.learn.fit.learning import LearnProgress
-from tissuec.learn.vocabulary.drift import Drift, drifts_between
-from tissuec.learn.vocabulary.edits import apply
-from tissuec.learn.vocabulary.reread import Replaced
+from tissuec.learn.vocabulary.moving import Drift, drifts_between
+from tissuec.learn.vocabulary.texts import apply
+from tissuec.learn.vocabulary.used import Replaced
 from tissuec.learn.words_fit.model import RuleWeight, VocabularyModel, factor
 from tissuec.model.network import Floats
 from tissuec.pipeline import read_words

@@ -15,11 +15,11 @@ from msgspec.structs import replace
 from tissuec.core.errors import TissueError
 from tissuec.core.source import Span
 from tissuec.fuzzy.duals import Dual, exp, slopes_of
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.lang import syntax as s
-from tissuec.learn.vocabulary.edits import TextEdit
 from tissuec.learn.vocabulary.model import SIGMA
 from tissuec.learn.vocabulary.moving import MovingVocabulary
+from tissuec.learn.vocabulary.texts import TextEdit
 from tissuec.learn.vocabulary.used import Use, use_of
 from tissuec.model.network import Floats
 from tissuec.scene.learning.model import VocabularyFit

@@ -1,4 +1,4 @@
-"""Mesh generators: a member is one file with a ``Struct`` of parameters and its ``build``."""
+"""Mesh generators: a member is a ``Struct`` of parameters with its ``build``."""
 
 from collections.abc import Mapping
 from typing import Protocol, runtime_checkable

@@ -1,6 +1,14 @@
-"""The base of generators of solids of hexahedra."""
+"""The base of generators of solids of hexahedra, and cells of round ones without poles.
+
+The core of a round solid is a lattice whose sides bulge; layers lead from its surface to the
+circle or sphere.
+"""
 
 from abc import abstractmethod
+from collections.abc import Sequence
+from itertools import combinations, product
+from math import prod
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -78,3 +86,121 @@ class Hexahedral(Struct, frozen=True, eq=False):
 def in_order_of_vtk(cells: NDArray[np.int64]) -> Indices:
     """Return hexahedra with corners in the order of ``itertools.product``, shape (n, 8)."""
     return np.ascontiguousarray(cells[:, [0, 4, 6, 2, 1, 5, 7, 3]])
+
+
+#: Half the width of the core, by the radius; how far it bulges towards a circle, and the size
+#: of that circle: angles and lengths of cells are then most even.
+CORE, BULGE, BALL = 0.45, 0.5, 1.25
+
+
+class RoundCells(NamedTuple):
+    """Cells of the unit circle or ball, or of its part where some coordinates are positive.
+
+    Attributes:
+        core: Number of cells of the core along each axis, shape (2,) or (3,).
+        layers: Number of layers around the core.
+        positive: Along which axes only the positive half is drawn.
+    """
+
+    core: Sequence[int]
+    layers: int
+    positive: Sequence[bool]
+
+    @classmethod
+    def of(cls, radii: Sequence[float], cell: float, positive: Sequence[bool]) -> "RoundCells":
+        """Return cells of about one size.
+
+        Args:
+            radii: Half the width along each axis [m].
+            cell: Usual edge of a cell [m].
+            positive: Along which axes only the positive half is drawn.
+        """
+        halves = [max(round(radius / (2.0 * cell)), 1) for radius in radii]
+        core = [n if half else 2 * n for n, half in zip(halves, positive, strict=True)]
+        return cls(core, max(round(float(np.mean(halves))), 1), tuple(positive))
+
+    def counts(self) -> tuple[int, int, int]:
+        """Return the numbers of nodes, edges, and faces with four sides."""
+        inner = [
+            n + 1 - (1 if half else 2) for n, half in zip(self.core, self.positive, strict=True)
+        ]
+        nodes, edges, faces = (self._parts(k, [n + 1 for n in self.core]) for k in range(3))
+        # Those of the surface of the core: all but what lies inside.
+        on, along, across = (
+            whole - self._parts(k, inner) for k, whole in enumerate((nodes, edges, faces))
+        )
+        sides = across if len(self.core) == 3 else 0
+        return (
+            nodes + self.layers * on,
+            edges + self.layers * (on + along),
+            faces + self.layers * (along + sides),
+        )
+
+    def _parts(self, extent: int, points: Sequence[int]) -> int:
+        """Return the number of nodes (0), edges (1) or faces (2) of a lattice.
+
+        Args:
+            extent: Number of axes along which a part extends.
+            points: Number of nodes along each axis.
+        """
+        axes = range(len(self.core))
+        return sum(
+            prod(self.core[j] if j in some else points[j] for j in axes)
+            for some in combinations(axes, extent)
+        )
+
+    def build(self) -> tuple[Floats, Indices, Indices]:
+        """Return places in the unit circle or ball, cells, and the nodes of its surface.
+
+        Shapes (node, axis), (cell, 2 ** axis) with corners in the order of
+        ``itertools.product``, and (n,).
+        """
+        lows = [0.0 if half else -1.0 for half in self.positive]
+        lines = [np.linspace(low, 1.0, n + 1) for low, n in zip(lows, self.core, strict=True)]
+        lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+        number = np.arange(prod(lattice.shape[:-1])).reshape(lattice.shape[:-1])
+        faces = self._faces(number)
+        on = np.unique(faces)
+        inner, outward = _bulging(lattice.reshape(-1, len(self.core)))
+        place, cells, below = [inner], [_corners(number)], number.ravel()
+        for layer in range(1, self.layers + 1):
+            share = layer / self.layers
+            place.append((1.0 - share) * inner[on] + share * outward[on])
+            above = np.full(number.size, -1)
+            above[on] = number.size + (layer - 1) * len(on) + np.arange(len(on))
+            cells.append(np.concatenate([below[faces], above[faces]], axis=1))
+            below = above
+        return np.concatenate(place), np.concatenate(cells), below[on]
+
+    def _faces(self, number: NDArray[np.int64]) -> Indices:
+        """Return the faces of the core that layers begin at, shape (face, corner)."""
+        sides = [
+            np.take(number, side, axis=axis)
+            for axis, half in enumerate(self.positive)
+            for side in ((-1,) if half else (0, -1))
+        ]
+        return np.concatenate([_corners(side) for side in sides])
+
+
+def _corners(number: NDArray[np.int64]) -> Indices:
+    """Return the corners of the cells of a lattice, shape (cell, 2 ** axis)."""
+    found = [
+        number[tuple(slice(k, n - 1 + k) for k, n in zip(corner, number.shape, strict=True))]
+        for corner in product((0, 1), repeat=number.ndim)
+    ]
+    return np.stack([part.ravel() for part in found], axis=1)
+
+
+def _bulging(lattice: Floats) -> tuple[Floats, Floats]:
+    """Return the places of the core, and unit vectors outwards, shape (node, axis) each.
+
+    Args:
+        lattice: Points of the square or cube from -1 to 1, shape (node, axis).
+    """
+    depth = np.abs(lattice).max(axis=1)[:, None]
+    surface = lattice / np.where(depth > 0.0, depth, 1.0)
+    # Equal angles between the lines of a side.
+    outward = np.tan(0.25 * np.pi * surface)
+    outward /= np.where(depth > 0.0, np.linalg.norm(outward, axis=1)[:, None], 1.0)
+    share = BULGE * depth
+    return CORE * depth * ((1.0 - share) * surface + share * BALL * outward), outward

@@ -18,9 +18,8 @@ from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read
 from tissuec.meshes.formats.conversion import way_of_folder
 from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
-from tissuec.meshes.generators.joining import springs
+from tissuec.meshes.generators.joining import require_fine_part, require_limits, springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
-from tissuec.meshes.generators.limits import require_fine_part, require_limits
 from tissuec.meshes.images import is_image
 from tissuec.meshes.stiffness_sharing import (
     area_shares,
@@ -329,7 +328,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         """Return the nodes of each group; of images with those of a filling."""
         if not (is_image(self.file.path) and len(filling.position)):
             return self._fine_shape.groups
-        from tissuec.meshes.images.nearest import with_inner_nodes
+        from tissuec.meshes.images.surfaces import with_inner_nodes
 
         return with_inner_nodes(self.image, self._fine_shape, filling.position)
 

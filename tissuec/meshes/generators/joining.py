@@ -1,13 +1,19 @@
-"""Common code of generators: canonical spring lists, and rows and columns of nodes.
+"""Common code of generators: spring lists, rows of nodes, places along a line, limits.
 
 A grid numbers its nodes row by row: node ``row * columns + column``.
+
+Steps along a line grow by one factor from its fine part on until they are coarse. Products of
+such lines have no hanging nodes: a plane of a fine part goes through the whole block.
 """
 
-from typing import TypeAlias
+from math import ceil
+from typing import Any, TypeAlias, cast, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core import units
+from tissuec.core.fields import FromTo, OneOf, Point, Real, Whole
 from tissuec.model.topology import lower_and_upper
 
 Pairs: TypeAlias = NDArray[np.int64]
@@ -73,3 +79,147 @@ def grid_triangles(shape: tuple[int, int], *, wrap: bool = False) -> NDArray[np.
         .reshape(-1, 3)
         .astype(np.int32)
     )
+
+
+def require_limits(generator: object) -> None:
+    """Check every field of ``generator`` against the metadata of its annotation.
+
+    Raises:
+        ValueError: A value is outside its declared limits; the message names the entry.
+    """
+    for field, hint in get_type_hints(type(generator), include_extras=True).items():
+        for declared in getattr(hint, "__metadata__", ()):
+            value = getattr(generator, field)
+            problem = "" if value is None else _problem(value, declared)
+            if problem:
+                raise ValueError(f'"{field.replace("_", " ")}" {problem}')
+
+
+def _problem(value: Any, declared: object) -> str:
+    """Return a description of the error of ``value``, or an empty string."""
+    match declared:
+        case OneOf(words):
+            return "" if value in words else f'must be one of {", ".join(words)}, not "{value}"'
+        case Whole(at_least, at_most):
+            if isinstance(value, bool) or not isinstance(value, int | np.integer):
+                return f'must be a whole number, not "{value}"'
+            whole = cast("int | np.integer[Any]", value)
+            return _outside(int(whole), at_least, at_most, units.NUMBER)
+        case Real(dimension, above, at_least, at_most):
+            if not np.isfinite(value):
+                return f'must be finite, not "{value}"'
+            if above is not None and value <= above:
+                limit, shown = (units.show(number, dimension) for number in (above, value))
+                return f"must be above {limit}, not {shown}"
+            return _outside(value, at_least, at_most, dimension)
+        case Point():
+            return _not_points(value, (3,))
+        case FromTo(may_bend=may_bend):
+            count = max(len(value), 2) if may_bend else 2
+            return _not_points(value, (count, 3))
+        case _:
+            return ""
+
+
+def _outside(
+    value: float, low: float | None, high: float | None, dimension: units.Dimension
+) -> str:
+    shown = units.show(value, dimension, digits=9)
+    if low is not None and value < low:
+        return f"must be at least {units.show(low, dimension, digits=9)}, not {shown}"
+    if high is not None and value > high:
+        return f"must be at most {units.show(high, dimension, digits=9)}, not {shown}"
+    return ""
+
+
+def _not_points(value: Any, shape: tuple[int, ...]) -> str:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        return f"must have the shape {shape}, not {array.shape}"
+    return "" if np.isfinite(array).all() else "must have finite components"
+
+
+def require_fine_part(fine_cell: float | None, fine_box: object, cell: float | None) -> None:
+    """Check the entries of a part with finer cells.
+
+    Args:
+        fine_cell: Size of cells in the part [m].
+        fine_box: Corners of the part.
+        cell: Size of all other cells [m].
+
+    Raises:
+        ValueError: One of them is missing, or cells are not finer.
+    """
+    if (fine_cell is None) != (fine_box is None):
+        raise ValueError('"fine cell" and "fine box" are needed together')
+    if fine_cell is not None and cell is not None and fine_cell >= cell:
+        raise ValueError('"fine cell" must be smaller than "cell"')
+
+
+GROWTH = 1.5  # largest ratio of neighbouring steps; up to 1.6 where few coarse ones fit
+_LEAST = 1.0 / GROWTH
+_ROUNDING = 1e-9  # of a step
+
+
+def graded_line(
+    ends: tuple[float, float], fine_part: tuple[float, float], coarse: float, fine: float
+) -> NDArray[np.float64]:
+    """Return ascending places from one end to the other [m], shape (n,).
+
+    Args:
+        ends: Of the line [m], ascending.
+        fine_part: Ends of the part with fine steps [m], ascending; what is outside of the line
+            has no effect.
+        coarse: Largest step [m].
+        fine: Largest step of the fine part [m], at most ``coarse``.
+
+    Raises:
+        ValueError: The fine part is not on the line.
+    """
+    low, high = ends
+    if fine_part[1] < low or fine_part[0] > high:
+        raise ValueError("the fine part is not on the line")
+    start, stop = max(fine_part[0], low), min(fine_part[1], high)
+    if stop - start < fine:  # at least one step
+        middle, half = 0.5 * (start + stop), 0.5 * min(fine, high - low)
+        middle = min(max(middle, low + half), high - half)
+        start, stop = middle - half, middle + half
+    # What is left on a side has room for a step that is not much smaller.
+    start = low if start - low < _LEAST * fine else start
+    stop = high if high - stop < _LEAST * fine else stop
+    count = max(1, ceil((stop - start) / fine - _ROUNDING))
+    step = (stop - start) / count
+    inside = np.linspace(start, stop, count + 1)
+    before = start - np.cumsum(_growing(start - low, step, coarse))[::-1]
+    after = stop + np.cumsum(_growing(high - stop, step, coarse))
+    places = np.concatenate([before, inside, after])
+    places[0], places[-1] = low, high  # whatever rounding did
+    return places
+
+
+def _growing(length: float, first: float, most: float) -> NDArray[np.float64]:
+    """Return steps that grow from a first one, which is not among them [m], shape (n,).
+
+    Args:
+        length: Their sum [m].
+        first: The step before them [m].
+        most: Largest step [m].
+    """
+    if length <= 0.0:
+        return np.zeros(0)
+
+    def steps(factor: float, count: int) -> NDArray[np.float64]:
+        with np.errstate(over="ignore"):
+            return np.minimum(first * factor ** np.arange(1.0, count + 1.0), most)
+
+    count = 1
+    while steps(GROWTH, count).sum() < length * (1.0 - _ROUNDING):
+        more = (length - steps(GROWTH, count).sum()) / most
+        count += max(1, int(more))
+    low, high = 0.0, GROWTH
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        is_long = steps(middle, count).sum() > length
+        low, high = (low, middle) if is_long else (middle, high)
+    found = steps(high, count)
+    return found * (length / found.sum())

@@ -15,9 +15,13 @@ from numpy.typing import NDArray
 from tissuec.core import units
 from tissuec.core.fields import Length, LengthIfAny, OneOf, Points, PointsIfAny
 from tissuec.meshes.generators import MESHES, Mesh
-from tissuec.meshes.generators.graded import graded_line
-from tissuec.meshes.generators.joining import Pairs, springs
-from tissuec.meshes.generators.limits import require_fine_part, require_limits
+from tissuec.meshes.generators.joining import (
+    Pairs,
+    graded_line,
+    require_fine_part,
+    require_limits,
+    springs,
+)
 
 Triple = tuple[int, int, int]
 

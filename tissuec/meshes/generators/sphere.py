@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.fields import Length, OneOf, Position, Whole
 from tissuec.meshes.generators import MESHES, Mesh
-from tissuec.meshes.generators.joining import springs
-from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.joining import require_limits, springs
 
 
 @MESHES.member("sphere")

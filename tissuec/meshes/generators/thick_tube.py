@@ -12,7 +12,7 @@ from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
 from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
 from tissuec.meshes.generators.hexahedral import Hexahedral
-from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.joining import require_limits
 
 PARTS = {"whole": 1, "half": 2, "quarter": 4}
 

@@ -9,8 +9,7 @@ from tissuec.core import units
 from tissuec.core.fields import Length, LengthIfAny, Point, PointsIfAny, PositionIfAny, Whole
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.centreline import perpendicular_frame
-from tissuec.meshes.generators.joining import Pairs, springs
-from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.joining import Pairs, require_limits, springs
 from tissuec.model.network import Floats
 
 DirectionIfAny = Annotated[Floats | None, Point(units.NUMBER)]

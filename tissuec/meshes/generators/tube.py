@@ -9,8 +9,13 @@ from numpy.typing import NDArray
 from tissuec.core.fields import Axis, Length, LengthIfAny, OneOf, Whole
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
-from tissuec.meshes.generators.joining import Pairs, grid_pairs, grid_triangles, springs
-from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.generators.joining import (
+    Pairs,
+    grid_pairs,
+    grid_triangles,
+    require_limits,
+    springs,
+)
 from tissuec.model.network import Grid
 
 

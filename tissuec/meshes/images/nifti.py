@@ -12,8 +12,14 @@ import numpy as np
 
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.images import INSTALL
-from tissuec.meshes.images.inflating import GZIP, inflated
-from tissuec.meshes.images.raw import LARGEST, RawImage, require_size, three_dimensional
+from tissuec.meshes.images.raw import (
+    GZIP,
+    LARGEST,
+    RawImage,
+    inflated,
+    require_size,
+    three_dimensional,
+)
 
 _TO_PATIENT = np.diag([-1.0, -1.0, 1.0])
 _UNITS = {"meter": 1.0, "mm": 1e-3, "micron": 1e-6}

@@ -19,8 +19,13 @@ from tissuec.core.files import read_bytes
 from tissuec.core.units import LENGTH, Unit, UnitError, parse_unit
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.images import INSTALL, Floats
-from tissuec.meshes.images.inflating import inflated
-from tissuec.meshes.images.raw import LARGEST, RawImage, require_size, three_dimensional
+from tissuec.meshes.images.raw import (
+    LARGEST,
+    RawImage,
+    inflated,
+    require_size,
+    three_dimensional,
+)
 
 _LONGEST_HEADER = 1 << 20  # bytes
 _END = re.compile(rb"\r?\n\r?\n")

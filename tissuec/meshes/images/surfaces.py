@@ -1,4 +1,4 @@
-"""The closed surface of a label image: marching cubes, smoothed within bounds.
+"""The closed surface of a label image, and the labels of nodes that fill it.
 
 Marching cubes is that of scikit-image in the form of W. Lorensen and H. Cline (Computer
 Graphics 21(4):163, 1987), whose triangles close around any set of voxels. Its steps are
@@ -11,6 +11,7 @@ Where parts of the surface pass each other diagonally between voxels, the bounds
 wide: so no two parts can meet.
 """
 
+from collections.abc import Mapping
 from importlib import import_module
 from itertools import product
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from tissuec.geometry.edges import Edges, volume
 from tissuec.meshes.formats import FormatError, Indices, MeshCells, RawMesh
 from tissuec.meshes.images import INSTALL, TOO_FAR, Floats, LabelImage, Labels
+from tissuec.meshes.repair import RepairedMesh
 
 _PASSES = 20
 _SHRINK, _GROW = 0.5, -0.53  # of the way to the mean of the neighbours
@@ -233,3 +235,34 @@ def _with_volume(
         missing = wanted - volume(moved, triangles)
         moved = bounds.nearest(moved + unit * (missing / float(size.sum())))
     return moved
+
+
+def with_inner_nodes(
+    image: LabelImage, shape: RepairedMesh, inner: Floats
+) -> Mapping[str, Indices]:
+    """Return the groups of a surface with the nodes inside, by their labels.
+
+    A node inside whose voxel has no label of the body belongs to the group of the nearest node
+    of the surface: a smooth surface passes through voxels outside.
+
+    Args:
+        image: The image.
+        shape: Its surface.
+        inner: Nodes inside [m], numbered after those of the surface, shape (node, 3).
+    """
+    from scipy.spatial import KDTree
+
+    count = len(shape.position)
+    owner = np.full(count, -1)
+    value_of = {name: value for value, name in image.names.items()}
+    for name, nodes in shape.groups.items():
+        owner[nodes] = value_of[name]
+    label = image.labels_at(inner).astype(np.int64)
+    outside = ~np.isin(label, [value_of[name] for name in shape.groups])
+    if outside.any():
+        _, near = KDTree(shape.position).query(inner[outside])
+        label[outside] = owner[near]
+    return {
+        name: np.concatenate([nodes, count + np.flatnonzero(label == value_of[name])])
+        for name, nodes in shape.groups.items()
+    }

@@ -42,7 +42,7 @@ from tissuec.results.polydata import write_type
 from tissuec.results.schema import FRAMES, KINDS, ROOT
 from tissuec.results.shapes import cannot_write
 from tissuec.results.store import LIBVER, describe
-from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.surface_table import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
 
 _COPIES = "/tissuec"

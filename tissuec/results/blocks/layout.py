@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
-from tissuec.results.blocks.instruments import ToolMesh, tool_meshes
+from tissuec.results.blocks.poses import ToolMesh, tool_meshes
 from tissuec.results.mesh import Cells
 from tissuec.results.trajectory import Trajectory
 

@@ -1,4 +1,4 @@
-"""Fields of frames: numbers per node, spring, triangle or cell over time; one small file each.
+"""Fields of frames: numbers per node, spring, triangle or cell over time.
 
 A member is a class that is never instantiated. It says what a field is and computes it during a
 run. Everything else goes over the family: the columns of files and their size, arrays in

@@ -1,16 +1,19 @@
-"""Which instruments are seen, and where each is at every moment of a run."""
+"""Which instruments are seen, and where each is: solid tools, and what cuts."""
+
+import re
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.model.network import Floats
+from tissuec.core.vectors import norm
+from tissuec.model.network import Floats, Indices, ToolShape
 from tissuec.results.instruments import JET, Course
-from tissuec.results.instruments.cuts import cuts
-from tissuec.results.instruments.grips import grips
+from tissuec.results.instruments.grips import frame_along, free_shaft, grips, shaft_across
 from tissuec.results.instruments.scenery import Scenery
-from tissuec.results.instruments.shafts import frame_along, free_shaft
-from tissuec.results.instruments.solids import tool_solids
 from tissuec.results.moments import Moments
+from tissuec.results.recording import Event
 
 
 def courses(moments: Moments) -> tuple[Course, ...]:
@@ -93,3 +96,136 @@ def _reach(tissue: Floats, tip: Floats, way: Floats, radius: float) -> float:
     aside = np.linalg.norm(tissue - tip - ahead[:, None] * way, axis=1)
     met = ahead[(ahead > radius) & (aside < 3.0 * radius + 0.1 * ahead)]
     return float(met.min()) if len(met) else 20.0 * radius
+
+
+_TUBE = 0.3  # of the size of the bodies: how much of a nozzle is seen
+_PLATE = 0.7  # of that size: half a side of the part of a plane that is seen
+
+
+def tool_solids(scenery: Scenery) -> Iterator[Course]:
+    """Yield the shapes of all tools, in the order of the network."""
+    points, first = scenery.moments.tools(), 0
+    if not points.shape[1]:
+        return
+    for tool in scenery.moments.trajectory.network.tools:
+        for shape in tool.shapes:
+            yield _shape(scenery, tool.name, shape, points[:, first : first + 2])
+            first += 2
+
+
+def _shape(scenery: Scenery, name: str, shape: ToolShape, points: Floats) -> Course:
+    """Return a shape at every moment.
+
+    Args:
+        scenery: Where.
+        name: Of the tool.
+        shape: What its points carry.
+        points: [m], shape (row, 2, 3).
+    """
+    way = points[:, 1] - points[:, 0]
+    length = norm(way)
+    axis = np.where(length[:, None] > 0.0, way, [0.0, 0.0, 1.0])
+    axis = axis / norm(axis)[:, None]
+    origin, size, setting = points[:, 0], shape.radius, length
+    if shape.kind == "opening":  # its tube leads back from where the fluid leaves it
+        axis, setting = -axis, np.full(len(points), _TUBE * scenery.size)
+    if shape.kind == "plane":
+        size = _PLATE * scenery.size
+        middle = np.stack([_middle(scenery, row) for row in range(len(points))])
+        origin = middle - ((middle - origin) * axis).sum(axis=1, keepdims=True) * axis
+    axes = np.stack([frame_along(one) for one in axis])
+    always = (float(scenery.moments.times[0]), np.inf)
+    return Course(shape.kind, name, size, always, origin, axes, setting / size)
+
+
+def _middle(scenery: Scenery, row: int) -> Floats:
+    tissue = scenery.tissue(row)
+    return np.asarray((tissue.max(axis=0) + tissue.min(axis=0)) / 2.0)
+
+
+_OPEN, _AFTER, _ALONG = 0.35, 0.2, 0.15  # [rad]: of each blade before, after and during a cut
+_SPAN = 1.6  # units of tissue between blades
+_AWAY = 1.5  # units that blades draw back by
+_NEXT = "along|through|facing|from|to|by|using"  # what may follow a name
+_WITH = re.compile(rf'"[^"]*"|\bwith\s+("[^"]*"|[^"]+?)(?=\s+(?:{_NEXT})\b|\s+\(|$)')
+
+
+def cuts(scenery: Scenery) -> Iterator[Course]:
+    """Yield an instrument for each sentence that cuts."""
+    cut = (one for one in scenery.moments.trajectory.events if one.kind == "cut")
+    events = [one for one in cut if len(_ends(scenery, one))]
+    for _, same in groupby(events, key=lambda one: one.place):
+        yield _cut(scenery, list(same))
+
+
+def _normal(places: Floats, ways: Floats) -> Floats:
+    """Return the normal of a cut: springs lead across it, and their middles hardly spread.
+
+    Of all springs, each taken in the direction that it has across the cut, the mean leads
+    straight across; which directions these are is found from each axis of space.
+
+    Args:
+        places: Middles of the springs [m], shape (spring, 3).
+        ways: From one end of each to the other [m], shape (spring, 3).
+    """
+    found: list[tuple[float, Floats]] = []
+    for normal in np.eye(3):
+        for _ in range(10):
+            mean = (np.where(ways @ normal < 0.0, -1.0, 1.0)[:, None] * ways).mean(axis=0)
+            normal = mean / np.linalg.norm(mean)
+        across = float(np.median(np.abs(ways @ normal)))
+        found.append((across / (float((places @ normal).std()) + 0.1 * across), normal))
+    return max(found, key=lambda one: one[0])[1]
+
+
+def _ends(scenery: Scenery, event: Event) -> Indices:
+    """Return the rows in frames of the ends of the springs that are cut, shape (spring, 2)."""
+    trajectory = scenery.moments.trajectory
+    return trajectory.ends[np.isin(trajectory.springs, event.springs)]
+
+
+def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
+    """Return the blades of one cut, which may go on through several events."""
+    moments = scenery.moments
+    places: list[Floats] = []
+    ways: list[Floats] = []
+    for event in events:
+        position = moments.vectors_in("position", scenery.row(event.time))
+        first, second = (position[one] for one in _ends(scenery, event).T)
+        places.append((first + second) / 2.0)
+        ways.append(second - first)
+    every, way = np.concatenate(places), np.concatenate(ways)
+    axis = _normal(every, way)
+    middle = (every.max(axis=0) + every.min(axis=0)) / 2.0
+    scissors = scissors_of(events[0].cause)
+    tissue = scenery.tissue(scenery.row(events[0].time))
+    shaft = shaft_across(axis, middle, tissue, scenery.shaft(scissors))
+    axes = np.stack([np.cross(axis, shaft), axis, shaft])
+    spans = np.ptp(every @ axes.T, axis=0)
+    time = np.array([event.time for event in events])
+    times = moments.times
+    points = np.stack([one.mean(axis=0) for one in places]) if len(events) > 1 else middle[None]
+    origin = np.stack([np.interp(times, time, points[:, k]) for k in range(3)], axis=1)
+    before = np.clip((time[0] - times) / scenery.pause, 0.0, 1.0)
+    after = np.clip((times - time[-1]) / scenery.pause, 0.0, 1.0)
+    length = max(spans[0], spans[2]) / _SPAN / (1 if len(events) == 1 else 3)
+    unit = scenery.unit(length, scissors)
+    setting = np.zeros(len(times))
+    if scissors:
+        during = (before == 0.0) & (after == 0.0) & (len(events) > 1)
+        setting = _OPEN * before + _AFTER * after + _ALONG * during * (times < time[-1])
+    else:  # its edge is drawn through the surface of the tissue
+        origin = origin + shaft * (float((every @ shaft).max()) - origin @ shaft)[:, None]
+        if len(events) == 1:
+            origin = origin + axes[0] * (spans[0] * (0.5 - before))[:, None]
+    origin = origin + shaft * (_AWAY * unit * after)[:, None]
+    life = (time[0] - scenery.pause, time[-1] + scenery.pause)
+    seen = np.broadcast_to(axes, (len(times), 3, 3))
+    kind = "scissors" if scissors else "scalpel"
+    return Course(kind, scissors, unit, life, origin, seen, setting)
+
+
+def scissors_of(sentence: str) -> str:
+    """Return the name of the scissors that a sentence cuts with; "" without."""
+    names = (found[1] for found in _WITH.finditer(sentence))
+    return next((name.strip('"') for name in names if name), "")

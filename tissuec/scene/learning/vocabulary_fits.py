@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Source, Span
-from tissuec.fuzzy.axis import OutOfRange
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
+from tissuec.fuzzy.scale import OutOfRange
 from tissuec.lang import syntax as s
 from tissuec.scene.learning.entries import LearnSettings
 from tissuec.scene.learning.items import LearnItems

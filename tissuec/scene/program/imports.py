@@ -8,10 +8,10 @@ from typing import Self
 
 from msgspec import Struct
 
+from tissuec.core.data import printable
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.files import read_bytes
 from tissuec.core.hints import Edit, Hint, nearby_file
-from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise

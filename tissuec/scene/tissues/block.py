@@ -11,7 +11,7 @@ from tissuec.core.errors import Note
 from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
 from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene.model import (

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from tissuec.core.errors import Note
-from tissuec.fuzzy.inference_results import Firing, Inference, NoRule
+from tissuec.fuzzy.rulebase import Firing, Inference, NoRule
 from tissuec.scene.model import AssignedQuantity, Fired
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.idle_words import Answers

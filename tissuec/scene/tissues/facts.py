@@ -1,7 +1,7 @@
 """Facts of tissues: the words and numbers of their properties."""
 
 from tissuec.core.hints import Hint, proposal
-from tissuec.fuzzy.axis import OutOfRange
+from tissuec.fuzzy.scale import OutOfRange
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
 from tissuec.scene.model import PropertyFact

@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.fuzzy.inference_results import Inference, NoRule
+from tissuec.fuzzy.rulebase import Inference, NoRule
 from tissuec.lang import syntax as s
 from tissuec.scene.model import AssignedQuantity, PropertyFact
 from tissuec.scene.reading.findings import Findings

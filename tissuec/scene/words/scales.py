@@ -8,10 +8,8 @@ from tissuec.core.errors import Note
 from tissuec.core.hints import alternatives, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, Dimension, describe, show
-from tissuec.fuzzy.axis import Axis
-from tissuec.fuzzy.piecewise import points, trapezoid, triangle
-from tissuec.fuzzy.scale import Plateau, Scale, evenly, gaps, plateaus, shaped
-from tissuec.fuzzy.sets import Gaussian, Shape
+from tissuec.fuzzy.scale import Axis, Plateau, Scale, evenly, gaps, plateaus, shaped
+from tissuec.fuzzy.sets import Gaussian, Shape, points, trapezoid, triangle
 from tissuec.lang import syntax as s
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import by_name, written

@@ -1,4 +1,4 @@
-"""Measures: quantities that can be logged, expected or waited for; one small file each.
+"""Measures: quantities that can be logged, expected or waited for.
 
 A member is a class that is never instantiated. Its ``sample`` takes a snapshot that may be a
 batch of samples, and its docstring is what the reference says about it.

@@ -1,9 +1,14 @@
-"""Common code of measures of the stress of elements."""
+"""Stress of elements, its largest and smallest principal values, and permanent strain."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
+from tissuec.core import units
+from tissuec.mechanics.deformation import COMPONENTS, six, symmetric, von_mises
 from tissuec.model.network import Floats
-from tissuec.script.measures import Subject
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.common import DirectedMeasure, ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
@@ -29,3 +34,113 @@ def mean_stress(subject: Subject, snapshot: Snapshot) -> Floats:
             drawn = float(share[own].sum())
         volume += drawn
     return (total / (volume or 1.0)).reshape(*times, 3, 3)
+
+
+#: What the components are called.
+STRESS_COLUMNS = tuple("xyz"[i] + "xyz"[j] for i, j in COMPONENTS)
+
+
+@MEASURES.member("stress")
+class Stress(DirectedMeasure):
+    """The mean Cauchy stress around the nodes of A, without its viscous part.
+
+    Nodes count by the volume of the elements around them. In conditions, it is the equivalent
+    stress of von Mises; `along (x, y, z)` selects the normal stress in that direction, which
+    is negative in compression. Logs contain the components xx, yy, zz, xy, yz and xz. It is 0
+    where all elements were cut.
+    """
+
+    form = "stress(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "solid"
+
+    @staticmethod
+    def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
+        return STRESS_COLUMNS
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        return six(mean_stress(subjects[0], snapshot))
+
+    @staticmethod
+    def value(sample: Floats) -> Floats:
+        return von_mises(sample)
+
+    @staticmethod
+    def along(sample: Floats, direction: Floats) -> Floats:
+        return np.einsum("...ij,i,j->...", symmetric(sample), direction, direction)
+
+
+@MEASURES.member("largest principal stress")
+class LargestPrincipalStress(ScalarMeasure):
+    """The largest principal value of the mean Cauchy stress around the nodes of A.
+
+    That is the largest normal stress in any direction; it is negative where A is compressed in
+    all directions. See `stress(A)`.
+    """
+
+    form = "largest principal stress(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "solid"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        principal = np.linalg.eigvalsh(mean_stress(subjects[0], snapshot))
+        return one_column(principal[..., -1], snapshot)
+
+
+@MEASURES.member("smallest principal stress")
+class SmallestPrincipalStress(ScalarMeasure):
+    """The smallest principal value of the mean Cauchy stress around the nodes of A.
+
+    That is the smallest normal stress in any direction, negative where A is compressed in any.
+    See `stress(A)`.
+    """
+
+    form = "smallest principal stress(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "solid"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        principal = np.linalg.eigvalsh(mean_stress(subjects[0], snapshot))
+        return one_column(principal[..., 0], snapshot)
+
+
+@MEASURES.member("plastic strain")
+class PlasticStrain(ScalarMeasure):
+    """The largest plastic strain at the nodes of A, each averaged over the elements around it.
+
+    It is the equivalent logarithmic strain √(2/3) |log U| of the plastic deformation: for a
+    bar, the logarithm of its unloaded length over its drawn length. It is 0 where nothing
+    yields.
+    """
+
+    form = "plastic strain(A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "solid"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
+        own = plastic_strains(snapshot)[..., nodes]
+        return one_column(own.max(axis=-1, initial=0.0), snapshot)
+
+
+def plastic_strains(snapshot: Snapshot) -> Floats:
+    """Return the mean plastic strain around each node, dimensionless, shape (…, node)."""
+    velocity = snapshot.velocity.reshape(-1, *snapshot.velocity.shape[-2:])
+    found = np.zeros(velocity.shape[:2])
+    for row, speeds in zip(found, velocity, strict=True):
+        volume = np.zeros_like(row)
+        for field in snapshot.state.elements:
+            for _, own in field.intact(snapshot.state.alive).in_blocks():
+                strain, share = own.plastic_shares(speeds)
+                np.add.at(row, own.nodes, strain)
+                np.add.at(volume, own.nodes, share)
+        row /= np.where(volume > 0.0, volume, 1.0)
+    return found.reshape(snapshot.velocity.shape[:-1])

@@ -1,4 +1,4 @@
-"""Kinds of tools: one file each, with its entries and the shapes that it touches with.
+"""Kinds of tools, each with its entries and the shapes that it touches with.
 
 A member is a ``Struct`` whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
 move rigidly with the tool, except that jaws may close.

@@ -1,4 +1,4 @@
-"""Forceps: two jaws, or a grip on nodes by name."""
+"""Tools that grasp or cut: forceps with two jaws, clamps, needles and scissors."""
 
 from typing import ClassVar
 
@@ -49,3 +49,25 @@ class Forceps(NamedTool, frozen=True, eq=False):
             capsule(*self.upper, self.radius, "upper jaw"),
             capsule(*self.lower, self.radius, "lower jaw"),
         )
+
+
+@TOOLS.member("clamp")
+class Clamp(NamedTool, frozen=True, eq=False):
+    """A clamp that locks, such as a haemostat; ``grasp`` names the nodes that it holds."""
+
+    grasps: ClassVar[bool] = True
+
+
+@TOOLS.member("needle")
+class Needle(NamedTool, frozen=True, eq=False):
+    """A curved needle; ``grasp`` names the end of the thread that it pulls.
+
+    It has no shape and pierces nothing: it moves the nodes that it holds.
+    """
+
+    grasps: ClassVar[bool] = True
+
+
+@TOOLS.member("scissors")
+class Scissors(NamedTool, frozen=True, eq=False):
+    """Blades without a shape; the sentence ``cut … with`` says where they cut."""

@@ -1,8 +1,13 @@
-"""A probe: a sphere or a rounded rod."""
+"""Tools that press: a sphere or rounded rod, a hook, and a plane."""
+
+from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 
-from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
+from tissuec.core import units
+from tissuec.core.fields import Length, Point, Points, PointsIfAny, Position, PositionIfAny
+from tissuec.model.network import Floats
 from tissuec.script.tools import TOOLS, HandTool, Shape, capsule
 
 
@@ -38,3 +43,56 @@ class Probe(HandTool, frozen=True, eq=False):
             return (capsule(*self.axis, self.radius),)
         assert self.centre is not None
         return (capsule(self.centre, self.centre, self.radius),)
+
+
+@TOOLS.member("hook")
+class Hook(Struct, frozen=True, eq=False):
+    """A round shaft with a bend at its end, which leads to a tip and may bend once more.
+
+    Attributes:
+        radius: radius of shaft, bend and tip
+        shaft: line from the handle to the bend
+        bend: end of the part beyond the bend
+        tip: end of the tip, if the hook bends back
+    """
+
+    radius: Length
+    shaft: Points
+    bend: Position
+    tip: PositionIfAny = None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        handle, corner = self.shaft
+        parts = [
+            capsule(handle, corner, self.radius, "shaft"),
+            capsule(corner, self.bend, self.radius, "bend"),
+        ]
+        if self.tip is not None:
+            parts.append(capsule(self.bend, self.tip, self.radius, "tip"))
+        return tuple(parts)
+
+
+@TOOLS.member("plane")
+class Plane(Struct, frozen=True, eq=False):
+    """An infinite plane; nodes stay on the side to which the normal points.
+
+    Attributes:
+        point: any point of the plane
+        normal: direction at right angles to the plane, towards the side of the nodes
+    """
+
+    point: Position
+    normal: Annotated[Floats, Point(units.NUMBER)]
+
+    def shapes(self) -> tuple[Shape, ...]:
+        """Return the plane.
+
+        Raises:
+            ValueError: The normal is zero.
+        """
+        length = float(np.linalg.norm(self.normal))
+        if not length > 0.0:
+            raise ValueError('"normal" cannot be (0, 0, 0)')
+        # A step of one metre would lose digits in small scenes; its length does not matter.
+        ahead = self.normal / length * max(float(np.abs(self.point).max()), 1e-3)
+        return (Shape("plane", np.array([self.point, self.point + ahead])),)

@@ -1,4 +1,4 @@
-"""Verbs of the script: one file each, with the parts and the action of its sentences.
+"""Verbs of the script, each with the parts and the action of its sentences.
 
 A verb is a class registered by its word. The annotations of its fields declare the parts of
 a sentence (``script.parts``), from which the compiler makes a frozen action that holds network

@@ -1,4 +1,4 @@
-"""Relative motion of the jaws of forceps."""
+"""``open`` and ``close``: relative motion of the jaws of forceps."""
 
 import re
 from typing import Annotated, ClassVar
@@ -13,7 +13,15 @@ from tissuec.model.network import Network, ToolPart
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import MOVING, Lasting, NumberClause, ToolClause
-from tissuec.script.verbs import Action, ActionFailed, EventQueue, LoggedEvent, Mover, Order
+from tissuec.script.verbs import (
+    VERBS,
+    Action,
+    ActionFailed,
+    EventQueue,
+    LoggedEvent,
+    Mover,
+    Order,
+)
 from tissuec.script.verbs.holding import JawsMoved, sentence
 from tissuec.script.verbs.motion import EndMotion, schedule, set_off
 
@@ -104,3 +112,27 @@ def _turned_round(order: Order) -> list[Edit]:
 def _forceps(network: Network, tool: str) -> ToolPart | None:
     """Return the tool of a name, if it has a shape."""
     return next((part for part in network.tools if part.name == tool), None)
+
+
+@VERBS.member("open")
+class Open(JawMotion, frozen=True):
+    """Opens the jaws of forceps by a length; each jaw moves by half of it.
+
+    The forceps must not be moved as a whole at the same time. Tissue between the jaws is held
+    only by friction, and slips when the pull exceeds it. The forces on the jaws are contact
+    forces.
+    """
+
+    apart: ClassVar[bool] = True
+
+
+@VERBS.member("close")
+class Close(JawMotion, frozen=True):
+    """Closes the jaws of forceps by a length; each jaw moves by half of it.
+
+    The forceps must not be moved as a whole at the same time. Tissue between the jaws is held
+    only by friction, and slips when the pull exceeds it. The forces on the jaws are contact
+    forces.
+    """
+
+    apart: ClassVar[bool] = False

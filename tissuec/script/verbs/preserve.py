@@ -15,7 +15,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
-from tissuec.script.measures.enclosed import capped_surface_of
+from tissuec.script.measures.volumes import capped_surface_of
 from tissuec.script.parts import (
     BODY,
     CHANGING,

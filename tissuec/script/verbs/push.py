@@ -87,3 +87,10 @@ def stop_pushing(state: State, group: str) -> bool:
     for load in loads:
         del state.loads[load]
     return bool(loads)
+
+
+@VERBS.member("pull")
+class Pull(Push, frozen=True):
+    """Applies an external force to nodes, exactly as ``push`` does."""
+
+    meant: ClassVar[str] = ""

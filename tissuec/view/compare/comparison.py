@@ -11,11 +11,15 @@ from tissuec.model.network import Indices
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.compare.curves import Curves, compare_curves
 from tissuec.view.compare.events import EventComparison, compare_events
-from tissuec.view.compare.forces import FORCE, compare_forces, forces_alone
-from tissuec.view.compare.matching import MatchedIndices, match_nodes, match_springs
+from tissuec.view.compare.matching import MatchedIndices, SideParts, match_nodes, match_springs
 from tissuec.view.compare.motion import MotionDifference, compare_motions
-from tissuec.view.compare.parameters import QuantityDifference, compare_parameters
-from tissuec.view.compare.places import SideParts
+from tissuec.view.compare.parameters import (
+    FORCE,
+    QuantityDifference,
+    compare_forces,
+    compare_parameters,
+    forces_alone,
+)
 from tissuec.view.compare.sides import Side
 from tissuec.view.compare.texts import TextDifference, changed_files, compare_texts
 

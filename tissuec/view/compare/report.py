@@ -19,10 +19,9 @@ from tissuec.core.units import (
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
 from tissuec.view.compare.curves import Curves, LogDifference
 from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
-from tissuec.view.compare.forces import FORCE
+from tissuec.view.compare.matching import SideParts
 from tissuec.view.compare.motion import MotionDifference
-from tissuec.view.compare.parameters import QuantityDifference, SourcePlace, shortened
-from tissuec.view.compare.places import SideParts
+from tissuec.view.compare.parameters import FORCE, QuantityDifference, SourcePlace, shortened
 from tissuec.view.compare.sides import Side
 from tissuec.view.compare.texts import TextDifference
 

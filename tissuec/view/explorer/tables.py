@@ -1,7 +1,7 @@
 """A vocabulary as plain data: the tables from which ``inference.js`` infers as Python does.
 
 Sets are numbered, equal ones once: the page distinguishes words as a rule base does. All
-coordinates are those of the scale (see :mod:`tissuec.fuzzy.axis`), all values are in SI units.
+coordinates are those of the scale (see :mod:`tissuec.fuzzy.scale`), all values are in SI units.
 """
 
 import re
@@ -14,10 +14,10 @@ from tissuec.core.data import as_data
 from tissuec.core.prefixes import shown_units
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS, Dimension, describe, parse_unit, si_unit
-from tissuec.fuzzy import conditions as c
-from tissuec.fuzzy.axis import Axis
+from tissuec.fuzzy import rules as c
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.fuzzy.rules import ConcludedQuantity
+from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import FAINTEST, NEGLIGIBLE, REACH, AnyShape, Gaussian, Powered, Word
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk

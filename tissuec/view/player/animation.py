@@ -12,7 +12,7 @@ import numpy as np
 from tissuec.core.errors import TissueError
 from tissuec.core.files import replacing
 from tissuec.model.network import Floats
-from tissuec.view.player.pace import pace
+from tissuec.view.player.facts import pace
 from tissuec.view.player.picture import Painter
 
 GIF_RATE, VIDEO_RATE = 20, 30  # pictures in a second

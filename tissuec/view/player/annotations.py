@@ -9,16 +9,12 @@ from numpy.typing import NDArray
 from tissuec.core import palette
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of, snapped
 from tissuec.view.player.camera import Camera
-from tissuec.view.player.facts import thinning
-from tissuec.view.player.field_colours import shades_of
-from tissuec.view.player.film import Resultant
-from tissuec.view.player.moment import position_at
-from tissuec.view.player.node_values import FieldValues
+from tissuec.view.player.facts import near, thinning
+from tissuec.view.player.film import Resultant, position_at
+from tissuec.view.player.node_values import FieldValues, shades_of
 from tissuec.view.player.options import Colour
-from tissuec.view.player.pace import near
 from tissuec.view.player.picture_setting import PictureSetting
-from tissuec.view.player.rules import RULES
-from tissuec.view.player.strokes import ramp
+from tissuec.view.player.rules import RULES, ramp
 
 Box = tuple[float, float, float, float]
 """Left, bottom, right and top [px]."""

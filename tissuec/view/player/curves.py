@@ -1,11 +1,21 @@
-"""Logs and energies as curves that are small enough for a page."""
+"""What a page shows over time: curves, quantities against one another, marks of events."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.errors import counted
 from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats, Indices
+from tissuec.results.recording import AXES, TENSOR, Event, concerned
 from tissuec.results.trajectory import Log, Trajectory
+from tissuec.view.plots.logs import is_place
+from tissuec.view.plots.quantities import PLACE, WAY, quantity, unit_of
+
+if TYPE_CHECKING:
+    from tissuec.model.network import Network
 
 MOST_MOMENTS = 1200  # of a curve: more than a chart has columns of pixels
 _MOST_COLUMNS = 60
@@ -74,3 +84,160 @@ def outline(value: Floats, most: int = MOST_MOMENTS) -> Indices:
         np.concatenate([[0, rows - 1], low.ravel(), high.ravel(), edges, edges + 1])
     )
     return kept[kept < rows]
+
+
+#: What a curve shows first, by what its name contains.
+_UP, _ACROSS = ("force of ", "pressure of ", "tension of "), (WAY, "volume of ", "length of ")
+
+
+class OfferedQuantity(Struct, frozen=True):
+    """A quantity of a menu.
+
+    Attributes:
+        name: As ``tissuec plot --x`` takes it.
+        curve: Number of its curve.
+        columns: Of it: one, or the components of a magnitude; none of times.
+        is_displacement: Whether the first value is taken off.
+        scale: The unit in which it is shown.
+        extent: From its smallest to its largest value [SI unit].
+    """
+
+    name: str
+    curve: int
+    columns: tuple[int, ...]
+    is_displacement: bool
+    scale: AxisUnit
+    extent: float
+
+
+def read_quantities(trajectory: Trajectory) -> list[OfferedQuantity]:
+    """Return all quantities of a result, and time in front of them."""
+    logs = [log for log in trajectory.logs.values() if log.columns]
+    if not logs:
+        return []
+    longest = max(range(len(logs)), key=lambda number: len(logs[number].time))
+    found = [OfferedQuantity("time", longest, (), False, trajectory.clock, 0.0)]
+    for number, log in enumerate(logs):
+        if len(log.time):
+            for name, columns, is_displacement in _named(log):
+                logged = quantity(trajectory, name)
+                known = logged.value[np.isfinite(logged.value)]
+                extent = float(np.ptp(known)) if len(known) else 0.0
+                found.append(
+                    OfferedQuantity(
+                        name, number, columns, is_displacement, unit_of([logged]), extent
+                    )
+                )
+    return found
+
+
+def first_pair(quantities: Sequence[OfferedQuantity]) -> tuple[int, int]:
+    """Return the numbers of what is shown first, upwards and across: a force over a way."""
+
+    def first(starts: Sequence[str], avoided: int) -> int:
+        for start in starts:
+            fitting = [
+                number
+                for number, one in enumerate(quantities)
+                if one.name.startswith(start) and number != avoided
+            ]
+            if fitting:  # along the axis along which most happens
+                return max(fitting, key=lambda number: quantities[number].extent)
+        return 0
+
+    across = first(_ACROSS, -1)
+    others = (number for number in reversed(range(len(quantities))) if number != across)
+    return first(_UP, across) or next(others, 0), across
+
+
+def _named(log: Log) -> Iterator[tuple[str, tuple[int, ...], bool]]:
+    """Yield names, columns, and whether these are displacements."""
+    if len(log.columns) == 1:
+        yield log.name, (0,), False
+    if log.columns == TENSOR:  # normal stresses
+        yield from ((f"{log.name} along {axis}", (k,), False) for k, axis in enumerate(AXES))
+    if log.columns != AXES:
+        return
+    every = tuple(range(len(AXES)))
+    if is_place(log.name):
+        way = WAY + log.name.removeprefix(PLACE)
+        yield from ((f"{way} along {axis}", (k,), True) for k, axis in enumerate(AXES))
+        yield f"magnitude of {way}", every, True
+    else:
+        yield f"magnitude of {log.name}", every, False
+    yield from ((f"{log.name} along {axis}", (k,), False) for k, axis in enumerate(AXES))
+
+
+#: Shape of the mark -> kinds of events; kinds that are not listed get a ring.
+SIGNS = {
+    "cross": ("cut",),
+    "bolt": ("rupture", "crush"),
+    "square": ("fix", "hold", "grasp", "seize", "pinch", "close", "preserve"),
+    "hollow": ("free", "release", "open", "leak"),
+    "arrow": (
+        "move",
+        "turn",
+        "push",
+        "press",
+        "stroke",
+        "tighten",
+        "inflate",
+        "irrigate",
+        "settle",
+    ),
+    "diamond": ("tie", "slip"),
+    "bar": ("end", "end the run", "stop"),
+    "dot": ("trigger", "note", "change"),
+}
+BREAKING = {"rupture": "ruptured", "crush": "crushed"}
+_MOST = 200
+
+
+class Mark(Struct, frozen=True):
+    """A mark on the timeline.
+
+    Attributes:
+        time: [s].
+        kind: One word, such as "cut".
+        sign: Name of its shape.
+        text: What happened, as a sentence.
+    """
+
+    time: float
+    kind: str
+    sign: str
+    text: str
+
+
+def marks(events: Iterable[Event], duration: float, network: "Network") -> list[Mark]:
+    """Return marks in order; springs or elements that break nearly together are one of them.
+
+    Args:
+        events: In the order of time.
+        duration: Of the run [s].
+        network: The network.
+    """
+    found: list[tuple[Event, int, str]] = []
+    for event in events:
+        many, what = concerned(event.springs, network)
+        last = found[-1][0] if found else None
+        if (
+            last is not None
+            and (last.kind, found[-1][2]) == (event.kind, what)
+            and event.kind in BREAKING
+            and event.time - last.time < duration / _MOST
+        ):
+            found[-1] = last, found[-1][1] + many, what
+        else:
+            found.append((event, many, what))
+    return [_mark(*one) for one in found]
+
+
+def _mark(event: Event, many: int, what: str) -> Mark:
+    sign = next((sign for sign, kinds in SIGNS.items() if event.kind in kinds), "ring")
+    text = event.cause
+    if event.kind in BREAKING:
+        text = f"{counted(many, what)} {BREAKING[event.kind]}"
+    elif event.kind == "cut":
+        text = f"{text}: {counted(many, what)}"
+    return Mark(event.time, event.kind, sign, text)

@@ -141,7 +141,7 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
         )
         if not springs or not (is_filled or any(map(_WALLS.search, texts))):
             return None, ""
-        from tissuec.analysis.result_anatomy import anatomy_of_result
+        from tissuec.analysis.result_scene import anatomy_of_result
 
         try:
             return anatomy_of_result(self.trajectory)

@@ -1,11 +1,12 @@
-"""Facts about a run as text on the page."""
+"""Facts about a run as text on the page, and its playback speed."""
 
 import re
+from math import floor, log10
 from typing import Any
 
-from tissuec.core.printable import printable
+from tissuec.core.data import printable
 from tissuec.results.manifest import credits as credits_of
-from tissuec.results.stepping import stepping
+from tissuec.results.promise import stepping
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import PlayerData
 
@@ -66,3 +67,23 @@ def thinning(film: PlayerData) -> str:
         f"drawn: {film.node_count} of {nodes} nodes; {len(film.lines.ends)} lines represent "
         f"{springs} springs"
     )
+
+
+_SHORTEST, _LONGEST, _USUAL = 1.5, 12.0, 6.0  # [s] of showing
+
+
+def pace(duration: float) -> float:
+    """Return how much simulated time passes in a second of showing.
+
+    1 where that takes neither too long nor too little, otherwise the nearest of 1, 2, 5, 10, …
+    """
+    if _SHORTEST <= duration <= _LONGEST or not duration > 0.0:
+        return 1.0
+    return near(duration / _USUAL)
+
+
+def near(value: float) -> float:
+    """Return the nearest of …, 0.5, 1, 2, 5, 10, … to a number above zero."""
+    power = 10.0 ** floor(log10(value))
+    steps = (1.0, 2.0, 5.0, 10.0)
+    return float(f"{min(steps, key=lambda step: abs(log10(step * power / value))) * power:.0e}")

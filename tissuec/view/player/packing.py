@@ -1,4 +1,4 @@
-"""Arrays for a page: quantised, as differences, deflated.
+"""Contents of a page: arrays, which are quantised and deflated, fields, and names of nodes.
 
 An array is rounded to whole steps of a stated size, replaced by its differences from frame to
 frame, of the order that deflates best, and written low bytes first. What the page reads back is
@@ -12,6 +12,12 @@ from typing import Any
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
+
+from tissuec.model.network import Indices
+from tissuec.view.player.drawn_nodes import DrawnNodes
+from tissuec.view.player.fields import TISSUE
+from tissuec.view.player.node_values import FieldValues, read_fields
+from tissuec.view.player.tints import written_tissue
 
 ORDERS = (0, 1, 2)
 _FINE = 65535  # steps
@@ -139,3 +145,87 @@ def even(values: NDArray[Any], most: float, steps: int) -> NDArray[np.int64]:
         steps: Largest whole number.
     """
     return np.rint(np.clip(values / (most or 1.0), -1.0, 1.0) * steps).astype(np.int64)
+
+
+_COLOURS = 1000  # steps of the range of colours
+_LEVELS = 65533  # of all numbers; one more number means unknown
+
+
+def pack_fields(
+    nodes: DrawnNodes, chosen: FieldValues | None, pack: Pack, scale: Quantization
+) -> dict[str, Any]:
+    """Put fields into a pack, and return what pages have to know of them.
+
+    Args:
+        nodes: Of the film.
+        chosen: The field that is shown first; None for the tissues.
+        pack: Takes the arrays.
+        scale: The steps of positions.
+    """
+    pack.add("home", scale.steps(nodes.drawn).T[None])
+    return {
+        "fields": [_described(values, pack) for values in read_fields(nodes, chosen)],
+        "field": TISSUE if chosen is None else chosen.field.name,
+        "noStress": nodes.unknown_stress,
+    }
+
+
+def _described(values: FieldValues, pack: Pack) -> dict[str, Any]:
+    field, step = values.field, 0.0
+    if not field.derived:
+        numbers, step = levels(values)
+        pack.add(f"field {field.name}", numbers)
+    return {
+        "name": field.name,
+        "about": field.text,
+        "shown": (float(f"1e{values.scale.power}"), values.scale.unit),
+        "range": (values.low, values.high),
+        "usual": values.usual,
+        "extent": (values.least, values.most),
+        "step": step,
+    }
+
+
+def levels(values: FieldValues) -> tuple[NDArray[np.int64], float]:
+    """Return values as whole numbers of steps, shape (row, node), and the step in their unit.
+
+    The least number is 1, and unknown ones are 0. A thousandth of the range of colours is a
+    step, unless there would be too many.
+    """
+    size = max(abs(values.low), abs(values.high))
+    step = max(size / _COLOURS, (values.most - values.least) / _LEVELS)
+    steps = np.where(np.isnan(values.value), -1.0, (values.value - values.least) / step)
+    return np.rint(steps).astype(np.int64) + 1, step
+
+
+def pack_node_facts(nodes: DrawnNodes, pack: Pack) -> dict[str, Any]:
+    """Put ids and regions of nodes into a pack, and return the names of bodies and regions.
+
+    Args:
+        nodes: Of the film.
+        pack: Takes the arrays.
+    """
+    trajectory, numbers = nodes.trajectory, nodes.film.numbers
+    groups = [one for one in trajectory.groups if one.body and one.what == "nodes"]
+    region: Indices = np.zeros(trajectory.network.node_count, dtype=np.int64)
+    for number, group in enumerate(groups, start=1):
+        region[group.indices] = number
+    pack.add("ids", trajectory.network.node_ids[numbers][None])
+    pack.add("region", region[numbers][None])
+    return {
+        "bodies": [
+            {
+                "name": body.name,
+                "from": int(np.searchsorted(numbers, int(body.nodes.start))),
+                "tissue": str(written_tissue(trajectory, body.name).get("name", "")),
+            }
+            for body in trajectory.network.bodies
+        ],
+        "regions": [
+            {
+                "name": one.name,
+                "tissue": str(written_tissue(trajectory, one.body, one.name).get("name", "")),
+            }
+            for one in groups
+        ],
+    }

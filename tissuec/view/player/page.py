@@ -22,18 +22,14 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing
 from tissuec.view.player.cells import MOST_NODES
-from tissuec.view.player.curves import LogCurve, read_curves
+from tissuec.view.player.curves import LogCurve, first_pair, marks, read_curves, read_quantities
 from tissuec.view.player.drawn_nodes import DrawnNodes
-from tissuec.view.player.events import marks
+from tissuec.view.player.facts import pace
 from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
-from tissuec.view.player.node_facts import pack_node_facts
 from tissuec.view.player.node_values import FieldValues, chosen_field
 from tissuec.view.player.options import DEFAULT, Options
-from tissuec.view.player.pace import pace
-from tissuec.view.player.packed_fields import pack_fields
-from tissuec.view.player.packing import Pack, box_scale, even
-from tissuec.view.player.quantities import first_pair, read_quantities
+from tissuec.view.player.packing import Pack, box_scale, even, pack_fields, pack_node_facts
 from tissuec.view.player.reading import read_film
 from tissuec.view.player.rules import RULES, shader_rules
 from tissuec.view.player.still import still

@@ -27,20 +27,21 @@ from tissuec.view.player.bodies import (
     spread,
 )
 from tissuec.view.player.camera import Camera, half_height
-from tissuec.view.player.field_colours import between_rows, field_colours
-from tissuec.view.player.film import Instrument, PlayerData, ToolSolid
+from tissuec.view.player.film import (
+    Instrument,
+    InterpolatedFrame,
+    PlayerData,
+    ToolSolid,
+    surface_at,
+)
 from tissuec.view.player.lifetimes import is_there
-from tissuec.view.player.moment import InterpolatedFrame, surface_at
-from tissuec.view.player.node_values import FieldValues
+from tissuec.view.player.node_values import FieldValues, between_rows, field_colours
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture_setting import PictureSetting
-from tissuec.view.player.projected import ProjectedTriangles
-from tissuec.view.player.rules import RULES
-from tissuec.view.player.shading import Shading
-from tissuec.view.player.strokes import dashed, ramp, rgb
+from tissuec.view.player.rules import RULES, dashed, ramp, rgb
+from tissuec.view.player.shading import ProjectedTriangles, Shading
 from tissuec.view.plots.page import need_matplotlib
-from tissuec.view.section.caps import at_cap, cap, rims
-from tissuec.view.section.film_section import section
+from tissuec.view.section.film_section import at_cap, cap, rims, section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

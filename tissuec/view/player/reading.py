@@ -11,7 +11,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.results.instruments import Course
 from tissuec.results.instruments.courses import courses
 from tissuec.results.moments import Moments, curved, slopes
-from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.surface_table import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.cells import (
     MOST_NODES,
@@ -32,7 +32,7 @@ from tissuec.view.player.film import (
     SurfacePiece,
     ToolSolid,
 )
-from tissuec.view.player.holds import DrawnNet, read_held
+from tissuec.view.player.holds import DrawnNet, read_held, read_pulls
 from tissuec.view.player.lifetimes import (
     FOREVER,
     Lifetimes,
@@ -43,7 +43,6 @@ from tissuec.view.player.lifetimes import (
     sharpened_triangles,
 )
 from tissuec.view.player.options import Options
-from tissuec.view.player.pulls import read_pulls
 from tissuec.view.player.thinning import (
     SpringLines,
     Thinning,

@@ -1,6 +1,6 @@
 """Triangles as a camera sees them, in the light of the page (``web/shared.glsl``)."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -10,13 +10,36 @@ from tissuec.core import palette
 from tissuec.model.network import Floats
 from tissuec.view.player.bodies import TriangleMesh, lit
 from tissuec.view.player.camera import Camera
-from tissuec.view.player.field_colours import field_colours, readable
 from tissuec.view.player.lifetimes import Mask
-from tissuec.view.player.node_values import FieldValues
-from tissuec.view.player.projected import ProjectedTriangles
-from tissuec.view.player.rules import RULES
-from tissuec.view.player.strokes import rgb
+from tissuec.view.player.node_values import FieldValues, field_colours, readable
+from tissuec.view.player.rules import RULES, rgb
+from tissuec.view.section.cross_section import clipped
 from tissuec.view.section.plane import SectionPlane
+
+
+class ProjectedTriangles(NamedTuple):
+    """Triangles as the camera sees them.
+
+    Attributes:
+        corners: To the right, upwards, and to the eye [m], shape (triangle, 3, 3).
+        colour: Of the corners, shape (triangle, 3, 3).
+        opacity: Shape (triangle,).
+    """
+
+    corners: Floats
+    colour: Floats
+    opacity: Floats
+
+    def behind(self, normal: Floats, offset: float) -> "ProjectedTriangles":
+        """Return those parts that are not in front of a plane.
+
+        Args:
+            normal: Of the plane, a unit vector as the camera sees it, shape (3,).
+            offset: Of the plane from the target of the camera, along the normal [m].
+        """
+        height = self.corners @ normal - offset
+        values, of = clipped(np.concatenate([self.corners, self.colour], axis=2), height)
+        return ProjectedTriangles(values[..., :3], values[..., 3:], self.opacity[of])
 
 
 class Shading(Struct, frozen=True, eq=False):

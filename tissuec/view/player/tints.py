@@ -10,7 +10,7 @@ from tissuec.core import palette
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Floats, Indices
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.strokes import rgb
+from tissuec.view.player.rules import rgb
 
 GLOSS = 0.4  # of tissue of which the scene does not say it
 

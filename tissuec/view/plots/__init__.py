@@ -1,4 +1,4 @@
-"""Plots: one kind per file, drawn of results, vocabularies and benches.
+"""Plots: kinds of pictures, drawn of results, vocabularies and benches.
 
 A member is a ``Struct`` whose fields are its options, on the command line as in Python. None of
 them imports matplotlib or opens a file before something is drawn.

@@ -14,15 +14,21 @@ from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
+from tissuec.view.plots.axes import SILENT, told
 from tissuec.view.plots.frame_numbers import FrameNumbers
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
 from tissuec.view.plots.instruments import FrameInstruments
-from tissuec.view.plots.marks import SILENT, told
 from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.projection import Projection, viewpoint
-from tissuec.view.plots.solid import Mask, front_nodes, seen_springs, solid_nodes
+from tissuec.view.plots.projection import (
+    Mask,
+    Projection,
+    front_nodes,
+    seen_springs,
+    solid_nodes,
+    viewpoint,
+)
 from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.section import read_plane
 from tissuec.view.section.plane import SectionPlane

@@ -12,11 +12,10 @@ from tissuec.core.errors import TissueError
 from tissuec.core.scale import AxisUnit, largest_of, scale_of
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats
+from tissuec.view.plots.axes import clusters, mark_events, stagger, whole_decades
 from tissuec.view.plots.curves import above, beside, look, name_curves, thinned, thinned_band
-from tissuec.view.plots.marks import clusters, mark_events, stagger
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
-from tissuec.view.plots.ticks import whole_decades
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D

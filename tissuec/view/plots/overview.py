@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
-from tissuec.results.stepping import stepping
+from tissuec.results.promise import stepping
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.energies import EnergyPlot
 from tissuec.view.plots.frames import FramesPlot

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import Struct, field
 
+from tissuec.core.data import printable
 from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
-from tissuec.core.printable import printable
-from tissuec.view.plots.formats import DPI, FORMATS, metadata, prepared
-from tissuec.view.plots.pgf import write_pgf
+from tissuec.view.plots.formats import DPI, FORMATS, metadata, prepared, write_pgf
 from tissuec.view.plots.styles import STYLES, PlotStyle, drawn_in
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Directions of looking, and the parallel projection of points onto paper."""
+"""Directions of looking, parallel projection onto paper, and the visible side of bodies."""
 
 from collections.abc import Sequence
 from math import cos, radians, sin
@@ -8,7 +8,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.model.network import Floats
+from tissuec.geometry.edges import Edges
+from tissuec.model.network import Floats, Indices, Network
 
 FRONT = -90.0, 0.0  # azimuth and elevation [deg]
 ACROSS, ABOVE = 24.0, 20.0  # [deg]: aslant, so that depth is seen
@@ -86,3 +87,58 @@ def viewpoint(points: Floats, moved: Sequence[Floats] = ()) -> tuple[float, floa
         return _STRAIGHT[flat]
     azimuth = -90.0 - ACROSS if wide >= deep else -ACROSS
     return azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE
+
+
+Mask = NDArray[np.bool_]
+_ASIDE = 1e-9  # cosine to the viewer below which a triangle is seen from its edge
+
+
+def solid_nodes(network: Network) -> Mask:
+    """Return which nodes belong to bodies with nodes inside a closed skin, shape (node,)."""
+    solid = np.zeros(network.node_count, dtype=bool)
+    for body in network.bodies:
+        skin, count = network.skin_of(body), body.nodes.stop - body.nodes.start
+        solid[body.nodes] = len(np.unique(skin)) < count and Edges.among(skin).is_closed
+    return solid
+
+
+def front_nodes(position: Floats, triangles: NDArray[np.integer], view: Projection) -> Mask:
+    """Return which nodes are corners of triangles that face the eye, shape (node,).
+
+    Args:
+        position: [m], shape (node, 3).
+        triangles: The skin, its normals outwards, shape (triangle, 3).
+        view: Direction of the eye.
+    """
+    corners = position[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    in_front = np.zeros(len(position), dtype=bool)
+    facing = normal @ view.towards > _ASIDE * np.linalg.norm(normal, axis=1)
+    in_front[triangles[facing]] = True
+    return in_front
+
+
+def seen_springs(
+    ends: Indices,
+    solid: Mask,
+    position: Floats,
+    triangles: NDArray[np.integer],
+    view: Projection,
+) -> Mask:
+    """Return which springs are drawn, shape (spring,); of solid bodies those on the front side.
+
+    A node on the front side with fewer than two springs in the skin, as in a lattice of caesium
+    chloride, is drawn with all its springs.
+
+    Args:
+        ends: Nodes of each spring, shape (spring, 2).
+        solid: Which nodes belong to solid bodies, shape (node,).
+        position: [m], shape (node, 3).
+        triangles: The skin, its normals outwards, shape (triangle, 3).
+        view: Direction of the eye.
+    """
+    in_front = front_nodes(position, triangles, view)
+    seen = np.asarray((~solid | in_front)[ends].all(axis=1))
+    joins = np.bincount(ends[seen].ravel(), minlength=len(position))
+    alone = solid & in_front & (joins < 2)
+    return seen | alone[ends].any(axis=1)

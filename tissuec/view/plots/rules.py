@@ -15,17 +15,17 @@ from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT, GRID, INK
 from tissuec.core.scale import AxisUnit
 from tissuec.core.units import show
-from tissuec.fuzzy.axis import OutOfRange
-from tissuec.fuzzy.conditions import atoms
 from tissuec.fuzzy.hedges import hedged
-from tissuec.fuzzy.inference_results import Inference
+from tissuec.fuzzy.rulebase import Inference
+from tissuec.fuzzy.rules import atoms
+from tissuec.fuzzy.scale import OutOfRange
 from tissuec.model.network import Floats
 from tissuec.view.plots import PLOTS
+from tissuec.view.plots.axes import plain_ticks
 from tissuec.view.plots.options import Option, reader
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.partition import scale_along
 from tissuec.view.plots.subjects import PlotSubject
-from tissuec.view.plots.ticks import plain_ticks
+from tissuec.view.plots.words import scale_along
 
 if TYPE_CHECKING:
     from tissuec.scene.words.phrases import NamedScale

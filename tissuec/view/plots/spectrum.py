@@ -15,6 +15,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats
 from tissuec.view.plots import PLOTS
+from tissuec.view.plots.axes import log_ticks, whole_decades
 from tissuec.view.plots.curves import above, look
 from tissuec.view.plots.options import Option, Start, Stop, read_time
 from tissuec.view.plots.over_time import Window, say_unfinished
@@ -28,7 +29,6 @@ from tissuec.view.plots.quantities import (
     unit_of,
 )
 from tissuec.view.plots.subjects import PlotSubject
-from tissuec.view.plots.ticks import log_ticks, whole_decades
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D

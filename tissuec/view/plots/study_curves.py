@@ -18,8 +18,7 @@ from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside, look
 from tissuec.view.plots.options import Option
 from tissuec.view.plots.page import Canvas
-from tissuec.view.plots.study_axes import FactorAxis, factor_of
-from tissuec.view.plots.study_plot import Panels, StudyPlot, left_out
+from tissuec.view.plots.study_plot import FactorAxis, Panels, StudyPlot, factor_of, left_out
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes

@@ -9,8 +9,8 @@ from tissuec.core.report import holding
 from tissuec.core.units import TIME, show
 from tissuec.model.net_size import NetSize
 from tissuec.results.manifest import credits
+from tissuec.results.promise import stepping
 from tissuec.results.recording import springs_of_events
-from tissuec.results.stepping import stepping
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, link
 

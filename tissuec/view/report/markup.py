@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from msgspec import Struct
 
-from tissuec.core.printable import printable
+from tissuec.core.data import printable
 from tissuec.core.report import Fact, FactTable, FailedExpectation, Part, Verbatim
 
 #: Elements that have no content and no end.

@@ -6,8 +6,8 @@ from typing import Any, cast
 from tissuec.core.errors import counted, shown_size
 from tissuec.core.units import LENGTH, TIME, show, show_interval
 from tissuec.results.export import ELEMENT, event_facts
+from tissuec.results.promise import methods
 from tissuec.results.recording import Event, ExpectationResult
-from tissuec.results.stepping import methods
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.report import VERDICTS, measured, validation_report, verdict
 from tissuec.view.report.content import SIGNS, ReportContent, Tone, file_name

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tissuec.core import palette
 from tissuec.core.version import __version__
-from tissuec.view.report import drawings, listing, origins, outcome, reproducing
+from tissuec.view.report import drawings, origins, outcome
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.head import head
 from tissuec.view.report.markup import Html, Section, element, link
@@ -77,11 +77,11 @@ def _sections(content: ReportContent) -> list[Section]:
         outcome.run(content),
         outcome.exactness(content),
         outcome.validation(content),
-        reproducing.warnings(content),
-        listing.section(content),  # after all that has links to its lines
-        reproducing.again(content),
-        reproducing.citing(content),
-        reproducing.manifest(content),
+        origins.warnings(content),
+        origins.texts(content),  # after all that has links to its lines
+        origins.again(content),
+        origins.citing(content),
+        origins.manifest(content),
     ]
     return [section for section in every if section is not None]
 

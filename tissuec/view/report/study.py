@@ -11,8 +11,8 @@ from tissuec.scene.study.model import called
 from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
 from tissuec.studies.analysis.sobol import ends, sobol_indices
+from tissuec.studies.report import doubts_in_words, promises, range_of, values_of
 from tissuec.studies.rows import DONE, ENDED
-from tissuec.studies.summary import doubts_in_words, promises, range_of, values_of
 from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw
 from tissuec.view.report.drawings import inline, lacking

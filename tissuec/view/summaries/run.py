@@ -17,9 +17,8 @@ from tissuec.core.report import (
 )
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import exit_code
-from tissuec.results.promise import Promise
+from tissuec.results.promise import Promise, stepping
 from tissuec.results.recording import ExpectationResult, concerned, springs_of_events
-from tissuec.results.stepping import stepping
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled

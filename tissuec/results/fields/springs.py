@@ -1,0 +1,36 @@
+"""Fields at springs: spring constants and tensions."""
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.results.fields import FIELDS, FrameField
+from tissuec.script.measures.snapshot import Snapshot
+
+
+@FIELDS.member("spring constant")
+class SpringConstantField(FrameField):
+    at = "spring"
+    dimension = units.STIFFNESS
+    text = "spring constant of each spring at rest"
+    remark = "It is 0 for the edges of elements, and without branches that relax."
+
+    @staticmethod
+    def sample(snapshot: Snapshot) -> Floats:
+        stiffness = snapshot.state.network.springs.stiffness
+        return np.broadcast_to(stiffness, (*np.shape(snapshot.time), len(stiffness)))
+
+
+@FIELDS.member("tension")
+class TensionField(FrameField):
+    at = "spring"
+    dimension = units.FORCE
+    text = "tension of each spring"
+    signed = True
+    always = True
+    stored = "spring_force"
+    remark = "A compressed spring has a negative one."
+
+    @staticmethod
+    def sample(snapshot: Snapshot) -> Floats:
+        return snapshot.tension

@@ -1,0 +1,123 @@
+"""Springs: their length, strain and tension, and how far their rest lengths have flowed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.forces.branches import flat
+from tissuec.mechanics import observables
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.common import ScalarMeasure, one_column
+from tissuec.script.measures.snapshot import Snapshot
+
+
+@MEASURES.member("length")
+class Length(ScalarMeasure):
+    """The sum of the present lengths of the intact springs of A."""
+
+    form = "length(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "springs"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs = snapshot.intact(subjects[0])
+        ends = snapshot.state.springs.ends[springs]
+        total = observables.lengths(ends, snapshot.position).sum(axis=-1)
+        return one_column(total, snapshot)
+
+
+@MEASURES.member("strain")
+class Strain(ScalarMeasure):
+    """The largest |L - L0| / L0 of the intact springs of A; 0 without any.
+
+    Springs with a rest length L0 of 0 have no strain and are skipped. If rest lengths flow, L0
+    is the present one.
+    """
+
+    form = "strain(A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs = snapshot.intact(subjects[0])
+        rest = observables.rest_lengths(snapshot.state, snapshot.velocity, springs)
+        ends = snapshot.state.springs.ends[springs]
+        stretched = np.abs(observables.elongation(ends, snapshot.position, rest))
+        has_length = rest > 0.0
+        strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)
+        return one_column(strain.max(axis=-1, initial=0.0), snapshot)
+
+
+@MEASURES.member("tension")
+class Tension:
+    """The tension c (L - L0) + d w of every spring of A, 0 once it is cut; the largest counts.
+
+    It is negative in compression and includes relaxing branches. For a thread, it is that of
+    its pieces, and of the knot of an open thread once that is tied.
+    """
+
+    form = "tension(A)"
+    dimension = units.FORCE
+    subjects = 1
+    takes = "springs"
+
+    @staticmethod
+    def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
+        network, springs = snapshot.state.network, subjects[0].springs
+        knots = [thread.hold for thread in network.threads.values() if not thread.closed]
+        names = zip(springs, network.springs.ids[springs], strict=True)
+        return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs, state = subjects[0].springs, (snapshot.position, snapshot.velocity)
+        tension = observables.tension(snapshot.state, *state, springs)
+        for name, thread in snapshot.state.network.threads.items():
+            (knot,) = np.nonzero(springs == thread.hold)
+            if not len(knot):
+                continue
+            # While a knot slips, the spring beside it bears what it bears.
+            tension[..., knot] += observables.tension(
+                snapshot.state, *state, np.array([thread.slip])
+            )
+            if not thread.closed and name not in snapshot.state.knots:
+                tension[..., knot] = np.nan
+        return tension
+
+    @staticmethod
+    def value(sample: Floats) -> Floats:
+        if not sample.shape[-1]:
+            return np.zeros(sample.shape[:-1])
+        return np.asarray(np.fmax.reduce(sample, axis=-1))
+
+
+@MEASURES.member("plastic elongation")
+class PlasticElongation:
+    """The largest plastic change of the rest length of the springs of A.
+
+    It is negative if compression shortened a spring. Cut springs keep their value.
+    """
+
+    form = "plastic elongation(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "springs"
+    columns = Tension.columns
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs = subjects[0].springs
+        memory = snapshot.state.springs.some(springs).inelastic
+        if memory is None:
+            return np.zeros((*snapshot.velocity.shape[:-2], len(springs)))
+        return memory.flowed(flat(snapshot.velocity))
+
+    @staticmethod
+    def value(sample: Floats) -> Floats:
+        return sample.max(axis=-1) if sample.shape[-1] else np.zeros(sample.shape[:-1])

@@ -1,0 +1,137 @@
+"""Where things are, how fast they move, and how far apart they are."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.vectors import dot
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.common import ScalarMeasure, VectorMeasure, one_column
+from tissuec.script.measures.snapshot import Snapshot
+
+
+@MEASURES.member("position")
+class Position(VectorMeasure):
+    """The mean position of the nodes of A; NaN if a tool holds nothing."""
+
+    form = "position(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
+        if not len(nodes):
+            return np.full((*np.shape(snapshot.time), 3), np.nan)
+        return snapshot.position[..., nodes, :].mean(axis=-2)
+
+
+@MEASURES.member("speed")
+class Speed(ScalarMeasure):
+    """The speed of the fastest node of A; 0 if A has no nodes."""
+
+    form = "speed(A)"
+    dimension = units.VELOCITY
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        velocity = snapshot.velocity[..., snapshot.nodes(subjects[0]), :]
+        speed = np.linalg.norm(velocity, axis=-1)
+        return one_column(speed.max(axis=-1, initial=0.0), snapshot)
+
+
+@MEASURES.member("distance")
+class Distance(ScalarMeasure):
+    """The distance between the mean positions of A and of B; NaN if a tool holds nothing."""
+
+    form = "distance(A, B)"
+    dimension = units.LENGTH
+    subjects = 2
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        first, second = (Position.sample((subject,), snapshot) for subject in subjects)
+        return one_column(np.linalg.norm(second - first, axis=-1), snapshot)
+
+
+FEW = 400  # points up to which comparing each with each is quicker than a sweep
+CHUNK = 64  # points compared at a time with those ahead: small beside the caches for any body
+
+
+@MEASURES.member("gap")
+class Gap(ScalarMeasure):
+    """The smallest distance between nodes of A in different pieces of the net.
+
+    0 as long as A is in one piece.
+    """
+
+    form = "gap(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
+        position, piece = snapshot.position[..., nodes, :], snapshot.pieces[nodes]
+        before = position.shape[:-2]
+        states = position.reshape(math.prod(before), *position.shape[-2:])
+        return one_column(smallest_gaps(states, piece).reshape(before), snapshot)
+
+
+def smallest_gaps(states: Floats, piece: NDArray[np.int32]) -> Floats:
+    """Return the smallest distance between points of different pieces; 0 for a single piece.
+
+    Args:
+        states: Points [m], shape (state, point, 3).
+        piece: The piece of each, shape (point,).
+    """
+    pieces = np.unique(piece)
+    if len(pieces) < 2:
+        return np.zeros(len(states))
+    if len(piece) > FEW:
+        return np.array([_swept(state, piece) for state in states])
+    pairs = [(piece == one, piece > one) for one in pieces[:-1]]
+    return np.array([min(_closest(state[a], state[b]) for a, b in pairs) for state in states])
+
+
+def _closest(some: Floats, others: Floats) -> float:
+    """Return the smallest distance of some points from others [m], shape (point, 3)."""
+    apart = some[:, None] - others
+    return float(np.sqrt(dot(apart, apart).min()))
+
+
+def _swept(position: Floats, piece: NDArray[np.int32]) -> float:
+    """Return the smallest distance in one state.
+
+    Points are swept along the longest side of their box: what lies further ahead than the best
+    distance so far needs no comparison.
+
+    Args:
+        position: Points [m], shape (point, 3).
+        piece: The piece of each, shape (point,).
+    """
+    axis = int(np.ptp(position, axis=0).argmax())
+    order = np.argsort(position[:, axis], kind="stable")
+    position, piece = position[order], piece[order]
+    best = np.inf
+    for start in range(0, len(position), CHUNK):
+        stop = min(start + CHUNK, len(position))
+        reach = int(
+            np.searchsorted(
+                position[:, axis], float(position[stop - 1, axis]) + best, side="right"
+            )
+        )
+        apart = position[start:stop, None, :] - position[None, start:reach, :]
+        is_other = piece[start:stop, None] != piece[None, start:reach]
+        squared = dot(apart, apart)
+        best = min(best, float(np.sqrt(squared.min(where=is_other, initial=np.inf))))
+    return best
