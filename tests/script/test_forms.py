@@ -8,7 +8,7 @@ from tissuec.core.units import suggested_unit
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 from tissuec.script.forms import forms_of, texts_of
-from tissuec.script.parts import NumberClause
+from tissuec.script.parts import DirectedClause, NumberClause, RangeClause
 from tissuec.script.verbs import VERBS
 
 SCENE = """language 1
@@ -60,15 +60,19 @@ def written(verb, text):
 
     def value(found):
         word, part = found[1], form.of_word(found[1])
+        unit = suggested_unit(form.dimension_of(word))
+        if isinstance(part, DirectedClause) and part.along in text.split():
+            return f"{word} 1 {unit}"
         if part is not None and part.example and "…" not in part.example:
             return part.example
         if isinstance(part, NumberClause):
-            return f"{word} 1 {suggested_unit(form.dimension_of(word))}"
+            return f"{word} 1 {unit}"
         return found[0]
 
-    text = text.replace("with FORCE along VECTOR", "with 1 N along (0, 0, 1)")
-    text = text.replace("from POINT", "from (10, -9, 0) mm")
-    text = text.replace("over FACTOR to FACTOR", "over 60 % to 160 %")
+    for part in form.parts.values():
+        if isinstance(part, RangeClause):
+            place = part.placeholder
+            text = text.replace(f"{part.word} {place} to {place}", part.example)
     text = re.sub(r"\b([a-z]+) ([A-Z]+)\b", value, text)
     for name, known in {**NAMES, **OWN.get(verb, {})}.items():
         text = re.sub(rf"\b{name}\b", known, text)

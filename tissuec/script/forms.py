@@ -7,7 +7,6 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NoReturn, cast, get_args
 
 from msgspec import Struct
-from msgspec.structs import fields
 
 from tissuec.core.annotations import hints_of, is_around, refuse
 from tissuec.core.source import Span
@@ -108,8 +107,8 @@ class VerbForm(Struct, frozen=True, eq=False):
                 case _:
                     yield word, part, ""
             match part:
-                case DirectedClause(along=along):
-                    yield along, DirectionClause(along), ""
+                case DirectedClause(along=along, direction=example):
+                    yield along, DirectionClause(along, example=example), ""
                 case RangeClause(dimension=dimension):
                     yield "to", NumberClause("to", dimension), word
                 case LimitsClause():
@@ -149,9 +148,10 @@ class VerbForm(Struct, frozen=True, eq=False):
 def form_of(kind: type[VerbSentence]) -> VerbForm:
     """Return the form of a class of sentences."""
     hints = hints_of(kind)
-    with_default = {one.name for one in fields(kind) if not one.required}
+    names, defaults = kind.__struct_fields__, kind.__struct_defaults__
+    with_default = names[len(names) - len(defaults) :]
     parts, optional = dict[str, Part](), set[str]()
-    for name in kind.__struct_fields__:
+    for name in names:
         found = getattr(hints[name], "__metadata__", ())
         part = next((one for one in found if isinstance(one, Part)), None)
         if part is None:

@@ -333,10 +333,9 @@ Lasting = Annotated[float | None, LastingPart()]
 Chosen = Annotated[str, CasePart()]
 
 
-def point(word: str, what: str = "point") -> VectorClause:
+def point(word: str, example: str = "(10, 0, 0) mm") -> VectorClause:
     """Return a clause with a position."""
-    example = f"{word} (10, 0, 0) mm"
-    return VectorClause(word, LENGTH, what=what, example=example)
+    return VectorClause(word, LENGTH, what="point", example=f"{word} {example}")
 
 
 def direction(word: str, example: str = "(0, 0, 1)") -> DirectionClause:

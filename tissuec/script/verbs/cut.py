@@ -84,7 +84,7 @@ class CutStroke(VerbSentence, frozen=True):
     """A cut of the springs that an edge crosses while it moves."""
 
     group: OfBody
-    start: Annotated[Floats, point("from")]
+    start: Annotated[Floats, point("from", "(10, -9, 0) mm")]
     stop: Annotated[Floats, point("to")]
     by: Annotated[
         Floats,
@@ -113,7 +113,7 @@ class CutLine(VerbSentence, frozen=True):
     """A cut of the springs that cross a strip of a plane."""
 
     group: OfBody
-    start: Annotated[Floats, point("from")]
+    start: Annotated[Floats, point("from", "(10, -9, 0) mm")]
     stop: Annotated[Floats, point("to")]
     facing: Annotated[Floats, direction("facing", "(1, 0, 0)")]
     scissors: With
