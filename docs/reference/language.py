@@ -7,7 +7,7 @@ from tissuec.compiler.bodies.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.compiler.script.profiles import PROFILES
 from tissuec.compiler.study.expectations import OVER_RUNS
 from tissuec.core import units
-from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
+from tissuec.core.markdown import code, described, fenced, summary, table
 from tissuec.core.units import Dimension, describe, si_unit
 from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.engine.integrators.procedures import PROCEDURES
@@ -17,28 +17,21 @@ from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
-from tissuec.scene import environment, settings
-from tissuec.scene.bodies import block as bodies
-from tissuec.scene.bodies import joints
 from tissuec.scene.bodies.block import EXPLICIT
 from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES
-from tissuec.scene.learning import sentences as learn_sentences
 from tissuec.scene.learning.entries import (
     ADJUSTED,
     DIMENSIONS,
     PARTED,
     PLACED,
-    learn_schema,
 )
 from tissuec.scene.program.parameters import CONSTANTS
-from tissuec.scene.reading.block_sentences import SentenceKind
-from tissuec.scene.reading.entries import entries_of, entry_table
+from tissuec.scene.reading.entries import Entry, entries_of, entry_table
 from tissuec.scene.reading.expressions import FUNCTIONS
+from tissuec.scene.reading.parts import blocks
 from tissuec.scene.reading.parts import parts as text_parts
-from tissuec.scene.study import entries as study_entries
 from tissuec.scene.study.entries import AGGREGATES, DESIGNS, DISTRIBUTIONS
 from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
-from tissuec.scene.words.vocabulary import OPERATOR_ENTRIES
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
@@ -54,29 +47,20 @@ def parts() -> dict[str, str]:
         "prefixes": prefix_table(),
         "dimensions": dimension_table(),
         "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
-        "operators": entry_table(OPERATOR_ENTRIES),
         "quantities": quantity_table(),
         "spring laws": joined(member_sections("spring law", SPRING_LAWS)),
         "viscosity laws": joined(member_sections("viscosity law", VISCOSITY_LAWS)),
-        "body entries": entry_table(bodies.ENTRIES),
-        "joint entries": entry_table(joints.ENTRIES),
         "placements": entry_table(PLACEMENT_ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
         "forces": joined(member_sections("kind", FORCES, "###")),
-        "environment entries": entry_table(environment.environment_entries()),
-        "simulate entries": entry_table(settings.simulate_schema()),
         "procedures": procedure_sections(),
         "profiles": _listed(PROFILES),
         "surfaces": joined(member_sections("kind", SURFACES, "###")),
         "measures": measure_table(),
         "frame fields": frame_field_table(),
         "integrators": integrator_table(),
-        "learn sentences": sentence_sections("learning", learn_sentences.SENTENCES),
-        "learn settings": entry_table(learn_schema()),
         "adjusted": adjusted_table(),
-        "study sentences": sentence_sections("studies", study_entries.SENTENCES),
-        "study settings": entry_table(entries_of(study_entries.StudySettings)),
         "study functions": study_functions(),
         "study designs": table(
             ("design", "how it combines values"),
@@ -92,6 +76,23 @@ def members() -> dict[str, dict[str, str]]:
         "tool": member_sections("kind", TOOLS),
         "verb": verb_sections(),
     }
+
+
+def block_parts() -> dict[str, str]:
+    """Return the table and the sentences of each kind of block, which pages can show."""
+    parts: dict[str, str] = {}
+    for word, block in blocks().items():
+        known = block.entries("")
+        settings = {
+            name: one
+            for name, one in known.items()
+            if name not in block.elsewhere and not one.has_section
+        }
+        parts[f"{word} entries"] = entry_table(settings)
+        parts[f"{word} sentences"] = joined({
+            name: sentence_section(one, word) for name, one in known.items() if one.has_section
+        })  # fmt: skip
+    return parts
 
 
 def joined(sections: Mapping[str, str]) -> str:
@@ -263,14 +264,10 @@ def verb_table(pages: Mapping[str, str]) -> str:
     return table(("verb", "for example", "what it does"), rows)
 
 
-def sentence_sections(block: str, sentences: Mapping[str, SentenceKind]) -> str:
-    """Return a section for each kind of sentence of a block, whose name is in plain words."""
-    sections = []
-    for name, entry in sentences.items():
-        needed = " Needed." if entry.is_needed else ""
-        forms, about = fenced("\n".join(entry.examples)), paragraphs(entry.about)
-        sections.append(f"## `{name}` of {block}\n\n{forms}\n\n{about}{needed}")
-    return "\n\n".join(sections)
+def sentence_section(entry: Entry, block: str) -> str:
+    """Return the section of a kind of sentence of a block."""
+    forms, needed = fenced("\n".join(entry.forms)), " Needed." if entry.is_required else ""
+    return f"## `{entry.name}` of `{block}`\n\n{forms}\n\n{entry.about}{needed}"
 
 
 def study_functions() -> str:

@@ -23,6 +23,7 @@ def contents(texts: Mapping[Path, str]) -> dict[str, str]:
     homes = {place: page.name for page, text in texts.items() for place in places(text)}
     parts = language.parts() | commands.parts() | vocabulary.parts() | curves.parts()
     parts |= results.parts()
+    parts |= {name: text for name, text in language.block_parts().items() if name in homes}
     for word, sections in language.members().items():
         own = {name: text for name, text in sections.items() if f"{word} {name}" in homes}
         parts |= {f"{word} {name}": text for name, text in own.items()}

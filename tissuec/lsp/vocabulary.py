@@ -279,7 +279,8 @@ def _term(entry: Entry) -> Term:
     facts, rest = kind_in_words(entry.kind), default_in_words(entry)
     if facts and rest and rest != "needed":
         facts = f"{facts}; without it {rest}"
-    about = "\n\n".join(part for part in (sentence(entry.about), facts) if part)
+    forms = fenced("\n".join(entry.forms), "tis") if entry.has_section else ""
+    about = "\n\n".join(part for part in (forms, sentence(entry.about), facts) if part)
     begins = entry.begins or _begins(entry.name, entry.forms)
     return Term(
         entry.name, ENTRY, about, entry.forms[0], begins, entry.dimension, _choices(entry)

@@ -62,6 +62,8 @@ class Entry(Struct, frozen=True):
         opens: The block that it can open, if not one of a member of a family alone.
         sentences: Classes of its forms that are declared by their parts.
         reads: Returns its value from its item and the scope, if its kind does not say how.
+        has_section: Whether the reference describes it in a section of its own, which its
+            description fills, and not in the table of the block.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Entry(Struct, frozen=True):
     opens: "BlockEntries | None" = None
     sentences: tuple[type[VerbSentence], ...] = ()
     reads: Callable[[Any, Any], Any] | None = None
+    has_section: bool = False
 
     @property
     def is_required(self) -> bool:
@@ -154,11 +157,13 @@ class BlockEntries(Struct, frozen=True):
         entries: Its entries by name, from the member that the block chooses; all for "".
         chooser: The entry that chooses the member, such as "kind", if an entry does so.
         free: Forms of entries that have names of the author's own.
+        elsewhere: Entries that the reference describes on a page about several blocks.
     """
 
     entries: Callable[[str], Entries]
     chooser: str = ""
     free: tuple[str, ...] = ()
+    elsewhere: frozenset[str] = frozenset()
 
 
 def entry(name: str, kind: Kind, about: str, default: Any = None, **more: Any) -> Entry:

@@ -5,7 +5,7 @@ words begin a part, hints about its form, its row in the reference, and completi
 colours in editors.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache, lru_cache
 from typing import Any, Literal, TypeAlias
 
@@ -190,16 +190,19 @@ def entries_in(kind: str, member: str = "") -> Entries:
     return {**found.entries(member), **by_name(*others)}
 
 
-def block(entries: Entries | Callable[[], Entries], *free: str) -> BlockEntries:
+def block(
+    entries: Entries | Callable[[], Entries], *free: str, elsewhere: Collection[str] = ()
+) -> BlockEntries:
     """What a block contains whose entries do not depend on a choice.
 
     Args:
         entries: The entries, or what returns them.
-        free: Forms of entries with names of the author's own.
+        free, elsewhere: See ``BlockEntries``.
     """
+    others = frozenset(elsewhere)
     if callable(entries):
-        return BlockEntries(lambda _: entries(), free=free)
-    return BlockEntries(lambda _: entries, free=free)
+        return BlockEntries(lambda _: entries(), free=free, elsewhere=others)
+    return BlockEntries(lambda _: entries, free=free, elsewhere=others)
 
 
 def block_of(

@@ -45,7 +45,7 @@ _IF = written(
 _ENTRIES = {**OPERATOR_ENTRIES, "if": _IF}
 declare(
     "rules", "Rules that conclude words of quantities from words of properties.", 13,
-    block=block(_ENTRIES),
+    block=block(_ENTRIES, elsewhere=("if",)),
 )  # fmt: skip
 
 
