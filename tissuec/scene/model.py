@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from msgspec import Struct
+import numpy as np
+from msgspec import Struct, field
 
 from tissuec.core.source import Source, Span
 from tissuec.forces import Force
@@ -275,7 +276,7 @@ class MadeOfElements(Struct, frozen=True):
     is_written: bool
 
 
-class Body(Struct, frozen=True, eq=False):
+class Body(Struct, frozen=True, eq=False, kw_only=True):
     """A mesh made of tissue.
 
     Attributes:
@@ -307,29 +308,29 @@ class Body(Struct, frozen=True, eq=False):
     """
 
     name: str
-    mesh: Generator | None
-    tables: Tables | None
-    mesh_placement: Affine | None
-    placement: Affine | None
-    tissue: Tissue | None
-    regions: tuple[Region, ...]
-    interface: str
-    spring_parts: tuple[SpringPart, ...]
-    rupture: Rupture
-    bending: Bending | None
-    fibres: "Direction | None"
-    second_fibres: "Direction | None"
-    prestress: PrestressDirection | None
-    shell: Span | None
-    elements: MadeOfElements | None
-    mass: float | None
-    thickness: float | None
-    section: float | None
-    velocity: Floats
-    spin: Floats
-    places: Mapping[str, Span]
-    is_whole: bool
     span: Span
+    mesh: Generator | None = None
+    tables: Tables | None = None
+    mesh_placement: Affine | None = None
+    placement: Affine | None = None
+    tissue: Tissue | None = None
+    regions: tuple[Region, ...] = ()
+    interface: str = ""
+    spring_parts: tuple[SpringPart, ...] = ()
+    rupture: Rupture = ""
+    bending: Bending | None = None
+    fibres: "Direction | None" = None
+    second_fibres: "Direction | None" = None
+    prestress: PrestressDirection | None = None
+    shell: Span | None = None
+    elements: MadeOfElements | None = None
+    mass: float | None = None
+    thickness: float | None = None
+    section: float | None = None
+    velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    spin: Floats = field(default_factory=lambda: np.zeros(3))
+    places: Mapping[str, Span] = {}
+    is_whole: bool = True
     graded: tuple[Graded, ...] = ()
 
     @property

@@ -89,13 +89,8 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     """
     pairs = np.arange(2 * len(ends), dtype=np.int32).reshape(-1, 2)
     mesh = Mesh(ends.reshape(-1, 3), pairs, np.zeros((0, 3), dtype=np.int32))
-    still = np.zeros(3)
     body = Body(
-        name=joint.name, mesh=None, tables=None, mesh_placement=None, placement=None,
-        tissue=joint.tissue, regions=(), interface="", spring_parts=(), rupture=joint.rupture,
-        bending=None, fibres=None, second_fibres=None, prestress=None, shell=None,
-        elements=None, mass=None, thickness=None,
-        section=joint.section, velocity=still, spin=still, places={}, is_whole=True,
+        name=joint.name, tissue=joint.tissue, rupture=joint.rupture, section=joint.section,
         span=joint.span,
     )  # fmt: skip
     part = np.zeros(2 * len(ends), dtype=np.int32)

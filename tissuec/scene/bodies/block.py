@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
@@ -50,6 +48,7 @@ from tissuec.scene.reading.entries import (
 from tissuec.scene.reading.entry_hints import unknown_entry
 from tissuec.scene.reading.graded import (
     GRADABLE,
+    GRADED_ENTRIES,
     is_graded,
     read_graded,
     refuse_even,
@@ -76,7 +75,8 @@ ENTRIES = by_name(
 declare(
     "body", "A mesh made of tissue.", 22, forms=("body NAME like BODY",),
     example="body NAME { … }",
-    block=block(with_graded(ENTRIES)), names=SCENE, entries_vary=True,
+    block=block(with_graded(ENTRIES), elsewhere=GRADED_ENTRIES.keys() - ENTRIES.keys()),
+    names=SCENE, entries_vary=True,
     read=lambda program, declared: _BodyReader(program, declared).read(),
 )  # fmt: skip
 #: What is said of a body elsewhere, and how.
@@ -122,7 +122,7 @@ class _BodyReader:
         self.mesh_places: Mapping[str, Span] = {}
         self.mesh_placement: Affine | None = None
         self.placements: list[s.Item] = []
-        self.rest: dict[str, Any] = {}
+        self.rest: dict[str, Any] = {}  # attributes of the body with an entry each
         self.graded: list[Graded] = []
 
     def read(self) -> Body:
@@ -142,7 +142,7 @@ class _BodyReader:
             )
         if "made" not in self.once:
             self.elements = as_matter(self.mesh, self._matter())
-        bending, shell = self.rest.get("bending", (None, None))
+        bending, shell = self.rest.pop("bending", (None, None))
         if self.elements is not None:
             shell = self._refuse_springs(self.elements, bending, shell)
             bending = None
@@ -154,7 +154,6 @@ class _BodyReader:
         if is_whole:
             self._check_graded()
             is_whole = self.findings.failures == failures
-        zero = np.zeros(3)
         return Body(
             name=self.name.text,
             mesh=self.mesh,
@@ -163,26 +162,17 @@ class _BodyReader:
             placement=placement,
             tissue=self.tissue,
             regions=tuple(self.parts.regions),
-            interface=self.rest.get("interface", ""),
             spring_parts=tuple(
                 sorted(self.parts.spring_parts, key=lambda part: part.sides is None)
             ),
-            rupture=self.rest.get("rupture", ""),
             bending=bending,
-            fibres=self.rest.get("fibres"),
-            second_fibres=self.rest.get(SECOND_FIBRES),
-            prestress=self.rest.get(PRESTRESS),
             shell=shell,
             elements=self.elements,
-            mass=self.rest.get("mass"),
-            thickness=self.rest.get("thickness"),
-            section=self.rest.get("section"),
-            velocity=self.rest.get("velocity", zero),
-            spin=self.rest.get("spin", zero),
             places=self.once,
             is_whole=is_whole,
             span=self.block.head,
             graded=tuple(self.graded),
+            **self.rest,
         )
 
     def _check_graded(self) -> None:
@@ -237,17 +227,14 @@ class _BodyReader:
         elif key == "tissue":
             self.tissue = read_tissue(item, self.tissues, self.declarations, self.scope)
         elif key in ENTRIES and (key != PRESTRESS or isinstance(item, s.Sentence)):
-            self.rest[key] = schema.read_entry(ENTRIES[key], item, self.scope)
+            entry = ENTRIES[key]
+            self.rest[entry.field] = schema.read_entry(entry, item, self.scope)
         elif key in GRADABLE:
             refuse_even(item, "body", self.findings)
         else:
             told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES) or self._elsewhere(item)
-            self.findings.reject(
-                "TIS303",
-                f'"{item.name.text}" is not an entry of a body',
-                item.name.span,
-                hint=told or unknown_entry(item, ENTRIES),
-            )
+            hint = told or unknown_entry(item, ENTRIES)
+            self.findings.refuse_entry(item.name, "a body", hint=hint)
 
     def _elsewhere(self, item: s.Assign | s.Sentence | s.Block) -> str:
         """Return where an entry belongs that is one of a tissue or of the mesh, or ""."""

@@ -252,11 +252,11 @@ class PartReader:
                 ):
                     refuse_even(item, "region", self.findings)
                 else:
-                    self.findings.reject(
-                        "TIS303",
-                        f"this is not an entry of {what}",
-                        item.span,
-                        hint="entries: tissue, prestress"
-                        + ("" if graded is None else "; quantities as formulas of x, y and z"),
+                    hint = "entries: tissue, prestress" + (
+                        "" if graded is None else "; quantities as formulas of x, y and z"
                     )
+                    if not isinstance(item, s.Assign | s.Sentence | s.Block):
+                        message = f"this is not allowed in {what}"
+                        self.findings.reject("TIS303", message, item.span, hint=hint)
+                    self.findings.refuse_entry(item.name, what, hint=hint)
         return tissue, prestress

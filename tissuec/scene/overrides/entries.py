@@ -458,12 +458,8 @@ def _refuse_entry(
     homes = _named(owner, declarations)
     names = " or ".join(home.name for home in homes)
     known = {entry: None for home in homes for entry in sorted(_known(home, declarations))}
-    findings.reject(
-        "TIS505",
-        f'"{item.name.text}" is not an entry of {names}',
-        item.name.span,
-        hint=alternatives(item.name.key, list(known), what="entries"),
-    )
+    hint = alternatives(item.name.key, list(known), what="entries")
+    findings.refuse_entry(item.name, names, hint=hint, code="TIS505")
 
 
 def _refuse_owner(

@@ -6,12 +6,12 @@ from typing import Annotated, Any, NoReturn
 from msgspec import Struct
 
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
-from tissuec.core.markdown import fenced, paragraphs
+from tissuec.core.markdown import paragraphs
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.clauses import ClauseReader, Written
-from tissuec.scene.reading.entries import BlockEntries, Entries, Entry, written
+from tissuec.scene.reading.entries import NEEDED, BlockEntries, Entries, Entry, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.script.forms import VerbForm, VerbSentence, form_of, texts_of_sentences
 from tissuec.script.parts import (
@@ -67,16 +67,16 @@ class FileWords(VerbSentence, frozen=True):
 
 
 def as_entries(kinds: Mapping[str, SentenceKind]) -> dict[str, Entry]:
-    """Sentences of a block as its entries, whose forms are part of their description.
+    """Sentences of a block as its entries, which have sections of their own in the reference.
 
     Args:
         kinds: By their first words.
     """
     return {
         name: written(
-            name, f"{fenced(chr(10).join(one.examples), 'tis')}\n\n{paragraphs(one.about)}",
-            *one.examples, repeats=not one.is_single, opens=one.opens, sentences=one.forms,
-            begins=one.begins,
+            name, paragraphs(one.about), *one.examples, repeats=not one.is_single,
+            opens=one.opens, sentences=one.forms, begins=one.begins, has_section=True,
+            default=NEEDED if one.is_needed else None,
         )
         for name, one in kinds.items()
     }  # fmt: skip
@@ -267,8 +267,7 @@ class BlockItems:
         words = s.key_of(name.words)
         key = words if did_you_mean(words, known) else words.partition(" ")[0]
         hint = alternatives(key, known, what="entries")
-        message = f'"{name.text}" is not an entry of {self.what}'
-        self.findings.reject("TIS303", message, name.span, hint=hint)
+        self.findings.refuse_entry(name, self.what, hint=hint)
 
     def once(
         self, entry: str, span: Span, places: dict[str, Span] | None = None, hint: str = ""

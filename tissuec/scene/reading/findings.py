@@ -112,6 +112,22 @@ class Findings:
         """
         raise Rejected
 
+    def refuse_entry(
+        self, name: s.Name, owner: str, *, hint: str, code: str = "TIS303"
+    ) -> NoReturn:
+        """Reject the name of an entry that a block does not have.
+
+        Args:
+            name: As written.
+            owner: The block in messages, such as "a body".
+            hint: The way out.
+            code: Of the message.
+
+        Raises:
+            Rejected: Always.
+        """
+        self.reject(code, f'"{name.text}" is not an entry of {owner}', name.span, hint=hint)
+
     @contextmanager
     def item(self) -> Generator[None]:
         """Confine a rejection to one item, so that its neighbours are still checked."""

@@ -135,12 +135,8 @@ def find_entry(
         if named is not None and isinstance(named.kind, FileIn | Named):
             return named
     if item.name.key not in schema:
-        scope.findings.reject(
-            "TIS303",
-            f'"{item.name.text}" is not an entry of {what}',
-            item.name.span,
-            hint=chosen(item, schema) or unknown_entry(item, schema, written),
-        )
+        hint = chosen(item, schema) or unknown_entry(item, schema, written)
+        scope.findings.refuse_entry(item.name, what, hint=hint)
     return schema[item.name.key]
 
 

@@ -466,8 +466,7 @@ class TissueReader:
         if name.key in self.vocabulary.properties:
             names = " or ".join(one.name for one in self.vocabulary.rules.values()) or "…"
             hint = f"it is a property of a vocabulary; insert before it: described in {names}"
-        message = f'"{name.text}" is not an entry of tissue {declared.name.text}'
-        self.findings.reject("TIS303", message, name.span, hint=hint)
+        self.findings.refuse_entry(name, f"tissue {declared.name.text}", hint=hint)
 
     def _described(self, item: s.Sentence) -> RulesBlock:
         clause = item.clauses[0] if len(item.clauses) == 1 else None
