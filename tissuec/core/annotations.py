@@ -4,7 +4,7 @@ A member can come from another package, whose author needs its file, line and an
 """
 
 import sys
-from typing import Any, NoReturn, get_args, get_origin, get_type_hints
+from typing import Any, ForwardRef, NoReturn, get_args, get_origin, get_type_hints
 
 from tissuec.core.errors import TissueError
 
@@ -19,6 +19,11 @@ def hints_of(member: type) -> dict[str, Any]:
     Raises:
         WrongAnnotation: One of them cannot be evaluated.
     """
+    hints = dict[str, Any]()
+    for base in reversed(member.__mro__):
+        hints |= getattr(base, "__annotations__", {})
+    if not any(map(_is_text, hints.values())):  # nothing has to be evaluated, which takes long
+        return hints
     try:
         return get_type_hints(member, include_extras=True)
     except Exception as error:  # whatever an annotation of another package does
@@ -46,6 +51,11 @@ def is_around(hint: Any) -> bool:
     """Return whether an annotation has None outside, as ``Annotated[…] | None``."""
     parts = get_args(hint) if get_origin(hint) is not None else ()
     return type(None) in parts and any(hasattr(one, "__metadata__") for one in parts)
+
+
+def _is_text(hint: Any) -> bool:
+    """Return whether an annotation, or the type in it, is written as a text."""
+    return isinstance(getattr(hint, "__origin__", hint), str | ForwardRef)
 
 
 def _own(member: type) -> list[tuple[str, Any]]:
