@@ -134,3 +134,18 @@ def test_layout_and_syntax_keep_a_repetition_as_it_is_written():
     printed = format_source(Source("a.tis", text))
     assert printed == "language 1\nrepeat i from 1 to 8 { let a i = i * 2 mm }\n"
     assert parse(Source("a.tis", printed)) == parse(Source("a.tis", text))
+
+
+def test_what_is_measured_in_copies_has_a_name_with_the_index():
+    text = WOUND.replace("BODY", """
+repeat i from 1 to 2 { set b i = nodes of lip where within 1 mm of (i * 10 mm, 0 mm, 0 mm) }
+param way = 1 mm
+study pulls {
+  vary way = [1 mm, 2 mm]
+  repeat i from 1 to 2 { measure = max(speed("b {i}")); measure top i = max(speed(b i)) }
+}
+""")  # fmt: skip
+    (study,) = compiled_scene(text).scene.studies.values()
+    assert [one.name for one in study.measures] == [
+        'max(speed("b 1"))', "top 1", 'max(speed("b 2"))', "top 2",
+    ]  # fmt: skip

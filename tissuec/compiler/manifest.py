@@ -52,7 +52,7 @@ def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
             state = "not reached"
         span = expectation.span
         yield {
-            "expect": span.one_line, "place": span.place, "state": state,
+            "expect": span.with_values, "place": span.place, "state": state,
             "time": time, "measured": measured,
         }  # fmt: skip
 

@@ -1,5 +1,6 @@
 """Sources and spans: a named text, and places in it that findings quote."""
 
+import re
 from bisect import bisect_right
 from functools import cached_property
 from pathlib import Path
@@ -72,6 +73,16 @@ class Span(Struct, frozen=True):
     def one_line(self) -> str:
         """Return the text that the span covers on one line, with single blanks."""
         return " ".join(self.text.split())
+
+    @property
+    def with_values(self) -> str:
+        """Return the text on one line, with the value of each index of a repetition."""
+        text = self.one_line
+        for one in self.repetition.split(", ") if self.repetition else ():
+            index, _, value = one.partition(" = ")
+            found = rf"\{{\s*{re.escape(index)}\s*\}}|\b{re.escape(index)}\b"
+            text = re.sub(found, lambda _, value=value: value, text, flags=re.IGNORECASE)
+        return text
 
     @property
     def place(self) -> str:

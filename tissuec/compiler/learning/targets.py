@@ -60,7 +60,7 @@ class FitReader:
         measure, subjects, along = self._measured(item.value, reader)
         dimension = measure.dimension if measure else LENGTH
         reader.own = behind.own = dimension
-        reader.about = behind.about = item.value.span.one_line
+        reader.about = behind.about = item.value.span.with_values
         said = reader.get(FitWords)
         options = said if behind is reader else behind.get(AgainstWords)
         columns = options.columns or ()
@@ -68,7 +68,7 @@ class FitReader:
         if options.every is not None and self.is_timeless:
             span = behind.clauses["every"].span
             self.findings.reject("TIS306", "rows over a displacement have no time", span)
-        text = item.value.span.one_line
+        text = item.value.span.with_values
         self._once(text, item)
         return Fit(
             text, measure, subjects, along, dimension, columns, options.every, options.noise,
@@ -148,7 +148,7 @@ class FitReader:
         reader: LearnReader,
     ) -> None:
         """Reject columns that are not as many as what they hold has numbers."""
-        text = node.span.one_line
+        text = node.span.with_values
         if not columns:
             table = next((d for d in self.data if d.path.suffix.lower() not in RESULTS), None)
             if table is not None:

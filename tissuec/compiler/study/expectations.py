@@ -154,5 +154,5 @@ def judge(
             measured = describe_sides(condition, scope)
         except Rejected:
             holds, measured = False, "it has no value"
-        found.append(Verdict(span.one_line, holds, measured, span))
+        found.append(Verdict(span.with_values, holds, measured, span))
     return tuple(found)

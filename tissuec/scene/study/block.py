@@ -127,7 +127,7 @@ class _StudyReader(BlockItems):
         if name is None and isinstance(item.value, s.Name) and not item.clauses:
             self._refuse_name(item.value)
         end = item.clauses[-1].span if item.clauses else item.value.span
-        text = name.text if name is not None else item.value.span.to(end).one_line
+        text = name.text if name is not None else item.value.span.to(end).with_values
         self.once(text, item.name.span, self.columns)
         self.measures.append(WrittenMeasure(text, measured, item.span))
 
