@@ -1,13 +1,17 @@
 """Unstable equilibria are told from stable ones, by Euler's load of a chain and in runs."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import tissuec
 from tests.hand_net import make_net, start
 from tissuec.engine.execution import event_handler
-from tissuec.mechanics.rest import rests_pressed
-from tissuec.mechanics.stability import unstable_node
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.rest import LOOSE, rests_pressed
+from tissuec.mechanics.rigid import NeutralMotions
+from tissuec.mechanics.stability import is_firm, softest, unstable_node
 
 COLUMN = """language 1
 tissue gum { spring constant = 100 N/m; viscosity = 0.5 N*s/m; mass = 1 g }
@@ -48,6 +52,29 @@ def test_a_braced_joint_is_stable_up_to_its_known_load(part, is_stable):
     state = pressed(stiffening, part * stiffening)
     assert rests_pressed(state)
     assert (unstable_node(state) is None) == is_stable
+
+
+@pytest.mark.parametrize(("part", "is_stable"), [(0.9, True), (1.1, False)])
+def test_a_frame_that_nothing_holds_is_firm_up_to_the_same_load(part, is_stable):
+    """As above, in a frame that carries the pressure, and can move and turn as a whole."""
+    held = pressed(3.0, part * 3.0)
+    position = held.position[:7]
+    ends = held.springs.ends.tolist()
+    rest, stiffness = held.springs.rest.tolist(), held.springs.stiffness.tolist()
+    for a, b in itertools.combinations((0, 2, 3, 4, 5, 6), 2):
+        ends.append([a, b])
+        # The bar between the pressed ends is drawn by the load.
+        drawn = part * 3.0 / 1e4 if (a, b) == (0, 2) else 0.0
+        rest.append(float(np.linalg.norm(position[a] - position[b])) - drawn)
+        stiffness.append(1e4)
+    state = start(make_net(position, ends, stiffness=stiffness, rest=rest))
+    balance = Balance(state, np.ones(7, dtype=bool))
+    assert np.abs(balance.force(balance.bars(position))).max() < 1e-12
+    assert NeutralMotions.of(balance, position).count == 6
+    assert is_firm(balance, position) == is_stable
+    mode = softest(balance, position)
+    assert mode is not None
+    assert (mode.resists > LOOSE) == is_stable
 
 
 def test_a_net_without_pressure_or_in_motion_does_not_rest_under_pressure():

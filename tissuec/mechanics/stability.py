@@ -39,16 +39,17 @@ class SoftestMotion(Struct, frozen=True, eq=False):
 
 
 def is_firm(balance: Balance, x: Floats) -> bool:
-    """Return whether every motion at x [m], shape (free, 3), is known to resist.
+    """Return whether every motion at x [m], shape (free, 3), that is not neutral resists.
 
-    That is so if K without ``LOOSE`` of the stiffest has positive pivots alone. Where motions
-    are neutral, nothing is known.
+    That is so if K without ``LOOSE`` of the stiffest has positive pivots alone. Of n neutral
+    motions, each is held at one unknown. If K is positive then, it is so where these do not
+    move, and has no more than n eigenvalues that are not (R. Courant's principle): those of the
+    neutral motions.
     """
-    if NeutralMotions.of(balance, x, np.ones(len(x))).count:
-        return False
+    neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
     matrix, top = _resistance(balance, balance.bars(x))
     try:
-        factor = Factorization(matrix.plus(np.full(3 * len(x), -LOOSE * top)))
+        factor = Factorization(matrix.plus(neutral.supports(top) - LOOSE * top))
     except RuntimeError:  # singular
         return False
     return factor.is_definite
