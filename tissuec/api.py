@@ -271,7 +271,7 @@ def modes(
     compiled, request = _compiled(scene, {**(params or {}), **more}, libraries)
     result = scene_modes(compiled, body=body, count=count, above=above)
     if out is not None and len(result):
-        from tissuec.analysis.vibration.frames import write_modes
+        from tissuec.analysis.vibration.scene import write_modes
 
         write_modes(result, compiled, Path(out), manifest_of(compiled, request))
     return result

@@ -90,7 +90,7 @@ def test_the_tool_moves_as_a_whole_and_its_work_is_accounted_for(name):
 
 
 def test_usual_names_of_instruments_lead_to_kinds():
-    from tissuec.script.tools.usual_names import KINDS_OF
+    from tissuec.script.tools import KINDS_OF
 
     assert not KINDS_OF.keys() & set(TOOLS)
     assert {kind for kinds in KINDS_OF.values() for kind in kinds} <= set(TOOLS)

@@ -9,7 +9,7 @@ from tests.validate.scenes import compiled_scene
 from tissuec.forces.contact_sides import kept_outside
 from tissuec.geometry.inside import inside, winding_numbers
 from tissuec.geometry.nearest import TRIANGLE, places
-from tissuec.geometry.nearest_triangles import nearest_triangles
+from tissuec.geometry.neighbours import nearest_triangles
 from tissuec.validate.forces.contact import ContactForce
 
 NEEDLE = "kind is probe; radius = 0.6 mm; axis from (3.3, 3, 4.7) mm to (12, 13, 4.8) mm"

@@ -19,10 +19,8 @@ from tissuec.compiled.calls import kernel_on
 from tissuec.core.source import Source, Span
 from tissuec.forces import FORCES, Acted, Field, acts_of, contact, jets
 from tissuec.forces.contact import Contact
-from tissuec.forces.drag import Drag
 from tissuec.forces.jets import Jet
-from tissuec.forces.load import Load, LoadTerm
-from tissuec.forces.weight import Weight
+from tissuec.forces.load import Drag, Load, LoadTerm, Weight
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.records import Floats
 from tissuec.mechanics.state import State

@@ -18,8 +18,8 @@ from tissuec.laws.solid.invariants import (
     Yeoh,
 )
 from tissuec.laws.solid.stretches import Hencky, Ogden
+from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.generators.tube import Tube
-from tissuec.meshes.walls import wall_of_triangles
 from tissuec.validate.forces.membranes import MembraneWall
 
 LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),

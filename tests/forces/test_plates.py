@@ -7,12 +7,12 @@ from scipy.spatial import Delaunay
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
 from tissuec.forces.plates import Plates
-from tissuec.matter.curvature import patches
+from tissuec.matter.plate import patches
+from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.generators import Mesh
 from tissuec.meshes.generators.sheet import Sheet
 from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.generators.tube import Tube
-from tissuec.meshes.walls import wall_of_triangles
 from tissuec.validate.forces.plates import PlateBending
 
 SPAN = Span(Source("scene", ""), 0, 0)

@@ -19,7 +19,7 @@ from tissuec.learn.fit.noise import DRAWS, chains_of, noise_of
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.learn.fit.search import Search
-from tissuec.learn.parameters.priors import Prior
+from tissuec.learn.parameters.blocks import Prior
 
 REPEATS = 60
 #: A thread whose force stiffens with its stretch: c L / s (exp(s u / L) - 1), L = 10 mm; and

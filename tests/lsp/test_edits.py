@@ -3,8 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissuec.lsp.edits import Replacement, replaced
-from tissuec.lsp.positions import ProtocolPosition
+from tissuec.lsp.positions import ProtocolPosition, Replacement, replaced
 
 # Line ends of the protocol, what only Python takes for some, and letters of several units.
 LETTERS = st.text(st.sampled_from("ab \n\r\u2028\x0c\x85äé😀"), max_size=12)

@@ -12,9 +12,9 @@ from tissuec.cli.common import SceneOptions
 from tissuec.core.errors import as_dict
 from tissuec.lsp import completion, navigation
 from tissuec.lsp.documents import OpenDocuments
-from tissuec.lsp.edits import formatted
 from tissuec.lsp.findings import check
 from tissuec.lsp.hover import hover
+from tissuec.lsp.positions import formatted
 from tissuec.lsp.semantic_tokens import tokens
 from tissuec.lsp.views import view_of
 

@@ -17,7 +17,7 @@ from tests.lsp.editor_documents import BAD, LIBRARY, SCENES
 from tissuec.cli.check import _check
 from tissuec.cli.common import SceneOptions
 from tissuec.core.errors import as_dict
-from tissuec.lsp.edits import formatted
+from tissuec.lsp.positions import formatted
 
 pytest.importorskip("pygls.lsp.server")
 from lsprotocol import types as lsp

@@ -9,6 +9,7 @@ from tests.meshes.test_mesh_laws import SAMPLES, label
 from tissuec.geometry.affine import Affine
 from tissuec.geometry.edges import volume
 from tissuec.geometry.elements import SHAPES, Measures
+from tissuec.meshes.elements import is_wall, wall_of_triangles
 from tissuec.meshes.generators import MESHES, Elemental, Mesh
 from tissuec.meshes.generators.round_solids import Ellipsoid
 from tissuec.meshes.generators.sheet import Sheet
@@ -16,7 +17,6 @@ from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.generators.tube import Tube
 from tissuec.meshes.placement import placed, reversed_faces
 from tissuec.meshes.stiffness_sharing import area_shares
-from tissuec.meshes.walls import is_wall, wall_of_triangles
 
 NORMAL = np.array([2.0, 3.0, 6.0]) / 7.0
 MIRROR = Affine.mirroring(np.array([0.01, 0.0, 0.0]), NORMAL)

@@ -11,8 +11,7 @@ from tests.whole_runs import same_when_resumed
 from tissuec.core.units import parse_unit
 from tissuec.geometry.blade_sections import shares_of_lines, shares_of_polygons
 from tissuec.mechanics.state import State
-from tissuec.script.verbs.blade import plane, strip, stroke
-from tissuec.script.verbs.cut_surface import cut_surface
+from tissuec.script.verbs.cut_surface import cut_surface, plane, strip, stroke
 
 RESISTANCE = 200.0
 FLESH = """language 1

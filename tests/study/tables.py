@@ -2,7 +2,7 @@
 
 import math
 
-from tissuec.studies.rows import DIED, DONE, REFUSED, FactorHead, MeasureHead, Row, StudyHead
+from tissuec.studies.table import DIED, DONE, REFUSED, FactorHead, MeasureHead, Row, StudyHead
 from tissuec.view.study_table import StudyTable
 
 HEAD = StudyHead(

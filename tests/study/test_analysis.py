@@ -14,8 +14,7 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.analysis.convergence import order_of, orders
 from tissuec.studies.analysis.sobol import sobol_indices
-from tissuec.studies.rows import FactorHead
-from tissuec.studies.table import StudyTable, rows_of
+from tissuec.studies.table import FactorHead, StudyTable, rows_of
 
 #: Of the Ishigami function with a = 7 and b = 0.1, first order and total, in closed form.
 FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
@@ -143,7 +142,7 @@ def test_orders_of_known_methods_and_their_limit():
 
 
 def test_divisions_are_refined_upwards():
-    from tissuec.studies.rows import FactorHead
+    from tissuec.studies.table import FactorHead
 
     points = [(4.0,), (8.0,), (16.0,)]
     table = tables.table_of(

@@ -12,10 +12,9 @@ from tests.validate.scenes import compiled_scene, quantity, rod, silent, validat
 from tissuec.compiler.compile import Compiled
 from tissuec.validate import validation as module
 from tissuec.validate.engine_run import MOST_ROWS, observe, output_times, thinned
-from tissuec.validate.judge import MOST
 from tissuec.validate.reference import reference
 from tissuec.validate.uncertainty import known_reference, shaken
-from tissuec.validate.validation import validate
+from tissuec.validate.validation import MOST, validate
 
 TORN = "from 0.075 s to 0.15 s: move right by (6, 0, 0) mm using constant speed"
 PUSHED = "when force(right) > 0.035 N: push right with (0, 0, 0.02) N"

@@ -68,7 +68,7 @@ def command(
     found = scene_modes(compiled, body=body, count=count, above=above)
     file = None
     if out is not None and len(found):
-        from tissuec.analysis.vibration.frames import write_modes
+        from tissuec.analysis.vibration.scene import write_modes
 
         file = write_modes(found, compiled, out, manifest_of(compiled, request))
     return modes_report(found, file)

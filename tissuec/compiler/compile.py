@@ -46,8 +46,6 @@ from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled, Generator
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.cutting import CuttingResistance
-from tissuec.model.friction import SurfaceFriction
 from tissuec.model.network import (
     BodyPart,
     Indices,
@@ -56,6 +54,7 @@ from tissuec.model.network import (
     Provenance,
     numbers_in,
 )
+from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup

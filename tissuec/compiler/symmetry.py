@@ -17,8 +17,8 @@ from tissuec.scene.environment import ContactLaw
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.plan import Plan, ScheduledAction
-from tissuec.script.verbs.blade import Blade
 from tissuec.script.verbs.change import ChangeMotion, ChangeSurroundings
+from tissuec.script.verbs.cut_surface import Blade
 from tissuec.script.verbs.holding import Driven, Holding, Taken
 from tissuec.script.verbs.move import Move, Turn
 from tissuec.script.verbs.push import Push

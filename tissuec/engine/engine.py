@@ -11,7 +11,6 @@ import numpy as np
 
 from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
-from tissuec.engine.breaking_elements import Loads
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import (
     Follow,
@@ -29,6 +28,7 @@ from tissuec.engine.saving import restore_control, restore_stepper, saved_choice
 from tissuec.engine.step_events import AcceptedStep, Survey, Watch
 from tissuec.engine.stepper import Stepper
 from tissuec.engine.watching import (
+    Loads,
     Standpoint,
     cut_step,
     first_interruption,

@@ -12,11 +12,10 @@ from tissuec.core.vectors import norm
 from tissuec.forces import Field
 from tissuec.forces.contact_points import ContactPoints
 from tissuec.forces.contact_sides import kept_outside
-from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
-from tissuec.geometry.nearest_triangles import nearest_triangles
+from tissuec.geometry.neighbours import are_between, in_balls, nearest_triangles
 from tissuec.model.network import Floats, Indices
 
 FEW = 12  # faces up to which all pairs are examined

@@ -1,10 +1,10 @@
-"""External forces on nodes, applied by the script."""
+"""Loads: weight, ambient damping, and external forces that the script applies to nodes."""
 
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.forces import Nodal
+from tissuec.forces import Nodal, Resisting
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
@@ -63,3 +63,66 @@ def total(terms: tuple[LoadTerm, ...], time: Floats | float) -> tuple[Floats, Fl
         value += np.multiply.outer(factor, term.vector)
         rate += np.multiply.outer(slope, term.vector)
     return value, rate
+
+
+class Weight(Nodal, frozen=True):
+    """Gravity on masses.
+
+    Attributes:
+        mass: [kg], shape (node,); zero where a node is held.
+        gravity: g [m/s²], shape (3,).
+    """
+
+    mass: Floats
+    gravity: Floats
+
+    @property
+    def steady(self) -> Floats:
+        """Return the acceleration of free nodes [m/s²], shape (3,)."""
+        return self.gravity
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the potential energy [J], shape (…); zero at the origin."""
+        # Each sum is the same whatever the other axes hold.
+        each = np.ascontiguousarray(self.mass * (position @ self.gravity))
+        return -np.add.reduce(each, axis=-1)
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the weights of all nodes [N], shape (…, node, 3)."""
+        to += self.mass[:, None] * self.gravity
+
+
+class Drag(Nodal, frozen=True):
+    """Ambient damping of each node.
+
+    Attributes:
+        damping: d [N s/m], shape (node,); zero where a node is held.
+    """
+
+    damping: Floats
+
+    @property
+    def drag(self) -> Floats:
+        """Return d [N s/m], shape (node,)."""
+        return self.damping
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N], shape (…, node, 3)."""
+        to -= self.damping[:, None] * velocity
+
+    def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
+        """Return the supplied power, zero, and the dissipated one, d v² [W], shape (…, 2)."""
+        lost = (velocity**2).sum(axis=-1) @ self.damping
+        return np.stack([np.zeros_like(lost), lost], axis=-1)
+
+    def braking(self, position: Floats) -> Resisting:
+        """Return the damping as a function that adds its product with velocities [N s/m]."""
+
+        def resist(moved: Floats, to: Floats) -> None:
+            to += self.damping[:, None] * moved
+
+        return resist

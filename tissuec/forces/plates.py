@@ -1,6 +1,6 @@
 """Plates: walls of triangles that resist bending at any Poisson's ratio.
 
-The folds of a triangle at its edges say how it is curved (``matter.curvature``). With the folds
+The folds of a triangle at its edges say how it is curved (``matter.plate``). With the folds
 θ_i - θ0_i = Δ_i and the weights w_i of hinges (``forces.bending``), a triangle stores
 
     E = Σ_i K_ii w_i (1 - cos Δ_i) + Σ_i<j K_ij z_i z_j,    z_i = p_i sin Δ_i,
@@ -46,7 +46,7 @@ class Plates(ElementField, frozen=True):
     One loses its stiffness if its patch loses an edge or a triangle.
 
     Attributes:
-        nodes: Patches, see ``matter.curvature``, shape (triangle, 6).
+        nodes: Patches, see ``matter.plate``, shape (triangle, 6).
         stiffness: K [N m], shape (triangle, 3, 3).
         delay: τ [s], shape (triangle,).
         drawn: θ0 [rad], shape (triangle, 3).

@@ -6,8 +6,8 @@
     documents   open texts, and what is known of each
     views       what the names in a text refer to
 
-``findings``, ``fixes``, ``hover``, ``completion``, ``navigation``, ``semantic_tokens`` and
-``layout`` answer from these; only ``server`` knows the protocol. Nothing here fails on a text
-that is incomplete. ``highlighting``, ``vscode`` and ``vsix`` write the files of editors that
-highlight texts without a server.
+``findings``, ``hover``, ``completion``, ``navigation``, ``semantic_tokens`` and ``positions``
+answer from these; only ``server`` knows the protocol. Nothing here fails on a text that is
+incomplete. ``highlighting`` and ``vscode`` write the files of editors that highlight texts
+without a server.
 """

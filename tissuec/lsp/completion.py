@@ -32,14 +32,13 @@ from tissuec.lang.words import (
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.lsp import study
-from tissuec.lsp.blocks import block_of
 from tissuec.lsp.phrases import Phrase, phrase_at_end
+from tissuec.lsp.prefix import block_of
 from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.terms import BlockKind, Term
 from tissuec.lsp.views import View
 from tissuec.lsp.vocabulary import numbers_of_forces
-from tissuec.meshes.formats import FORMATS
-from tissuec.meshes.formats.conversion import IMAGES
+from tissuec.meshes.formats import FORMATS, IMAGES
 from tissuec.scene.learning.entries import ADJUSTED
 from tissuec.scene.program.library import SUFFIX, Library, files_of
 from tissuec.scene.reading.entries import entries_of

@@ -14,10 +14,9 @@ from tissuec.lang.tokens import KEYWORD, NUMBER, STRING, UNIT, WORD, Token
 from tissuec.lang.tree import Statement
 from tissuec.lsp import context
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.blocks import block_of
 from tissuec.lsp.expected import Expected
 from tissuec.lsp.forms import fitting, forms_of
-from tissuec.lsp.prefix import Prefix
+from tissuec.lsp.prefix import Prefix, block_of
 from tissuec.lsp.terms import ENTRY, BlockKind, Term, plain
 from tissuec.lsp.vocabulary import entries
 from tissuec.scene.program.repetition import REPEAT

@@ -1,4 +1,4 @@
-"""Offsets in a text as the compiler reads it, and lines and columns as an editor counts them.
+"""Offsets in a text, lines and columns as an editor counts them, and changes by an editor.
 
 The compiler reads texts without a byte order mark, with one kind of line end, and composed
 (NFC). An editor counts in its own text, in units of UTF-16 unless both agree on another
@@ -8,9 +8,14 @@ encoding. Lines are the same in both, so that each line is mapped by itself.
 import re
 import unicodedata
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import NamedTuple
+
+from tissuec.core.errors import CompileError
+from tissuec.lang.characters import normalise
+from tissuec.lang.printer import format_source
+from tissuec.scene.reading.spellings import respelled
 
 LINE_END = re.compile(r"\r\n|\r|\n")
 _BOM = "\ufeff"
@@ -97,3 +102,54 @@ class Positions:
 
     def _length(self, part: str) -> int:
         return len(unicodedata.normalize("NFC", part.removeprefix(_BOM)))
+
+
+class Replacement(NamedTuple):
+    """A stretch of a text, from its beginning up to its end, and its replacement."""
+
+    start: ProtocolPosition
+    end: ProtocolPosition
+    text: str
+
+
+def replaced(text: str, changes: Iterable[Replacement], encoding: str) -> str:
+    """Return a text after changes, each of which counts in the text before it.
+
+    Args:
+        text: As the editor has it.
+        changes: In order.
+        encoding: What characters are counted in.
+    """
+    for change in changes:
+        start = _offset(text, change.start, encoding)
+        end = max(_offset(text, change.end, encoding), start)
+        text = text[:start] + change.text + text[end:]
+    return text
+
+
+def _offset(text: str, place: ProtocolPosition, encoding: str) -> int:
+    """Return the offset of a place; one beyond a line, or the text, is its end."""
+    start, ends = 0, LINE_END.finditer(text)
+    for _ in range(place.line):
+        end = next(ends, None)
+        if end is None:
+            return len(text)
+        start = end.end()
+    last = next(ends, None)
+    stop = len(text) if last is None else last.start()
+    if text.isascii():
+        return min(start + place.character, stop)
+    taken, width = 0, UNITS[encoding]
+    while start < stop and taken < place.character:
+        taken += width(text[start])
+        start += 1
+    return start
+
+
+def formatted(raw: str) -> str | None:
+    """Return a text as ``tissuec fmt`` lays it out; None if it is wrong."""
+    try:
+        new = format_source(respelled(normalise(raw, "text")))
+    except CompileError:
+        return None
+    return new.replace("\n", "\r\n") if "\r\n" in raw else new

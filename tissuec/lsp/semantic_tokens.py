@@ -20,8 +20,8 @@ from tissuec.lang.tokens import (
 from tissuec.lang.tree import Statement, Tree
 from tissuec.lang.tree_builder import tree_of
 from tissuec.lsp import terms
-from tissuec.lsp.blocks import block_of
 from tissuec.lsp.phrases import Phrase, phrases
+from tissuec.lsp.prefix import block_of
 from tissuec.lsp.terms import BlockKind
 
 #: ``part`` begins a part of a text (body, script), ``entry`` an entry of a block, ``verb`` an

@@ -10,10 +10,9 @@ from lsprotocol import types as lsp
 
 from tissuec.core.errors import TissueError
 from tissuec.lsp import completion, navigation
-from tissuec.lsp.edits import Replacement, formatted, replaced
 from tissuec.lsp.findings import Checked, fixes_at
 from tissuec.lsp.hover import hover
-from tissuec.lsp.positions import ProtocolPosition
+from tissuec.lsp.positions import ProtocolPosition, Replacement, formatted, replaced
 from tissuec.lsp.semantic_tokens import KINDS, tokens_of
 from tissuec.lsp.session import Session, names_in
 from tissuec.lsp.signatures import signature

@@ -13,16 +13,14 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Effect, Field, Nodal
-from tissuec.forces.drag import Drag
-from tissuec.forces.load import Load, LoadTerm, total
+from tissuec.forces.load import Drag, Load, LoadTerm, Weight, total
 from tissuec.forces.rest_length import ChangingRestLengths
 from tissuec.forces.springs import SpringForce
-from tissuec.forces.weight import Weight
 from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
-from tissuec.model.cutting import ClosingForce
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.resistance import ClosingForce
 from tissuec.model.springs import Springs
 from tissuec.model.topology import join_nodes_of
 

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from tissuec.geometry.affine import Affine
 from tissuec.geometry.edges import Indices
 from tissuec.geometry.elements import MIDDLES
-from tissuec.meshes.elements import MIRRORED
+from tissuec.meshes.elements import MIRRORED, TRIANGLE
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.stiffness_sharing import area_shares, volume_shares
-from tissuec.meshes.walls import TRIANGLE
 
 
 def placed(mesh: Mesh, affine: Affine) -> Mesh:

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.cutting import CuttingResistance
-from tissuec.model.friction import SurfaceFriction
 from tissuec.model.net_size import NetSize
+from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
 
 Floats = NDArray[np.float64]

@@ -22,20 +22,18 @@ from tissuec.results.arrays import (
 )
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.datasets import GroupSpec
-from tissuec.results.doubts import Doubt, doubts_of
 from tissuec.results.errors import ResultError
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.frame_arrays import CellFrames, Frames, Numbers, OverFrames
 from tissuec.results.frame_columns import POSITION, VELOCITY, column_of
 from tissuec.results.layout import open_result
 from tissuec.results.logs import Log, Logs
-from tissuec.results.manifest import read_manifest
+from tissuec.results.manifest import read_manifest, read_origins
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.names import members
-from tissuec.results.origins import read_origins
 from tissuec.results.parts import read_cells
 from tissuec.results.places import temporary_folder
-from tissuec.results.promise import Promise
+from tissuec.results.promise import Doubt, Promise, doubts_of
 from tissuec.results.recording import Event, ExpectationResult, NamedGroup
 from tissuec.results.schema import (
     CELLS,

@@ -35,9 +35,9 @@ from tissuec.results.manifest import (
     first_manifest,
     read_manifest,
     write_manifest,
+    write_origins,
 )
 from tissuec.results.mesh import RecordedMesh
-from tissuec.results.origins import write_origins
 from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames, add_views, remove_views

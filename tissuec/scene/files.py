@@ -9,7 +9,7 @@ from tissuec.core.hints import Hint, insertion, nearby_file
 from tissuec.core.source import Span
 from tissuec.core.units import UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
-from tissuec.meshes.formats.conversion import way_of_folder
+from tissuec.meshes.formats import way_of_folder
 from tissuec.scene.program.library import LINK, LINKED, Library
 from tissuec.scene.reading.expressions import Scope
 

@@ -13,8 +13,7 @@ from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import SCENE, block_of, declare
-from tissuec.script.tools import TOOLS
-from tissuec.script.tools.usual_names import KINDS_OF
+from tissuec.script.tools import KINDS_OF, TOOLS
 
 declare(
     "tool", "An instrument that holds, touches or cuts.", 24,

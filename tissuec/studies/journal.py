@@ -15,8 +15,7 @@ from tissuec.core.files import OutputFile, final_place
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.scene.study.model import called
-from tissuec.studies.rows import DIED, Row, StudyHead
-from tissuec.studies.table import rows_of
+from tissuec.studies.table import DIED, Row, StudyHead, rows_of
 from tissuec.studies.table_files import is_table
 from tissuec.studies.table_text import MARK, as_csv, parse_rows, row_line
 

@@ -23,9 +23,8 @@ from tissuec.core.report import (
 )
 from tissuec.scene.study.model import called
 from tissuec.studies.analysis.completed import completed
-from tissuec.studies.rows import title
 from tissuec.studies.study import RUNS, PreparedStudy, StudyResult
-from tissuec.studies.table import Column, StudyTable
+from tissuec.studies.table import Column, StudyTable, title
 
 MOST_REASONS = 5  # of failed runs that are listed
 

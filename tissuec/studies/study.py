@@ -36,8 +36,16 @@ from tissuec.scene.study.levels import alone, check_rows
 from tissuec.scene.study.model import UNNAMED, Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal, rows_in_hdf5
-from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
-from tissuec.studies.table import StudyTable
+from tissuec.studies.table import (
+    DIED,
+    DONE,
+    ENDED,
+    FactorHead,
+    MeasureHead,
+    Row,
+    StudyHead,
+    StudyTable,
+)
 from tissuec.studies.table_files import is_hdf5
 from tissuec.studies.trial import Job, PlannedRun, failed, row_of
 from tissuec.studies.writing import with_sentences

@@ -10,8 +10,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.scene.study.model import Cell
-from tissuec.studies.rows import title
-from tissuec.studies.table import Column, MeasureCurve, StudyTable
+from tissuec.studies.table import Column, MeasureCurve, StudyTable, title
 
 
 def read_table(path: Path) -> StudyTable:

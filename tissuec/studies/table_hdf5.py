@@ -13,8 +13,7 @@ from tissuec.core.files import replacing
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import TEXT, open_file
-from tissuec.studies.rows import StudyHead
-from tissuec.studies.table import Column, MeasureCurve, StudyTable
+from tissuec.studies.table import Column, MeasureCurve, StudyHead, StudyTable
 
 FORMAT = 1
 _HEAD = "study"

@@ -20,8 +20,7 @@ import msgspec
 from tissuec.core.files import write_file
 from tissuec.results.errors import ResultError
 from tissuec.scene.study.model import Cell
-from tissuec.studies.rows import MeasureHead, Row, StudyHead, title
-from tissuec.studies.table import StudyTable, rows_of
+from tissuec.studies.table import MeasureHead, Row, StudyHead, StudyTable, rows_of, title
 
 FORMAT = 2
 READABLE = (1, FORMAT)  # the first format has no doubts

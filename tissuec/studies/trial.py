@@ -23,14 +23,14 @@ from tissuec.core.workers.workers import CommonCache
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats, Indices
-from tissuec.results.doubts import kinds
+from tissuec.results.promise import kinds
 from tissuec.results.recording import EventSide
 from tissuec.scene.program.imports import Program
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.study.model import Cell, WrittenMeasure
 from tissuec.script.plan import Plan
-from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
+from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate

@@ -8,8 +8,7 @@ from msgspec.structs import replace
 
 from tests.study import tables_of_designs as tables
 from tissuec.core.errors import TissueError
-from tissuec.studies.rows import FactorHead
-from tissuec.studies.table import MeasureCurve
+from tissuec.studies.table import FactorHead, MeasureCurve
 from tissuec.view.plots import WrongOption, draw
 
 pytestmark = pytest.mark.usefixtures("unplaced")

@@ -7,8 +7,7 @@ from click.testing import CliRunner
 
 from tests.study import tables_of_designs as tables
 from tissuec.cli import group
-from tissuec.studies.rows import FactorHead
-from tissuec.studies.table import rows_of
+from tissuec.studies.table import FactorHead, rows_of
 from tissuec.view.report.study import MOST_ROWS, render_study
 from tissuec.view.study_table import StudyTable
 

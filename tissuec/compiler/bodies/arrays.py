@@ -16,9 +16,9 @@ from tissuec.forces.bending import Hinges
 from tissuec.laws import LINEAR, Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
-from tissuec.model.friction import SurfaceFriction
 from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
+from tissuec.model.resistance import SurfaceFriction
 from tissuec.model.springs import Springs
 from tissuec.scene.model import Body
 from tissuec.scene.reading.findings import Findings

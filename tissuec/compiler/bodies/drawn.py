@@ -18,10 +18,10 @@ from tissuec.core.names import key_of
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
+from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import Elemental, Mesh, Threaded
 from tissuec.meshes.generators.imported import Imported, MeshFileError
-from tissuec.meshes.walls import wall_of_triangles
 from tissuec.model.network import Floats, ThreadBody
 from tissuec.scene.bodies.fibres import Direction, Helix
 from tissuec.scene.model import Body

@@ -13,9 +13,8 @@ from tissuec.compiler.selections import PointScope
 from tissuec.core.fields import Real
 from tissuec.core.units import show
 from tissuec.geometry.elements import SHAPES
-from tissuec.meshes.elements import node_shares
+from tissuec.meshes.elements import TRIANGLE, node_shares
 from tissuec.meshes.generators import Mesh
-from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.network import Floats
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.reading.expressions import Scope

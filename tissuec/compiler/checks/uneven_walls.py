@@ -20,7 +20,7 @@ def uneven_walls(compiled: Compiled) -> Iterator[Diagnostic]:
     for wall in compiled.network.of_kind("membranes"):
         if wall.name not in bent:
             continue
-        from tissuec.matter.curvature import patches  # where walls need it
+        from tissuec.matter.plate import patches  # where walls need it
 
         ratio = -wall.thinning / (1.0 - wall.thinning)
         rigidity = wall.shear * wall.thickness**3 / (6.0 * (1.0 - ratio))

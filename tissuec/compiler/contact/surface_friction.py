@@ -10,10 +10,10 @@ import numpy as np
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.geometry.edges import TriangleIndex
 from tissuec.geometry.elements import SHAPES
+from tissuec.meshes.elements import TRIANGLE
 from tissuec.meshes.generators import Mesh
-from tissuec.meshes.walls import TRIANGLE
-from tissuec.model.friction import SurfaceFriction
 from tissuec.model.network import Indices
+from tissuec.model.resistance import SurfaceFriction
 from tissuec.scene.tissues.quantities import FRICTION
 
 

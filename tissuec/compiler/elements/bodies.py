@@ -33,10 +33,9 @@ from tissuec.laws.formula import Constant, replaced
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.uniaxial import OfTension
-from tissuec.meshes.elements import node_shares
+from tissuec.meshes.elements import TRIANGLE, node_shares
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.thick_tube import ThickTube, along_and_around
-from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance

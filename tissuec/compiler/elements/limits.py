@@ -18,8 +18,8 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.geometry.edges import TriangleIndex
 from tissuec.laws import LINEAR
+from tissuec.meshes.elements import TRIANGLE
 from tissuec.meshes.generators import ElementMesh
-from tissuec.meshes.walls import TRIANGLE
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, MarkPart, Origin, Provenance
 from tissuec.model.springs import NUMBERS, Springs

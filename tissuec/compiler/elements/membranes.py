@@ -31,7 +31,7 @@ class WallBending(Struct, frozen=True, eq=False):
 
     Attributes:
         body: The name of the body.
-        nodes: Patches of triangles, see ``matter.curvature``, shape (triangle, 6).
+        nodes: Patches of triangles, see ``matter.plate``, shape (triangle, 6).
         beside: Numbers of their neighbours, or -1, shape (triangle, 3).
         stiffness: Of their folds [N m], shape (triangle, 3, 3).
         delay: Retardation time [s], shape (triangle,).
@@ -129,7 +129,7 @@ class MembraneReader(ElementReader):
         """Return the bending stiffness of the wall; None without any."""
         if self.body.shell is None:
             return None
-        from tissuec.matter.curvature import patches  # where walls need it
+        from tissuec.matter.plate import patches  # where walls need it
 
         young, ratio = self._constants(tuple(map(self._law, self.parts.materials)))
         rigidity = young * self.thickness**3 / (12.0 * (1.0 - ratio**2))

@@ -9,8 +9,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.materials.tissue_parts import TissueParts
-from tissuec.model.cutting import CuttingResistance
 from tissuec.model.network import Floats
+from tissuec.model.resistance import CuttingResistance
 from tissuec.scene.tissues.quantities import CUTTING_RESISTANCE, FIBRE_MODULUS, YOUNGS_MODULUS
 
 if TYPE_CHECKING:

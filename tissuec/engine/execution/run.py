@@ -1,24 +1,291 @@
-"""The run: from event to event, until the end, a failure or an interruption."""
+"""The run: the loop over its events, until the end, a failure or an interruption.
+
+At one time things happen in this order: expectations whose interval ends are judged; springs
+rupture; ends of motions come, and whatever else earlier actions have entered; then the events
+of the script as they are written; then the triggers that have become true. Samples at that time
+show what is after all of it.
+"""
 
 import signal
 import time as clock
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from math import inf
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from msgspec import Struct, field
 
+from tissuec.core.errors import counted
+from tissuec.core.units import ENERGY, TIME, show
+from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.expectations import Failure
+from tissuec.engine.execution.failure_messages import explain
 from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run_loop import Kind, RunLoop
+from tissuec.engine.execution.run_state import RunState, read_run_state
 from tissuec.engine.execution.signals import Interrupt, StopRequest, asked_to_stop
+from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
-from tissuec.model.network import Network
-from tissuec.results.doubts import Doubt
-from tissuec.script.plan import Plan
+from tissuec.model.network import Floats, Network
+from tissuec.results.promise import Doubt
+from tissuec.script.measures.snapshot import EnergyBalance
+from tissuec.script.plan import EQUILIBRIUM, RELAXATION, Plan, ScheduledAction
 from tissuec.script.verbs import LoggedEvent
 
 if TYPE_CHECKING:
-    from tissuec.engine.method import Statistics
+    from tissuec.engine.engine import Engine
+    from tissuec.engine.method import Interruption, Pause, Statistics
+    from tissuec.engine.phases import Phases
+    from tissuec.engine.quasistatic import QuasiStatic
+
+Kind = Literal["done", "diverged", "stuck", "interrupted"]
+
+
+class RunLoop:
+    """One run under way.
+
+    Args:
+        network, plan: Of the run.
+        recorder: A new one, of the same network and plan.
+        threads: See ``Method``.
+
+    Attributes:
+        ending: How the run ended, and a sentence about it; None while it continues.
+    """
+
+    run_state: RunState
+    handler: EventHandler
+
+    def __init__(self, network: Network, plan: Plan, recorder: Recorder, threads: int):
+        self.network, self.plan, self.recorder = network, plan, recorder
+        self.engine: Engine | QuasiStatic | Phases
+        self.engine = _make_engine(network, plan, recorder, threads)
+        self.engine.follow = recorder.follow
+        self.ending: tuple[Kind, str] | None = None
+        self._true: list[int] = []
+
+    def begin(self, further: Sequence[ScheduledAction] = ()) -> None:
+        """Start at 0 s with the events of that time.
+
+        Args:
+            further: Events beside those of the plan.
+        """
+        self._attach(RunState.begin(self.network, self.plan, self.recorder.memory))
+        self.run_state.queue.write(further)
+        self.handler.begin()
+        self._restart()
+        self.handler.enter()
+        self._look_for_end()
+
+    def resume(self, saved: Mapping[str, Any]) -> None:
+        """Start from a checkpoint.
+
+        Raises:
+            ValueError: This is not the checkpoint of a run.
+        """
+        run_state = read_run_state(saved, self.network, self.plan)
+        self.recorder.memory = run_state.memory
+        self._attach(run_state)
+        if "inner" in run_state.engine:
+            self._enter_phases()
+        self.engine.restore(run_state.state, run_state.engine)
+        self.handler.enter()
+
+    def checkpoint(self) -> dict[str, Any]:
+        """Return the state from which ``resume`` continues; only between two steps."""
+        saved = self.engine.checkpoint()
+        assert saved is not None, "the engine pauses between steps only"
+        self.run_state.engine = saved
+        return self.run_state.write(self.network, self.plan)
+
+    def advance(self, pause: "Pause", view: float = inf) -> "Interruption":
+        """Step to the next event, which is not handled yet, or to a pause or view.
+
+        Args:
+            pause, view: See ``Engine.advance``.
+        """
+        state = self.run_state.state
+        until = min(self.run_state.queue.next, self.plan.simulation.duration)
+        watch = self._watch if self._is_watched() else None
+        survey = self._survey if watch and not state.is_slipping else None
+        view = view if view < until else inf
+        return self.engine.advance(state, until, watch, pause, survey, view)
+
+    def handle(self, reason: "Interruption") -> None:
+        """Carry out everything that happens at the time to which the run has come.
+
+        Args:
+            reason: Why ``advance`` came back; not for a pause.
+        """
+        state, duration = self.run_state.state, self.plan.simulation.duration
+        if reason.kind == "diverged" or reason.kind == "stuck":
+            self.ending = reason.kind, explain(reason, state)
+            if self.recorder.takes_notes:
+                self.handler.look_for_doubts(always=True)
+            return
+        sums = self.sums()
+        self.handler.leave(*sums)
+        if self.recorder.takes_notes:
+            if reason.kind == "reached":
+                self.handler.look_at_rest()
+            self.handler.look_for_doubts()
+        true = self._true if reason.kind == "triggered" else None
+        self._true = []
+        if self.handler.handle(ruptured=reason.springs, true=true):
+            self._restart()
+            self.handler.enter()
+            # A net without inertia is elsewhere after events: where it is relaxed again.
+            if not self._is_static or state.time >= duration:
+                self.handler.record_jumps(*sums)
+        self._look_for_end()
+
+    def sums(self) -> tuple[float, float]:
+        """Return work and dissipated energy until now [J]; zero where they are not kept."""
+        saved = self.engine.checkpoint() if self.plan.needs_ledger else None
+        return (
+            (0.0, 0.0)
+            if saved is None
+            else (float(saved["ledger"][0]), float(saved["ledger"][1]))
+        )
+
+    def notes(self) -> tuple[str, ...]:
+        """Return notes on the effect of a fixed step on the energy, and on lost equilibria."""
+        simulation = self.plan.simulation
+        if simulation.is_static or simulation.step is None:
+            return tuple(self.engine.remarks)
+        run_state = self.run_state
+        ledger = EnergyBalance(run_state.initial, *self.sums(), run_state.switched)
+        kept = ledger if self.plan.needs_ledger else None
+        return (*self.engine.remarks, *notes(self.engine.statistics, run_state.state, kept))
+
+    def _restart(self) -> None:
+        """Have the engine take over the state, which may be in equilibrium from now on."""
+        state = self.run_state.state
+        if state.still_until > state.time and not self.plan.simulation.is_static:
+            self._enter_phases()
+        self.engine.restart(state)
+
+    def _enter_phases(self) -> None:
+        """Have the engine step static intervals, too, also those that no plan foresaw."""
+        from tissuec.engine.engine import Engine
+        from tissuec.engine.phases import Phases
+
+        if isinstance(self.engine, Engine):
+            self.engine = Phases(self.engine, self.recorder.times, self.recorder.record)
+
+    @property
+    def _is_static(self) -> bool:
+        """Return whether the net has no inertia now."""
+        state = self.run_state.state
+        return self.plan.simulation.is_static or state.still_until > state.time
+
+    def _attach(self, run_state: RunState) -> None:
+        self.run_state = run_state
+        self.handler = EventHandler(self.network, self.plan, self.recorder, run_state)
+
+    def _look_for_end(self) -> None:
+        """End the run if it failed, was ended by an action, or has lasted its duration."""
+        state, duration = self.run_state.state, self.plan.simulation.duration
+        ended = self.run_state.queue.ended
+        if self.handler.failure:
+            self.ending = "stuck", self.handler.failure
+        elif ended is not None or state.time >= duration:
+            self.engine.finish(state)
+            message = f"done: {duration:g} s were simulated"
+            if ended is not None:
+                self.handler.end(*self.sums())
+                at = f"{show(state.time, TIME, digits=6)} of {show(duration, TIME)}"
+                message = f"done: ended at {at} by {ended.span.place}: {ended.cause}"
+            self.ending = "done", message
+        if self.ending is not None and self.recorder.takes_notes:
+            self.handler.look_for_doubts(always=True)
+
+    def _is_watched(self) -> bool:
+        """Return whether states on the way to the next event must be examined."""
+        waits = self.run_state.waiting or self.recorder.awaits_jumps
+        return bool(waits) or self.run_state.state.is_slipping
+
+    def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
+        if self.recorder.awaits_jumps:
+            self.handler.record_jumps(*self.sums())
+        found = self.handler.true_triggers(self.handler.snapshot_at(time, position, velocity))
+        # The engine closes in on the earliest time that is true: the last such answer counts.
+        self._true = found or self._true
+        return bool(found) or bool(self.run_state.state.seizing(time, position, velocity))
+
+    def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
+        return self.handler.may_be_true(self.handler.snapshot_at(time, position, velocity))
+
+
+def _make_engine(
+    network: Network, plan: Plan, recorder: Recorder, threads: int
+) -> "Engine | QuasiStatic":
+    """Return a new engine; imported only here, because it brings much along."""
+    from tissuec.engine.engine import Engine
+    from tissuec.engine.method import Method
+
+    simulation = plan.simulation
+    method = Method(
+        simulation.integrator,
+        simulation.tolerance,
+        simulation.step,
+        simulation.duration,
+        ledger=plan.needs_ledger,
+        watch_strength=plan.breakable,
+        choices=simulation.choices,
+        threads=threads,
+    )
+    if method.name == RELAXATION:
+        from tissuec.engine.quasistatic import Relaxations
+
+        return Relaxations(network, method, recorder.times, recorder.record)
+    if method.name == EQUILIBRIUM:
+        from tissuec.engine.equilibria import Equilibria
+
+        return Equilibria(network, method, recorder.times, recorder.record)
+    return Engine(network, method, recorder.times, recorder.record)
+
+
+GROWN = 0.01  # of the energy at the end: imbalances that are reported
+
+
+def notes(
+    statistics: "Statistics", state: State, ledger: EnergyBalance | None
+) -> tuple[str, ...]:
+    """Return sentences about a run with a fixed step.
+
+    Args:
+        statistics: Counts of the run.
+        state: The last good state.
+        ledger: Energies until then; None where they are not kept.
+    """
+    found = [_stalls(statistics)] if statistics.stalls else []
+    if ledger is not None:
+        found += _growth(state, ledger)
+    return tuple(found)
+
+
+def _stalls(statistics: "Statistics") -> str:
+    return (
+        f"{statistics.method} stalled in {counted(statistics.stalls, 'step')}: the forces rose "
+        f"even at the smallest step size; "
+        f"{counted(statistics.evaluations, 'force evaluation')} for "
+        f"{counted(statistics.accepted, 'frame')}"
+    )
+
+
+def _growth(state: State, ledger: EnergyBalance) -> list[str]:
+    """Return notes on unexplained gains or losses of energy, if they are large."""
+    energies = observables.energies(state, state.time, state.position, state.velocity)
+    surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
+    if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:
+        return []
+    verb, part = ("added", "to") if surplus > 0.0 else ("took", "from")
+    return [
+        f"the steps {verb} {show(abs(surplus), ENERGY)} {part} the energy of the net, which is "
+        f"{show(float(energies.kinetic + energies.elastic), ENERGY)} at the end; smaller steps "
+        "reduce this"
+    ]
+
 
 CHECKPOINT_EVERY = 5.0
 """Least wall time between checkpoints [s]."""

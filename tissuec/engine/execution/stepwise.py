@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from tissuec.engine.execution.event_queue import SAME
 from tissuec.engine.execution.memory_recorder import MemoryRecording, RecordedRows
 from tissuec.engine.execution.recorder import Part, Recorder, RecorderState
-from tissuec.engine.execution.run_loop import Kind, RunLoop
+from tissuec.engine.execution.run import Kind, RunLoop
 from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats, Network
 from tissuec.results.recording import Event

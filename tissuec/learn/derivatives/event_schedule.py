@@ -21,13 +21,15 @@ from tissuec.forces.derivatives import with_numbers
 from tissuec.forces.load import Load
 from tissuec.kernels.derivative_records import ActingFields, Links, SpringMemory, Values
 from tissuec.learn.parameters.fields import (
+    NO_MEMORY,
     ActingNumbers,
     Fields,
     acting_numbers,
     derivatives_of,
+    memory_of,
     numbers,
+    remembering,
 )
-from tissuec.learn.parameters.memory import NO_MEMORY, memory_of, remembering
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import SPRINGS, Floats, Indices, Network

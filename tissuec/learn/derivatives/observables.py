@@ -19,7 +19,7 @@ from tissuec.kernels.derivative_records import (
 from tissuec.learn.derivatives.event_schedule import Leg, acting_fields, present_fields
 from tissuec.learn.derivatives.kernels import acceleration, pull_back
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.parameters.memory import NO_MEMORY, memory_of, remembering
+from tissuec.learn.parameters.fields import NO_MEMORY, memory_of, remembering
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import Fit

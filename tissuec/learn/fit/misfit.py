@@ -6,10 +6,10 @@ import numpy as np
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.outcome import percent
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.residual_structure import ResidualStructure, residual_structure
 from tissuec.learn.fit.search import MET
-from tissuec.learn.fit.shown import percent
 from tissuec.model.network import Floats
 
 NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, which is 1

@@ -17,7 +17,7 @@ from tissuec.core.errors import TissueError
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.derivatives.model import Model, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.parameters.priors import Prior
+from tissuec.learn.parameters.blocks import Prior
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import FitProblem
 

@@ -1,4 +1,4 @@
-"""Parameters of each ``adjust`` entry, of single entries of arrays, their values and places.
+"""Parameters of each ``adjust`` entry: their values, places and prior expectations.
 
 Parameters are pure numbers that begin at 0: logarithms of what is positive, over its value at
 the beginning, and otherwise differences in units of a scale.
@@ -280,3 +280,11 @@ def _sense(block: ParameterBlock, order: NumberOrder) -> Floats:
     if along is None:
         return np.ones(order.sizes[block.array])
     return np.tile(along, order.sizes[block.array] // 3)
+
+
+class Prior(Struct, frozen=True, eq=False):
+    """Prior of one parameter: its place, its value, and its standard deviation."""
+
+    place: int
+    value: float
+    spread: float

@@ -14,8 +14,13 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.kernels.derivative_records import Seeds, Sparse, Values
-from tissuec.learn.parameters.fields import ActingNumbers, Fields, numbers
-from tissuec.learn.parameters.memory import memory_numbers, rows_of
+from tissuec.learn.parameters.fields import (
+    ActingNumbers,
+    Fields,
+    memory_numbers,
+    numbers,
+    rows_of,
+)
 from tissuec.model.network import Floats, Network
 
 VALUES = Values._fields

@@ -21,12 +21,10 @@ from tissuec.compiler.contact.build import contact_of
 from tissuec.forces.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
-from tissuec.learn.parameters.blocks import Entries, ParameterBlock, block_of
-from tissuec.learn.parameters.compilations import Compilations
+from tissuec.learn.parameters.blocks import Entries, ParameterBlock, Prior, block_of
 from tissuec.learn.parameters.fields import Fields, every_field, numbered
 from tissuec.learn.parameters.numbers import NumberOrder
-from tissuec.learn.parameters.priors import Prior
-from tissuec.learn.parameters.substitution import Number, UsePlace, recompiled
+from tissuec.learn.parameters.substitution import Compilations, Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import STIFFENING

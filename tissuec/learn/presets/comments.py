@@ -6,8 +6,7 @@ from pathlib import Path
 
 from tissuec.core.version import __version__
 from tissuec.learn.fit.expectations import judged
-from tissuec.learn.fit.outcome import Estimates, Learnt
-from tissuec.learn.fit.shown import interval, percent, shown
+from tissuec.learn.fit.outcome import Estimates, Learnt, interval, percent, shown
 from tissuec.scene.request import Request
 
 WIDTH = 96

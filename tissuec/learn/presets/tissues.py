@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from tissuec.core.units import LENGTH
 from tissuec.lang.words import written_name
-from tissuec.learn.fit.shown import PARTS, interval, shown
+from tissuec.learn.fit.outcome import PARTS, interval, shown
 from tissuec.learn.presets.drafts import Draft, LearntNumber
 from tissuec.learn.presets.laws import changed_constants, exact, law_text, learnt
 from tissuec.scene.model import AssignedQuantity, PropertyFact, Scene

@@ -12,8 +12,7 @@ from tissuec.core.report import Fact, FactSection, FactTable, FailedExpectation,
 from tissuec.core.units import si_unit
 from tissuec.learn.fit.expectations import DemandVerdict, errors_of, judged
 from tissuec.learn.fit.learning import LearnProgress
-from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
-from tissuec.learn.fit.shown import interval, percent, shown
+from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt, interval, percent, shown
 from tissuec.learn.vocabulary.moving import Drift, drifts_between
 from tissuec.learn.vocabulary.used import reread
 from tissuec.model.network import Floats

@@ -24,8 +24,8 @@ from tissuec.meshes.formats import (
     faces,
     known_by,
     numbered_parts,
+    way_of,
 )
-from tissuec.meshes.formats.conversion import way_of
 from tissuec.meshes.formats.numbers import as_floats, as_whole
 
 _TYPES = {

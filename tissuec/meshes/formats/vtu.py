@@ -16,8 +16,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, known_by
-from tissuec.meshes.formats.conversion import way_of
+from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, known_by, way_of
 from tissuec.meshes.formats.numbers import as_floats, as_whole
 from tissuec.meshes.formats.vtk import of_types
 from tissuec.meshes.formats.xml import parse

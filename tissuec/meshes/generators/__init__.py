@@ -26,7 +26,7 @@ class ElementMesh(Struct, frozen=True, eq=False):
     """Finite elements of one shape.
 
     Attributes:
-        shape: Its name, as in ``geometry.elements.SHAPES``, or ``meshes.walls.TRIANGLE``.
+        shape: Its name, as in ``geometry.elements.SHAPES``, or ``meshes.elements.TRIANGLE``.
         nodes: In the order of that shape, shape (element, node).
     """
 

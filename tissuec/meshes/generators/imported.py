@@ -15,8 +15,7 @@ from tissuec.core.errors import counted
 from tissuec.core.fields import InFile, LengthIfAny, Named, OneOf, PointsIfAny, Real
 from tissuec.core.files import read_bytes
 from tissuec.geometry.edges import Edges, Floats, Indices
-from tissuec.meshes.formats import FormatError, read
-from tissuec.meshes.formats.conversion import way_of_folder
+from tissuec.meshes.formats import FormatError, read, way_of_folder
 from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
 from tissuec.meshes.generators.joining import require_fine_part, require_limits, springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.hints import alternatives
-from tissuec.meshes.formats import FormatError
-from tissuec.meshes.formats.conversion import IMAGES
+from tissuec.meshes.formats import IMAGES, FormatError
 
 Floats: TypeAlias = NDArray[np.float64]
 Labels: TypeAlias = NDArray[np.integer]

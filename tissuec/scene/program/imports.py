@@ -16,7 +16,7 @@ from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import WrongNumbers
-from tissuec.meshes.formats.conversion import IMAGES
+from tissuec.meshes.formats import IMAGES
 from tissuec.scene.program.library import (
     LARGEST_FILE,
     LINK,

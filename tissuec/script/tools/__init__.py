@@ -1,9 +1,10 @@
-"""Kinds of tools, each with its entries and the shapes that it touches with.
+"""Kinds of tools, each with its entries and shapes, and usual names of instruments.
 
 A member is a ``Struct`` whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
 move rigidly with the tool, except that jaws may close.
 """
 
+from collections.abc import Mapping
 from typing import ClassVar, Literal, Protocol
 
 import numpy as np
@@ -103,3 +104,28 @@ TOOLS: Family[type[ToolKind]] = Family("tissuec.script.tools", "tool")
 def grasping() -> tuple[str, ...]:
     """Return the kinds of tools that hold nodes by name."""
     return tuple(kind for kind in TOOLS if getattr(TOOLS[kind], "grasps", False))
+
+
+#: Kinds by a name in small letters, the best one first.
+KINDS_OF: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(
+        ("haemostat", "hemostat", "artery forceps", "bulldog", "clip"), ("clamp", "forceps")
+    ),
+    **dict.fromkeys(
+        ("grasper", "gripper", "tweezers", "pincers", "pliers", "dissector", "jaws", "hand"),
+        ("forceps",),
+    ),
+    **dict.fromkeys(("needle holder", "needle driver"), ("needle", "forceps")),
+    **dict.fromkeys(
+        ("scalpel", "knife", "blade", "shears", "cutter", "lancet", "saw"), ("scissors",)
+    ),
+    **dict.fromkeys(("retractor", "spatula", "lever", "elevator"), ("hook", "probe")),
+    **dict.fromkeys(
+        ("rod", "ball", "sphere", "stick", "finger", "indenter", "palpator", "trocar"),
+        ("probe",),
+    ),
+    **dict.fromkeys(
+        ("syringe", "irrigator", "catheter", "cannula", "tube", "jet"), ("nozzle",)
+    ),
+    **dict.fromkeys(("table", "floor", "wall", "bed", "plate", "support"), ("plane",)),
+}

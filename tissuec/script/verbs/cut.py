@@ -24,8 +24,7 @@ from tissuec.script.parts import (
     point,
 )
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.blade import ON_PLANE, Blade, plane, strip, stroke
-from tissuec.script.verbs.cut_surface import cut_surface
+from tissuec.script.verbs.cut_surface import ON_PLANE, Blade, cut_surface, plane, strip, stroke
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 

@@ -18,8 +18,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats
 from tissuec.scene.study.entries import GRID
-from tissuec.studies.analysis.answer import Answer
-from tissuec.studies.analysis.completed import completed, lack_of, measure_of
+from tissuec.studies.analysis.completed import Answer, completed, lack_of, measure_of
 from tissuec.studies.table import Column, StudyTable
 
 SMALLEST, LARGEST = 1e-3, 30.0  # orders that are looked for

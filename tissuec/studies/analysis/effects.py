@@ -5,8 +5,7 @@ from collections.abc import Iterator, Sequence
 from msgspec import Struct
 
 from tissuec.scene.study.entries import ONE_AT_A_TIME
-from tissuec.studies.analysis.answer import Answer
-from tissuec.studies.analysis.completed import completed, lack_of, measure_of
+from tissuec.studies.analysis.completed import Answer, completed, lack_of, measure_of
 from tissuec.studies.table import Column, StudyTable
 
 

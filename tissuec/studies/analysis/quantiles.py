@@ -18,8 +18,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.scene.study.entries import INDICES, LATIN, SOBOL
-from tissuec.studies.analysis.answer import Answer
-from tissuec.studies.analysis.completed import measure_of, values_of
+from tissuec.studies.analysis.completed import Answer, measure_of, values_of
 from tissuec.studies.table import StudyTable, rows_of
 
 PARTS = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -22,8 +22,7 @@ from msgspec import Struct
 
 from tissuec.model.network import Floats
 from tissuec.scene.study.entries import INDICES
-from tissuec.studies.analysis.answer import Answer
-from tissuec.studies.analysis.completed import completed, measure_of
+from tissuec.studies.analysis.completed import Answer, completed, measure_of
 from tissuec.studies.table import Column, StudyTable
 
 CONFIDENCE = 0.95

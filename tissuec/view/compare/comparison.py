@@ -20,8 +20,7 @@ from tissuec.view.compare.parameters import (
     compare_parameters,
     forces_alone,
 )
-from tissuec.view.compare.sides import Side
-from tissuec.view.compare.texts import TextDifference, changed_files, compare_texts
+from tissuec.view.compare.sides import Side, TextDifference, changed_files, compare_texts
 
 MOST_NAMED = 6  # nodes or springs that are named of one part
 

@@ -22,8 +22,7 @@ from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, M
 from tissuec.view.compare.matching import SideParts
 from tissuec.view.compare.motion import MotionDifference
 from tissuec.view.compare.parameters import FORCE, QuantityDifference, SourcePlace, shortened
-from tissuec.view.compare.sides import Side
-from tissuec.view.compare.texts import TextDifference
+from tissuec.view.compare.sides import Side, TextDifference
 
 MOST_LINES = 60  # of a difference of texts
 MOST_TOLD = 10  # events of one kind

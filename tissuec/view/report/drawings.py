@@ -15,8 +15,7 @@ from tissuec.view.player.options import Options
 from tissuec.view.player.page import fragment
 from tissuec.view.plots import draw
 from tissuec.view.plots.page import need_matplotlib
-from tissuec.view.report.content import ReportContent
-from tissuec.view.report.head import capital
+from tissuec.view.report.content import ReportContent, capital
 from tissuec.view.report.markup import Content, Html, Section, element, html, row, table
 
 #: Colours that follow the page into the dark.

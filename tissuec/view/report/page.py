@@ -6,8 +6,7 @@ from pathlib import Path
 from tissuec.core import palette
 from tissuec.core.version import __version__
 from tissuec.view.report import drawings, origins, outcome
-from tissuec.view.report.content import ReportContent
-from tissuec.view.report.head import head
+from tissuec.view.report.content import ReportContent, head
 from tissuec.view.report.markup import Html, Section, element, link
 
 _HERE = Path(__file__).parent

@@ -8,12 +8,11 @@ from typing import Any
 from tissuec.core.errors import TissueError, counted
 from tissuec.scene.study.entries import GRID, INDICES, LIST, ONE_AT_A_TIME
 from tissuec.scene.study.model import called
-from tissuec.studies.analysis.answer import Answer
+from tissuec.studies.analysis.completed import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
 from tissuec.studies.analysis.sobol import ends, sobol_indices
 from tissuec.studies.report import doubts_in_words, promises, range_of, values_of
-from tissuec.studies.rows import DONE, ENDED
-from tissuec.studies.table import StudyTable
+from tissuec.studies.table import DONE, ENDED, StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw
 from tissuec.view.report.drawings import inline, lacking
 from tissuec.view.report.markup import Content, Html, Section, element, html, row

@@ -15,7 +15,7 @@ from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.results.doubts import Doubt
+from tissuec.results.promise import Doubt
 from tissuec.script.plan import Plan
 
 LOOKS = 64

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
-from tissuec.engine.execution.doubts.watched_skin import WatchedSkin
+from tissuec.engine.execution.doubts.overlapping import WatchedSkin
 from tissuec.geometry.edges import volume
 from tissuec.geometry.inside import inside
-from tissuec.geometry.nearest_triangles import nearest_triangles
+from tissuec.geometry.neighbours import nearest_triangles
 from tissuec.geometry.sweeps import Passage, near, side_of, sweeps, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart

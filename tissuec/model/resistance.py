@@ -1,6 +1,6 @@
-"""Resistance to cutting: areas of springs, energies, and the force of blades that close."""
+"""Resistance: friction, areas of springs, energies of cuts, and the force of blades."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -66,3 +66,25 @@ class ClosingForce(Struct, frozen=True, eq=False):
         reached = moves[..., None] & (share >= self.low) & (share < self.high)
         per_share = (reached * self.energies / (self.high - self.low)).sum(axis=-1)
         return per_share[..., None] * self.way / (self.way @ self.way)
+
+
+class SurfaceFriction(Struct, frozen=True, eq=False):
+    """Coefficients of friction that tissues give.
+
+    Attributes:
+        nodes: Of the nodes of bodies, shape (body node,).
+        skin: Of the triangles of their surfaces, shape (triangle,).
+    """
+
+    nodes: Floats
+    skin: Floats
+
+    @classmethod
+    def joined(cls, parts: Sequence["SurfaceFriction"]) -> "SurfaceFriction | None":
+        """Return the coefficients of several bodies, one after the other; None without any."""
+        if not any(one.nodes.any() for one in parts):
+            return None
+        return cls(
+            np.concatenate([one.nodes for one in parts]),
+            np.concatenate([one.skin for one in parts]),
+        )
