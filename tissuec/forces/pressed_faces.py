@@ -12,7 +12,6 @@ of a surface, it is the force p ∫ N_i n dA of finite elements.
 """
 
 from collections.abc import Iterator
-from fractions import Fraction
 from functools import cached_property
 from typing import cast
 
@@ -38,7 +37,7 @@ def _quadratic() -> dict[tuple[int, int, int], float]:
     2 Σ sign(ijk) ∫ N_i ∂N_j/∂ξ ∂N_k/∂η over the orders of a triple; turned triples have equal
     ones.
     """
-    parts: dict[tuple[int, int, int], Fraction] = {(0, 1, 2): Fraction(2, 15)}
+    parts = {(0, 1, 2): 2 / 15}
     kinds = {
         (0, 1, 3): (1, 5), (0, 1, 4): (-1, 3), (0, 1, 5): (-1, 3), (0, 3, 4): (4, 15),
         (0, 3, 5): (8, 5), (0, 4, 5): (4, 15),
@@ -46,10 +45,10 @@ def _quadratic() -> dict[tuple[int, int, int], float]:
     turn = {0: 1, 1: 2, 2: 0, 3: 4, 4: 5, 5: 3}
     for triple, (above, below) in kinds.items():
         for _ in range(3):
-            parts[triple] = Fraction(above, below)
+            parts[triple] = above / below
             triple = cast(tuple[int, int, int], tuple(turn[node] for node in triple))
-    parts[3, 4, 5] = Fraction(16, 15)
-    return {triple: float(weight) for triple, weight in parts.items()}
+    parts[3, 4, 5] = 16 / 15
+    return parts
 
 
 _SIX = _quadratic()

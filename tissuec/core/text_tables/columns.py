@@ -191,16 +191,14 @@ def _mixed(text: str, dialect: Dialect, wanted: Sequence[int]) -> tuple[int, int
     return 0, None
 
 
+# Patterns of cells that are no numbers; most tables have none, so they are compiled when used.
 _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
-_WHOLE = re.compile(_NUMBER)
-_CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)")
-_DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}(?:[T ].*)?")
-_GROUPED = re.compile(
-    r"[+-]?\d{1,3}(?:([,.' _\u00a0\u2009\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d+)?"
-)
-_FORTRAN = re.compile(r"([+-]?\d*\.?\d*)[dDqQ]([+-]?\d+)")
-_FOLLOWED = re.compile(rf"({_NUMBER})\s*([^\d\s].*)")
-_LIMIT = re.compile(rf"[<>≤≥~≈]=?\s*{_NUMBER}")
+_CLOCK = r"(?:(\d+):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)"
+_DATE = r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}(?:[T ].*)?"
+_GROUPED = r"[+-]?\d{1,3}(?:([,.' _\u00a0\u2009\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d+)?"
+_FORTRAN = r"([+-]?\d*\.?\d*)[dDqQ]([+-]?\d+)"
+_FOLLOWED = rf"({_NUMBER})\s*([^\d\s].*)"
+_LIMIT = rf"[<>≤≥~≈]=?\s*{_NUMBER}"
 
 GAP = "leave a gap empty, or write nan, NA or -"
 
@@ -219,24 +217,24 @@ TOO_MANY = "write digits without separators, and units after the names of column
 def remedy(cell: str) -> str:
     """Return the remedy for a cell that is not a number."""
     text = cell.strip()
-    if clock := _CLOCK.fullmatch(text):
+    if clock := re.fullmatch(_CLOCK, text):
         hours, minutes, seconds = clock[1] or "0", clock[2], clock[3].replace(",", ".")
         total = 3600 * int(hours) + 60 * int(minutes) + float(seconds)
         return f"write times as numbers, from the start of the test: {total:.12g} for {text}"
-    if _DATE.fullmatch(text):
+    if re.fullmatch(_DATE, text):
         return "write times as numbers, from the start of the test, instead of dates"
-    if grouped := _GROUPED.fullmatch(text):
+    if grouped := re.fullmatch(_GROUPED, text):
         plain = text.replace(grouped[1], "").replace(",", ".")
         return f"write digits without separators: {plain}"
-    if "_" in text and _WHOLE.fullmatch(plain := text.replace("_", "")):
+    if "_" in text and re.fullmatch(_NUMBER, plain := text.replace("_", "")):
         return f"write digits without separators: {plain}"
-    if _WHOLE.fullmatch(text):
+    if re.fullmatch(_NUMBER, text):
         return f"such large numbers are not measurements: {GAP}"
-    if fortran := _FORTRAN.fullmatch(text):
+    if fortran := re.fullmatch(_FORTRAN, text):
         return f"write exponents with E: {fortran[1]}E{fortran[2]}"
-    if _LIMIT.fullmatch(text):
+    if re.fullmatch(_LIMIT, text):
         return f"a limit is not a measured number: {GAP}"
-    if followed := _FOLLOWED.fullmatch(text):
+    if followed := re.fullmatch(_FOLLOWED, text):
         number, rest = followed[1], followed[2].strip()
         where = "put it after the name of the column" if _is_unit(rest) else "remove it"
         what = "the unit" if _is_unit(rest) else "the text"
@@ -249,7 +247,7 @@ def is_ambiguous(cell: str) -> bool:
 
     No thousands begin with a zero: "0,234" is a decimal.
     """
-    grouped = _GROUPED.fullmatch(cell)
+    grouped = re.fullmatch(_GROUPED, cell)
     return grouped is not None and grouped[1] == "," and not cell.lstrip("+-").startswith("0")
 
 
