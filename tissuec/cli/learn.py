@@ -350,14 +350,13 @@ def _fit_words(task: _Task, fit: "VocabularyFit") -> Report:
         UsageError: A check of the derivatives of a motion was requested.
         TissueError: The vocabulary cannot be written to its file.
     """
-    from tissuec.learn.presets.preset import place
-    from tissuec.learn.report.fitted_words import (
-        as_dict,
+    from tissuec.learn.presets.fitted_vocabulary import (
         compose_vocabulary,
-        fitted_parts,
         rehearse_vocabulary,
         sources_of,
     )
+    from tissuec.learn.presets.preset import place
+    from tissuec.learn.report.fitted_words import as_dict, fitted_parts
     from tissuec.learn.report.learnt import Passes, judged_parts, unified
     from tissuec.learn.words_fit.fitting import fit_words
     from tissuec.pipeline import read_words
