@@ -7,7 +7,7 @@ from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.learn.fit.shown import percent
+from tissuec.learn.fit.outcome import percent
 from tissuec.learn.presets.checking import Pending
 from tissuec.learn.presets.comments import entry, mark
 from tissuec.learn.presets.preset import Preset

@@ -6,7 +6,7 @@ from typing import Any
 from tissuec.core.errors import counted
 from tissuec.core.report import Fact, FactTable, Part
 from tissuec.core.units import si_unit
-from tissuec.learn.fit.shown import shown
+from tissuec.learn.fit.outcome import shown
 from tissuec.learn.report.learnt import sentences
 from tissuec.learn.words_fit.fitting import FittedNumber, LearntVocabulary
 from tissuec.scene.tissues.quantities import QUANTITIES
