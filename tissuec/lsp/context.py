@@ -97,8 +97,6 @@ def _plain(prefix: Prefix) -> Expected:
     """Return the completions after ``=`` and similar signs."""
     behind_equal = prefix.has("=")
     match prefix.block.kind, prefix.head or prefix.subject:
-        case "", ("param" | "let" | "set" as head) if not behind_equal:
-            return Expected(declares=head)
         case "", "hedge":
             return number(v.HEDGE_TERMS)
         case "", "expect":
@@ -107,8 +105,8 @@ def _plain(prefix: Prefix) -> Expected:
             return measured()
         case (("body" | "region"), entry) if behind_equal and entry in GRADABLE:
             return number(v.coordinates())
-        case "", "table":
-            return Expected((v.CHOSEN_FROM,))
+        case "", head if head in PARTS and PARTS[head].sentences and not behind_equal:
+            return together(first_places(forms_of("", head)))
         case (("property" | "quantity"), "evenly"):
             return Expected(declares="word")
         case (("property" | "quantity"), _):

@@ -1,13 +1,12 @@
 """The forms of sentences, taken apart: what each joining word of an order or entry holds."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from functools import cache
 from itertools import takewhile
 from typing import NamedTuple
 
 from tissuec.core import units
-from tissuec.core.units import NUMBER, Dimension, parse_unit, show
+from tissuec.core.units import NUMBER, show
 from tissuec.lang.words import DECLARING_WORDS, RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
@@ -20,10 +19,8 @@ from tissuec.script import forms as script_forms
 from tissuec.script.forms import VerbForm
 from tissuec.script.parts import (
     BODY,
-    FORCE,
     OWN,
     QUANTITY,
-    REGION,
     RULES,
     SET,
     TISSUE,
@@ -46,13 +43,10 @@ from tissuec.script.parts import (
 )
 from tissuec.script.verbs import VERBS
 
-#: Words that follow one of some others, in forms that are written as texts.
-_SECOND = {"to": ("from",), "and": ("between",), "in": ("using", "along")}
 #: What capital words mean in forms that are written as texts.
 _MEANT = {
     **{one.text: Expected(names=one.names)
-       for one in (BODY, FORCE, QUANTITY, REGION, RULES, SET, TISSUE)},
-    "UNIT": Expected(unit=True, dimension=units.LENGTH),
+       for one in (BODY, QUANTITY, RULES, SET, TISSUE)},
     "SPREAD": Expected((v.SPREADS,)),
     "TIME": number()._replace(dimension=units.TIME),
     "LENGTH": number()._replace(dimension=units.LENGTH),
@@ -60,7 +54,7 @@ _MEANT = {
     "LIST": number(),
 }  # fmt: skip
 #: Words of such forms that are described.
-_DESCRIBED = {"log scale": v.LOG_SCALE, "run": v.RUN, "columns": v.COLUMNS}
+_DESCRIBED = {"log scale": v.LOG_SCALE}
 
 
 class ClauseForm(NamedTuple):
@@ -156,32 +150,23 @@ def _written(text: str, entry: str) -> SentenceForm:
         if (word in RESERVED and word != "table") or word == "=":
             groups.append([])
         groups[-1].append(word)
-    clauses, before, starts = list[ClauseForm](), "", list[str]()
+    clauses, before = list[ClauseForm](), ""
     for word, *content in groups[1:]:
-        needs = (before,) if before in _SECOND.get(word, ()) else ()
+        needs = (before,) if (before, word) == ("from", "to") else ()
         clauses.append(ClauseForm(word, _content(content), needs))
         before = word
-        if word == "=" and content[0].isalpha() and content[0].islower():
-            starts.append(content[0])
-    return SentenceForm("", tuple(clauses), tuple(starts))
+    return SentenceForm("", tuple(clauses))
 
 
 def _content(content: Sequence[str]) -> Expected:
     """Return the completions for a part of the text of a form."""
-    first, *more = (*content, "")
+    first = content[0] if content else ""
     if first.isupper():
         return _MEANT.get(first, Expected())
     if not first[:1].isalpha():
-        return number()._replace(dimension=_time_of(more)) if first else Expected()
+        return number() if first else Expected()
     literal = " ".join(takewhile(str.isalpha, content))
     return Expected((_DESCRIBED.get(literal) or plain(CHOICE, [literal]),))
-
-
-def _time_of(more: Sequence[str]) -> Dimension | None:
-    """Return that a number is a time, if that in the form is one; None for any other."""
-    with suppress(ValueError, ArithmeticError):
-        return units.TIME if parse_unit(more[0]).dimension == units.TIME else None
-    return None
 
 
 # --- declared forms ---------------------------------------------------------------------------

@@ -238,7 +238,6 @@ LOG_SCALE = plain(CHOICE, ["log scale"], "Use the logarithm of the values.")
 CHOSEN_FROM = plain(CHOICE, ["nodes", "springs"])
 COUNTED = plain(CHOICE, ["nodes", "springs", "elements", "pieces"])
 RUN = plain(CHOICE, ["run"], "The whole run.")
-COLUMNS = plain(ENTRY, ["columns"], 'The columns of the table: with columns "id x y z".')
 SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
 KNOWN_TERMS: dict[str, Term] = {
     key: Term(

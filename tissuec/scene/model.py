@@ -31,6 +31,7 @@ from tissuec.script.tools import Shape, ToolKind, grasping
 
 if TYPE_CHECKING:
     from tissuec.scene.bodies.fibres import Direction
+    from tissuec.scene.bodies.tables import WrittenTable
 
 #: Limits by which springs and elements break; empty if they do not.
 Rupture = Literal["", "allowed", "by toughness"]
@@ -239,8 +240,8 @@ class SpringPart(Struct, frozen=True):
 class Tables(Struct, frozen=True):
     """Explicit nodes and springs."""
 
-    nodes: s.Table
-    springs: s.Table | None
+    nodes: "WrittenTable"
+    springs: "WrittenTable | None"
     laws: Mapping[str, WrittenLaws]  # that rows may name, by lower-case name
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from tissuec.scene.bodies.likeness import read_each_like
-from tissuec.scene.bodies.tables import check_table
+from tissuec.scene.bodies.tables import read_tables
 from tissuec.scene.environment import Environment, read_environment
 from tissuec.scene.learning.block import read_learn_blocks
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
@@ -47,11 +47,12 @@ def resolve_words(
     )
     vocabulary = read_vocabulary(declarations, constants)
     laws = read_laws(declarations, constants)
+    tables = read_tables(declarations, constants)
     tissues = read_tissues(declarations, vocabulary, constants)
     forces = declarations.read_each(
         "force", lambda d: read_force(d.name, d.item, declarations, constants), findings
     )
-    return ResolvedProgram(declarations, constants, vocabulary, laws, tissues, forces)
+    return ResolvedProgram(declarations, constants, vocabulary, laws, tables, tissues, forces)
 
 
 def resolve(
@@ -137,10 +138,7 @@ def _settings(
 
 
 def _check_parts(program: Program, declarations: Declarations, findings: Findings) -> None:
-    """Report a scene without a body, and tables without one."""
+    """Report a scene without a body."""
     if not declarations.of("body") and not findings.may_be_misspelt("body"):
         hint = "for example: body vessel { mesh is tube { … }; tissue is … }"
         findings.add("TIS304", "the scene has no body", whole(program.main), hint=hint)
-    for table in declarations.tables:
-        with findings.item():
-            check_table(table, declarations, findings)

@@ -349,6 +349,8 @@ def _written(part: Part) -> list[str]:
             return [f"{word} {part.placeholder} and {part.placeholder}"]
         case DirectedClause(word=word, along=along):
             return [f"{word} {part.placeholder}S", f"{word} {part.placeholder} {along} VECTOR"]
+        case ChoiceClause(in_forms=False):
+            return []
         case ChoiceClause(word=word, words=words, place=place):
             return [f"{word} {one}" for one in ([place] if place else words)]
         case EitherClause(clauses=clauses):

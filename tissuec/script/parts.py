@@ -156,9 +156,11 @@ class ChoiceClause(ClausePart, frozen=True):
     Attributes:
         words: The words, with a description of each.
         what: Name of the kind of word, in the singular.
+        in_forms: Whether forms show it, because no other part includes its words.
     """
 
     words: Mapping[str, str]
+    in_forms: bool = True
 
 
 class NameClause(ClausePart, frozen=True):

@@ -33,6 +33,7 @@ from tissuec.meshes.generators import Mesh
 from tissuec.meshes.generators.explicit import ExplicitMesh, TableError
 from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices
+from tissuec.scene.bodies.tables import WrittenTable
 from tissuec.scene.model import Body, Tables
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.tissues.quantities import LISTED, QUANTITIES
@@ -113,7 +114,7 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     if not len(node_ids):
         message = f"the table contains no node of {body.name}"
         scope.findings.reject(
-            "TIS302", message, tables.nodes.name.span, hint="write at least one row"
+            "TIS302", message, tables.nodes.rows.name.span, hint="write at least one row"
         )
     position = np.stack([nodes.get(axis, default=0.0) for axis in "xyz"], axis=1)
     if tables.springs is None:
@@ -148,12 +149,12 @@ class _NumberTable:
 
     def __init__(
         self,
-        table: s.Table,
+        written: WrittenTable,
         known: Mapping[str, Dimension | None],
         needed: Sequence[str],
         scope: Scope,
     ):
-        self.table = table
+        self.written, self.table = written, written.rows
         self.known = known
         self.needed = needed
         self.scope = scope
@@ -264,34 +265,13 @@ class _NumberTable:
 
     def _header(self) -> dict[str, float | None]:
         """Return the factor to SI of each column, None for ids."""
-        clauses = {clause.word: clause for clause in self.table.clauses}
-        header = clauses.get("with")
-        value = header.value if header else None
-        if (
-            not isinstance(value, s.Name)
-            or value.words.lower() != "columns"
-            or value.quoted is None
-        ):
-            self.findings.reject(
-                "TIS304",
-                "the columns of the table are missing",
-                self.table.name.span,
-                hint='for example: with columns "id x y z"',
-            )
-        for word, clause in clauses.items():
-            if word not in ("of", "in", "with"):
-                self.findings.reject(
-                    "TIS303", f'"{word}" is not allowed in a table', clause.span
-                )
-        length = None
-        if "in" in clauses:
-            unit = clauses["in"].value.span
-            length = self._unit(unit.text, LENGTH, unit)
-        factors = self._columns(value.quoted, value.span.end - 1, length)
+        unit, columns = self.written.said.unit, self.written.said.columns
+        length = None if unit is None else self._unit(unit.text, LENGTH, unit)
+        factors = self._columns(columns.quoted or "", columns.span.end - 1, length)
         for name in self.needed:
             if name not in factors:
                 message = f'the table needs a column "{name}"'
-                self.findings.reject("TIS304", message, clauses["with"].span)
+                self.findings.reject("TIS304", message, self.written.header)
         return factors
 
     def _columns(self, text: str, end: int, length: float | None) -> dict[str, float | None]:

@@ -136,7 +136,9 @@ class MaterialReader:
                 g for g in (self.parts.found(name)[part] for part in parts) if g is not None
             ]
             tables = self.body.tables
-            where = tables.springs.name.span if tables and tables.springs else self.body.span
+            where = (
+                tables.springs.rows.name.span if tables and tables.springs else self.body.span
+            )
             modulus = [self.parts.found("spring constant")[part] for part in parts]
             is_matter = any(g is not None and g.quantity.is_of_matter for g in modulus)
             lacking = QUANTITIES[
@@ -242,7 +244,10 @@ class MaterialReader:
         if column is None:
             return value, provenance
         assert self.body.tables is not None
-        origins = (*provenance.origins, Origin(getattr(self.body.tables, table).span, "table"))
+        origins = (
+            *provenance.origins,
+            Origin(getattr(self.body.tables, table).rows.span, "table"),
+        )
         is_open = np.isnan(column)
         index = np.where(is_open, provenance.index, len(origins) - 1)
         return (

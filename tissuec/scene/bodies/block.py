@@ -33,7 +33,7 @@ from tissuec.scene.bodies.parts import (
 )
 from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES, is_placement, read_placement
 from tissuec.scene.bodies.prestress import DIRECTION_ENTRY, PRESTRESS
-from tissuec.scene.bodies.tables import explicit_tables, tables_of
+from tissuec.scene.bodies.tables import WrittenTable, explicit_tables
 from tissuec.scene.model import Bending, Body, Graded, MadeOfElements, Tables, Tissue
 from tissuec.scene.program.declarations import Declared, without
 from tissuec.scene.program.resolved import ResolvedProgram
@@ -110,6 +110,7 @@ class _BodyReader:
         assert isinstance(declared.item, s.Block)
         self.name, self.block = declared.name, declared.item
         self.tissues, self.laws = program.tissues, program.laws
+        self.all_tables = program.tables
         self.declarations, self.scope = program.declarations, program.constants
         self.findings = self.scope.findings
         self.once: dict[str, Span] = {}
@@ -329,10 +330,12 @@ class _BodyReader:
         return made.span if wall and "bending" not in self.once else shell
 
     def _tables(self) -> Tables | None:
-        tables: dict[str, s.Table] = {}
+        tables: dict[str, WrittenTable | None] = {}
         # Of the nearest body that has a table of a kind.
         for name in names_like(self.name, self.declarations, self.findings):
-            tables = tables_of(name, self.declarations, self.findings) | tables
+            tables = {**self.all_tables.get(name.key, {}), **tables}
+        if None in tables.values():
+            self.findings.stop()
         if self.mesh_kind == EXPLICIT:
             return explicit_tables(self.name, self.block.head, tables, self.laws, self.findings)
         if tables:
@@ -342,7 +345,7 @@ class _BodyReader:
             self.findings.reject(
                 "TIS306",
                 f"body {self.name.text} has both a mesh and a table",
-                next(iter(tables.values())).name.span,
+                next(one for one in tables.values() if one is not None).rows.name.span,
                 hint=Hint("write mesh is explicit", *edits),
             )
         return None

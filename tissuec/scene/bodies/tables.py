@@ -1,77 +1,118 @@
-"""Which body a table belongs to, and which tables a body has."""
+"""Tables of nodes and springs: their heads, and which body each belongs to."""
 
 from collections.abc import Mapping
+from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core.errors import Note
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
+from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Tables, WrittenLaws
 from tissuec.scene.program.declarations import Declarations
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import BODY, NameClause, Placeholder, UnitClause
 
 TABLES = ("nodes", "springs")
+_KIND = Placeholder("nodes", words=TABLES)
+_COLUMNS = Placeholder(
+    "columns", words=("columns",), about='The columns of the table: with columns "id x y z".'
+)
+
+
+class TableWords(VerbSentence, frozen=True):
+    """The head of a table."""
+
+    kind: Annotated[s.Name, NameClause("", what="kind of table", places=(_KIND,))]
+    body: Annotated[
+        s.Name,
+        NameClause("of", what="body of the table", places=(BODY,), example="of net"),
+    ]
+    unit: Annotated[Span | None, UnitClause("in", LENGTH, place="UNIT")]
+    columns: Annotated[
+        s.Name,
+        NameClause(
+            "with", what="list of columns", places=(_COLUMNS,),
+            example='with columns "id x y z"',
+        ),
+    ]  # fmt: skip
+
+
+_TABLE = SentenceKind((TableWords,))
 declare(
     "table", "Nodes or springs of an explicit mesh, one per row.", 53, "sentence",
-    forms=("table nodes of BODY in UNIT with columns",),
+    sentences=_TABLE.forms,
 )  # fmt: skip
 
 
-def check_table(table: s.Table, declarations: Declarations, findings: Findings) -> None:
-    """Reject a table that belongs to no body, so that a misspelt one is not ignored.
+class WrittenTable(Struct, frozen=True):
+    """A table as it is written.
 
-    Args:
-        table: The table.
+    Attributes:
+        said: Its head.
+        rows: With the text of the rows.
+        header: The clause with its columns.
     """
+
+    said: TableWords
+    rows: s.Table
+    header: Span
+
+
+#: Tables by the key of their body and their kind; None is one that was rejected.
+TablesOfBodies = Mapping[str, Mapping[str, WrittenTable | None]]
+
+
+def read_tables(declarations: Declarations, scope: Scope) -> TablesOfBodies:
+    """Return all tables of a program; each error rejects one only."""
+    findings, found = scope.findings, dict[str, dict[str, WrittenTable | None]]()
+    for table in declarations.tables:
+        owners = [c.value for c in table.clauses if c.word == "of"]
+        key = owners[0].key if owners and isinstance(owners[0], s.Name) else ""
+        kinds = found.setdefault(key, {})
+        first = kinds.get(table.name.key)
+        kinds[table.name.key] = None
+        with findings.item():
+            read = _read(table, declarations, scope)
+            if first is not None:
+                findings.reject(
+                    "TIS503",
+                    f"body {read.said.body.text} has two tables of {table.name.text}",
+                    table.name.span,
+                    notes=(Note("first here", first.rows.name.span),),
+                )
+            kinds[table.name.key] = read
+    return found
+
+
+def _read(table: s.Table, declarations: Declarations, scope: Scope) -> WrittenTable:
+    """Return a table of a body that is there, so that a misspelt one is not ignored."""
     if table.name.key not in TABLES:
-        findings.reject(
+        scope.findings.reject(
             "TIS303",
             f'"{table.name.text}" is not a table of a body',
             table.name.span,
             hint=alternatives(table.name.key, TABLES, what="tables"),
         )
-    owner = _owner(table)
-    if owner is None:
-        findings.reject(
-            "TIS304",
-            "the body of the table is missing",
-            table.name.span,
-            hint=f"for example: table {table.name.text} of net …",
-        )
-    declarations.find("body", owner, findings)
-
-
-def tables_of(
-    body: s.Name, declarations: Declarations, findings: Findings
-) -> dict[str, s.Table]:
-    """Return the tables that name a body, by their kind; two of one kind are rejected.
-
-    Args:
-        body: Name of the body.
-    """
-    tables: dict[str, s.Table] = {}
-    for table in declarations.tables:
-        owner = _owner(table)
-        if owner is None or owner.key != body.key:
-            continue
-        if table.name.key not in TABLES:
-            findings.stop()  # check_table reports this
-        if table.name.key in tables:
-            findings.reject(
-                "TIS503",
-                f"body {body.text} has two tables of {table.name.text}",
-                table.name.span,
-                notes=(Note("first here", tables[table.name.key].name.span),),
-            )
-        tables[table.name.key] = table
-    return tables
+    reader = SentenceReader("table", _TABLE, table, scope)
+    said = reader.get(TableWords)
+    declarations.find("body", said.body, scope.findings)
+    if said.columns.words.lower() != "columns" or said.columns.quoted is None:
+        part = reader.form.parts["columns"]
+        reader.missing(part, word="with")
+    return WrittenTable(said, table, reader.clauses["with"].span)
 
 
 def explicit_tables(
     body: s.Name,
     head: Span,
-    tables: dict[str, s.Table],
+    tables: Mapping[str, WrittenTable | None],
     laws: Mapping[str, WrittenLaws],
     findings: Findings,
 ) -> Tables:
@@ -82,17 +123,12 @@ def explicit_tables(
         head: Head of its block.
         tables: Its tables by kind.
     """
-    if "nodes" not in tables:
+    nodes = tables.get("nodes")
+    if nodes is None:
         findings.reject(
             "TIS304",
             f"body {body.text} needs a table of nodes",
             head,
             hint=f'table nodes of {body.text} in mm with columns "id x y z" {{ 1 0 0 0 }}',
         )
-    return Tables(tables["nodes"], tables.get("springs"), laws)
-
-
-def _owner(table: s.Table) -> s.Name | None:
-    """Return the body that a table names, None if it names none."""
-    values = [clause.value for clause in table.clauses if clause.word == "of"]
-    return values[0] if values and isinstance(values[0], s.Name) else None
+    return Tables(nodes, tables.get("springs"), laws)

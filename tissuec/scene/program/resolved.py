@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+from tissuec.scene.bodies.tables import TablesOfBodies
 from tissuec.scene.model import Tissue, WrittenForce, WrittenLaws
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.parameters import Constants
@@ -15,5 +16,6 @@ class ResolvedProgram(Struct, frozen=True):
     constants: Constants
     vocabulary: Vocabulary
     laws: dict[str, WrittenLaws]
+    tables: TablesOfBodies
     tissues: dict[str, Tissue]
     forces: dict[str, WrittenForce]

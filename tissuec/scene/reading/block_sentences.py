@@ -24,6 +24,7 @@ from tissuec.script.parts import (
     NameClause,
     Part,
     UnionClause,
+    UnitClause,
     ValueClause,
 )
 
@@ -174,6 +175,8 @@ class SentenceReader(ClauseReader):
                 return self.names_in(word) if joins else self.name_in(word)
             case NameClause(word=word):
                 return (self.name_in(word), *self.repeated)
+            case UnitClause(word=word):
+                return self.clauses[word].value.span
             case LimitsClause(word=word):
                 ends = self.clauses[word].value
                 assert isinstance(ends, s.Listing)

@@ -68,7 +68,7 @@ class ClauseReader:
         self.texts = texts
         self.duration, self._lasts = duration, False
         self.scope = scope
-        self.span: Span = sentence.head if isinstance(sentence, s.Block) else sentence.span
+        self.span = _head_of(sentence)
         self.object = _object_of(sentence, verb)
         self.words = self.object.text
         self.asked: set[str] = set()
@@ -521,6 +521,14 @@ def clauses_of(sentence: Written) -> Iterator[s.Clause]:
     if isinstance(sentence, s.Assign) and (ends := sentence.bounds) is not None:
         yield s.Clause("between", s.Listing((ends.low, ends.high), ends.span), ends.span)
     yield from sentence.clauses
+
+
+def _head_of(sentence: Written) -> Span:
+    """Return the place of a sentence, without a block or rows after it."""
+    if isinstance(sentence, s.Table):
+        parts = (sentence.name, *sentence.clauses)
+        return parts[0].span.to(parts[-1].span)
+    return sentence.head if isinstance(sentence, s.Block) else sentence.span
 
 
 def _object_of(sentence: Written, first: str) -> s.Name:

@@ -66,8 +66,12 @@ class KnownStress(VerbSentence, frozen=True):
             example=f"in {TENSION}",
         ),
     ]  # fmt: skip
-    along: Annotated[str | None, ChoiceClause("along", _Fibres, what="direction")]
-    across: Annotated[str | None, ChoiceClause("across", _Fibres, what="direction")]
+    along: Annotated[
+        str | None, ChoiceClause("along", _Fibres, what="direction", in_forms=False)
+    ]
+    across: Annotated[
+        str | None, ChoiceClause("across", _Fibres, what="direction", in_forms=False)
+    ]
     places: _Places
     low: _Low
     high: _High
