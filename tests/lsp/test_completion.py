@@ -235,6 +235,7 @@ def test_every_word_of_a_good_scene_is_offered_where_it_stands(path):
     for statement in view.structure.statements:
         if statement.outer is not None and statement.outer.is_table:
             continue
+        indices = {head.words[1] for head in statement.chain if head.words[:1] == ["repeat"]}
         for part in statement.parts:
             phrase = view.phrase_at(part.start + 1)
             is_new = phrase is not None and phrase.expected.declares and phrase.term is None
@@ -247,7 +248,7 @@ def test_every_word_of_a_good_scene_is_offered_where_it_stands(path):
                 )
                 for one in complete(view, part.start + 1)
             )
-            if not any(typed):
+            if not any(typed) and part.text not in indices:  # a part of many names
                 missed.append(part.text)
     assert missed == []
 

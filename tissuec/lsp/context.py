@@ -11,6 +11,7 @@ from tissuec.lsp.forms import first_places, fitting, forms_of, texts_of, togethe
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
 from tissuec.lsp.vocabulary import entries
+from tissuec.scene.program.repetition import REPEAT
 from tissuec.scene.reading.graded import GRADABLE
 from tissuec.scene.reading.parts import PARTS
 from tissuec.scene.tissues.evidence import KNOWN
@@ -68,6 +69,8 @@ def expected_in(prefix: Prefix) -> Expected:
     last = prefix.last
     assert last is not None
     kind, head, call = prefix.block.kind, prefix.head, prefix.call
+    if REPEAT in (head, prefix.subject) and call == "[":
+        return Expected(declares="let")
     if last.text == "table" and head != "table":
         return Expected(files="table")
     if prefix.in_measure and call not in v.functions():

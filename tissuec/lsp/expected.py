@@ -74,6 +74,8 @@ def argument(prefix: Prefix) -> Expected:
     """Return the expectation of an argument of a measure: its subject, place or time."""
     call, last = prefix.call, prefix.last
     assert last is not None
+    if call == "[" and len(prefix.calls) > 1:  # a union
+        return Expected(names=kinds_measured(prefix.calls[-2]))
     if call == "error":
         return Expected((v.ERRORS_OF,))
     if call == "count" and last.text == "(":

@@ -22,6 +22,7 @@ from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.metadata import Metadata
 from tissuec.scene.program.parameters import Constants
+from tissuec.scene.sentences import WrittenTable
 from tissuec.scene.study.model import Study
 from tissuec.scene.tissues.known_curves import KnownCurve
 from tissuec.scene.tissues.quantities import LEFT_OUT, STIFFENING, Spread, TissueQuantity
@@ -31,7 +32,6 @@ from tissuec.script.tools import Shape, ToolKind, grasping
 
 if TYPE_CHECKING:
     from tissuec.scene.bodies.fibres import Direction
-    from tissuec.scene.bodies.tables import WrittenTable
 
 #: Limits by which springs and elements break; empty if they do not.
 Rupture = Literal["", "allowed", "by toughness"]
@@ -240,8 +240,8 @@ class SpringPart(Struct, frozen=True):
 class Tables(Struct, frozen=True):
     """Explicit nodes and springs."""
 
-    nodes: "WrittenTable"
-    springs: "WrittenTable | None"
+    nodes: WrittenTable
+    springs: WrittenTable | None
     laws: Mapping[str, WrittenLaws]  # that rows may name, by lower-case name
 
 

@@ -1,9 +1,12 @@
-"""Sentences outside of blocks that are about meshes: sets and expectations."""
+"""Sentences outside of blocks that are about meshes: sets, tables and expectations."""
 
 from typing import Annotated, NoReturn, TypeAlias
 
+from msgspec import Struct
+
 from tissuec.core.hints import did_you_mean, proposal
-from tissuec.core.units import TIME
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, TIME
 from tissuec.lang import syntax as s
 from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.expressions import Scope
@@ -17,10 +20,11 @@ from tissuec.script.parts import (
     NameClause,
     Placeholder,
     UnionClause,
+    UnitClause,
     ValueClause,
 )
 
-#: What a set can be chosen from.
+#: What sets are chosen from, and what tables contain.
 KINDS = ("nodes", "springs")
 
 Name = Annotated[s.Name, NameClause("", what="set", places=(Placeholder("NAME", new="set"),))]
@@ -94,6 +98,51 @@ class _SetReader(SentenceReader):
 def read_set(item: s.Assign, scope: Scope) -> SetWords:
     """Return what a set is, or reject it."""
     return _SetReader("set", SET_KIND, item, scope).get()
+
+
+_KIND = Placeholder("nodes", words=KINDS)
+_COLUMNS = Placeholder(
+    "columns", words=("columns",), about='The columns of the table: with columns "id x y z".'
+)
+
+
+class TableWords(VerbSentence, frozen=True):
+    """The head of a table."""
+
+    kind: Annotated[s.Name, NameClause("", what="kind of table", places=(_KIND,))]
+    body: Annotated[
+        s.Name,
+        NameClause("of", what="body of the table", places=(BODY,), example="of net"),
+    ]
+    unit: Annotated[Span | None, UnitClause("in", LENGTH, place="UNIT")]
+    columns: Annotated[
+        s.Name,
+        NameClause(
+            "with", what="list of columns", places=(_COLUMNS,),
+            example='with columns "id x y z"',
+        ),
+    ]  # fmt: skip
+
+
+TABLE_KIND = SentenceKind((TableWords,))
+declare(
+    "table", "Nodes or springs of an explicit mesh, one per row.", 53, "sentence",
+    sentences=TABLE_KIND.forms,
+)  # fmt: skip
+
+
+class WrittenTable(Struct, frozen=True):
+    """A table as it is written.
+
+    Attributes:
+        said: Its head.
+        rows: With the text of the rows.
+        header: The clause with its columns.
+    """
+
+    said: TableWords
+    rows: s.Table
+    header: Span
 
 
 Condition = Annotated[s.Expression, ConditionClause("", place="CONDITION")]

@@ -33,9 +33,9 @@ from tissuec.meshes.generators import Mesh
 from tissuec.meshes.generators.explicit import ExplicitMesh, TableError
 from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices
-from tissuec.scene.bodies.tables import WrittenTable
 from tissuec.scene.model import Body, Tables
 from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.sentences import WrittenTable
 from tissuec.scene.tissues.quantities import LISTED, QUANTITIES
 
 ID = "id"

@@ -33,7 +33,7 @@ from tissuec.scene.bodies.parts import (
 )
 from tissuec.scene.bodies.placement import PLACEMENT_ENTRIES, is_placement, read_placement
 from tissuec.scene.bodies.prestress import DIRECTION_ENTRY, PRESTRESS
-from tissuec.scene.bodies.tables import WrittenTable, explicit_tables
+from tissuec.scene.bodies.tables import explicit_tables
 from tissuec.scene.model import Bending, Body, Graded, MadeOfElements, Tables, Tissue
 from tissuec.scene.program.declarations import Declared, without
 from tissuec.scene.program.resolved import ResolvedProgram
@@ -56,6 +56,7 @@ from tissuec.scene.reading.graded import (
     with_graded,
 )
 from tissuec.scene.reading.parts import SCENE, block, declare
+from tissuec.scene.sentences import WrittenTable
 from tissuec.scene.tissues.appearance import APPEARANCE
 from tissuec.scene.tissues.names import read_tissue, tissue_entry
 from tissuec.scene.tissues.quantities import QUANTITIES

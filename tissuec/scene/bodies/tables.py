@@ -1,69 +1,17 @@
 """Tables of nodes and springs: their heads, and which body each belongs to."""
 
 from collections.abc import Mapping
-from typing import Annotated
-
-from msgspec import Struct
 
 from tissuec.core.errors import Note
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Tables, WrittenLaws
 from tissuec.scene.program.declarations import Declarations
-from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.block_sentences import SentenceReader
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import declare
-from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import BODY, NameClause, Placeholder, UnitClause
-
-TABLES = ("nodes", "springs")
-_KIND = Placeholder("nodes", words=TABLES)
-_COLUMNS = Placeholder(
-    "columns", words=("columns",), about='The columns of the table: with columns "id x y z".'
-)
-
-
-class TableWords(VerbSentence, frozen=True):
-    """The head of a table."""
-
-    kind: Annotated[s.Name, NameClause("", what="kind of table", places=(_KIND,))]
-    body: Annotated[
-        s.Name,
-        NameClause("of", what="body of the table", places=(BODY,), example="of net"),
-    ]
-    unit: Annotated[Span | None, UnitClause("in", LENGTH, place="UNIT")]
-    columns: Annotated[
-        s.Name,
-        NameClause(
-            "with", what="list of columns", places=(_COLUMNS,),
-            example='with columns "id x y z"',
-        ),
-    ]  # fmt: skip
-
-
-_TABLE = SentenceKind((TableWords,))
-declare(
-    "table", "Nodes or springs of an explicit mesh, one per row.", 53, "sentence",
-    sentences=_TABLE.forms,
-)  # fmt: skip
-
-
-class WrittenTable(Struct, frozen=True):
-    """A table as it is written.
-
-    Attributes:
-        said: Its head.
-        rows: With the text of the rows.
-        header: The clause with its columns.
-    """
-
-    said: TableWords
-    rows: s.Table
-    header: Span
-
+from tissuec.scene.sentences import KINDS, TABLE_KIND, TableWords, WrittenTable
 
 #: Tables by the key of their body and their kind; None is one that was rejected.
 TablesOfBodies = Mapping[str, Mapping[str, WrittenTable | None]]
@@ -93,15 +41,15 @@ def read_tables(declarations: Declarations, scope: Scope) -> TablesOfBodies:
 
 def _read(table: s.Table, declarations: Declarations, scope: Scope) -> WrittenTable:
     """Return a table of a body that is there, so that a misspelt one is not ignored."""
-    if table.name.key not in TABLES:
+    if table.name.key not in KINDS:
         scope.findings.reject(
             "TIS303",
             f'"{table.name.text}" is not a table of a body',
             table.name.span,
-            hint=alternatives(table.name.key, TABLES, what="tables"),
+            hint=alternatives(table.name.key, KINDS, what="tables"),
         )
-    reader = SentenceReader("table", _TABLE, table, scope)
-    said = reader.get(TableWords)
+    reader = SentenceReader("table", TABLE_KIND, table, scope)
+    said: TableWords = reader.get()
     declarations.find("body", said.body, scope.findings)
     if said.columns.words.lower() != "columns" or said.columns.quoted is None:
         part = reader.form.parts["columns"]
