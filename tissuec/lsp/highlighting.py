@@ -204,7 +204,10 @@ def _output(known: Mapping[str, Term]) -> list[Rule]:
     logged = [term.label for term in known.values() if term.kind == MEASURE]
     measured = rule(rf"{START}({any_of(logged)})", {1: "measure"})
     counted = rule(rf"(?<=\bcount\()\s*({any_of(v.COUNTED)})", {1: "word"})
-    return [measured, counted, _entries(known), _inner("surface")]
+    rules = [measured, counted, _entries(known), _inner("surface")]
+    copies = [*include("basics"), braces(_block(*rules)), *include("expression")]
+    repeated = between(rf"{START}({REPEAT})\b", {1: "entry"}, _END_OF_BLOCK, copies)
+    return [repeated, *rules]
 
 
 def _body(known: Mapping[str, Term]) -> list[Rule]:
