@@ -42,6 +42,9 @@ MISTAKES = {
     "power of ten with a dot": M("tolerance = 1e-3", "tolerance = 1·10^-3", "TIS312", "1·10^-3", '"1e-3"'),
     "unit after a range": M("> 1 mN at 0.3 s", "between 1 and 3000 mN at 0.3 s", "TIS501", "1", '"1 mN"'),
     "unit after a range of a study": _top("study s { vary lift = 2 to 10 mm in 5 steps; measure pull = max(force(forceps A)) }", "TIS501", "2", '"2 mm"'),
+    "modulus without a unit": M(_OWN, "tissue own { Young's modulus = 5; described", "TIS501", "5", '"5 kPa"'),
+    "values without brackets or blanks": _top("study s { vary lift = 1,2,3; measure pull = max(force(forceps A)) }", "TIS312", "1,2,3", '"[1,2,3]"', "TIS501"),
+    "values without a sign": _top("study s { vary lift 2 mm to 3 mm; measure pull = max(force(forceps A)) }", "TIS312", " ", 'write "="'),
     "degree sign": _pad("turned by 20° around (0, 0, 1)", "TIS114", "°", "type deg"),
     # order of words
     "tool before the verb": M("grasp right edge with forceps A", "with forceps A grasp right edge", "TIS312", "with", "grasp SET with TOOL"),

@@ -245,7 +245,7 @@ def test_messages_name_a_study_without_a_name_once(call):
     ("measure", "said"),
     [
         ("max(3 N)", '"3 N" measures nothing'),
-        ("pull", '"pull" is not a measure'),
+        ("pull", '"pull" does not say what is measured'),
         ("max(force of nobody)", 'called "nobody"'),
         ("max(forc of hand)", 'did you mean "force"'),
         ("force of hand", "its time is missing"),

@@ -271,7 +271,8 @@ def written_unit(dimension: Dimension) -> str:
 
 def suggested_unit(dimension: Dimension) -> str:
     """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
-    return {LENGTH: "mm", VOLUME: "ml", FLOW: "ml/s"}.get(dimension) or written_unit(dimension)
+    usual = {LENGTH: "mm", VOLUME: "ml", FLOW: "ml/s", PRESSURE: "kPa"}
+    return usual.get(dimension) or written_unit(dimension)
 
 
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:

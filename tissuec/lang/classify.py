@@ -58,6 +58,8 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
         return None
     if m.before[-1].stop != m.found.start or m.found.stop != m.after[0].start:
         return None
+    if m.before[0].text == "vary" and any(token.type == "COMMA" for token in m.after):
+        return None  # several values
     head = m.text(m.before[0], m.before[-1])
     written = shown(f"{head}.{m.text(m.after[0], m.after[-1])}")
     hint = Hint(f"write {written}", Edit("."))
@@ -203,6 +205,8 @@ def _colon_for_equal(m: Mistake) -> Diagnostic | None:
     name = m.words_before
     if m.found.type != "COLON" or "EQUAL" not in m.accepted or not name or not m.after:
         return None
+    if all(token.type in _NAMING for token in m.before):
+        name = m.text(m.before[0], m.before[-1])
     value = m.text(m.after[0], m.after[-1])
     sign = "is" if m.next == "WORD" else "="
     hint = Hint(f"write {shown(f'{name} {sign} {value}')}", Edit(f" {sign}"))

@@ -83,6 +83,10 @@ OF_BLOCKS = (
     ),
     # numbers
     Habit(
+        rf"^vary {WORDS}(?P<wrong> ){AMOUNT}", 'the values of a factor follow "="', " = ",
+        'write "=" before the values',
+    ),
+    Habit(
         rf"(?P<wrong>(?P<number>{NUMBER}) ?[xX×*·⋅] ?10 ?\^ ?(?P<power>-?\d+))",
         'a power of ten is written with "e"', r"\g<number>e\g<power>",
     ),
