@@ -83,8 +83,8 @@ OF_BLOCKS = (
     ),
     # numbers
     Habit(
-        rf"^vary {WORDS}(?P<wrong> ){AMOUNT}", 'the values of a factor follow "="', " = ",
-        'write "=" before the values',
+        rf"^vary {WORDS}(?P<wrong> ){AMOUNT}",
+        '"=" is missing between a factor and its values', " = ", 'write "=" before the values',
     ),
     Habit(
         rf"(?P<wrong>(?P<number>{NUMBER}) ?[xX×*·⋅] ?10 ?\^ ?(?P<power>-?\d+))",

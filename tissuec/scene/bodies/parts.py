@@ -51,7 +51,7 @@ class RegionWords(VerbSentence, frozen=True):
         s.Expression,
         ConditionClause(
             "where", what="condition of the region", place="CONDITION",
-            example="where z > 10 mm",
+            example="where x > 10 mm",
         ),
     ]  # fmt: skip
 
