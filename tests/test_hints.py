@@ -140,6 +140,8 @@ def filled(form: str) -> str:
     form = re.sub(r"\{ … \}", "{ }", form.replace("; … }", " }"))
     form = re.sub(r"\b[A-Z]+\b(?!\")", lambda word: PLACEHOLDERS.get(word[0], word[0]), form)
     form = re.sub(r"(?<= = )…", "1", form).replace("… mm", "1 mm").replace("…", "a")
+    if form.startswith("where "):
+        return f"region a {form} {{ }}"
     return f"a {form}" if form.split(" ")[0] in (*JOINING_WORDS, *[*TIME_WORDS][1:]) else form
 
 
