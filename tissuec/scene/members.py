@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
+from typing import Annotated, NoReturn
 
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.forces import FORCES
@@ -10,9 +11,12 @@ from tissuec.scene.model import Tool, WrittenForce
 from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import SCENE, block_of, declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import SET, NameClause, Part
 from tissuec.script.tools import KINDS_OF, TOOLS
 
 declare(
@@ -20,11 +24,19 @@ declare(
     block=block_of(TOOLS, "the kind of instrument"),
     read=lambda program, declared: read_tool(program, declared), names=SCENE, entries_vary=True,
 )  # fmt: skip
+
+
+class ActsWords(VerbSentence, frozen=True):
+    """What a force acts on."""
+
+    target: Annotated[s.Name, NameClause("on", places=(SET,), joins=True)]
+
+
 declare(
     "force", "An additional force on nodes, such as that of tissue around a body.", 25,
     block=block_of(
         FORCES, "the kind of force",
-        written("acts", "The set or body that it acts on.", "acts on SET"),
+        written("acts", "The set or body that it acts on.", sentences=(ActsWords,)),
     ),
     names=SCENE, entries_vary=True,
 )  # fmt: skip
@@ -71,19 +83,34 @@ def _target(
     item = next((i for i in near if i.name.key.startswith("acts ")), None)
     if item is None:
         item, others = _single(what, "acts", example, block, block.items, scope, "acts on")
-        match item:
-            case s.Sentence(phrase=None, clauses=(s.Clause("on", value),)):
-                if (name := s.as_name(value)) is not None:
-                    return name, others
-            case _:
-                pass
-    scope.findings.reject(
-        "TIS312", '"acts" is followed by "on" and one set or body', item.span,
-        hint=Hint(f"for example: {example}", *_with_on(item)),
-    )  # fmt: skip
+        return _ActsReader(item, example, scope).get(ActsWords).target, others
+    _ActsReader(item, example, scope).reject_form()
 
 
-def _with_on(item: s.Item) -> list[Edit]:
+class _ActsReader(SentenceReader):
+    """Reads what a force acts on.
+
+    Args:
+        item: The entry.
+        example: How it could be written.
+        scope: Of the scene.
+    """
+
+    def __init__(self, item: s.Sentence | s.Assign, example: str, scope: Scope):
+        wrong = '"acts" is followed by "on" and one set or body'
+        super().__init__(
+            "acts", SentenceKind((ActsWords,), (example,), wrong=wrong), item, scope
+        )
+
+    def missing(self, part: Part, *, word: str | None = None) -> NoReturn:
+        self.reject_form()
+
+    def reject_form(self) -> NoReturn:
+        hint = Hint(f"for example: {self.texts[0]}", *_with_on(self.sentence))
+        self.scope.findings.reject("TIS312", self.kind.wrong, self.span, hint=hint)
+
+
+def _with_on(item: object) -> list[Edit]:
     """Return the edit of "acts floor" or "acts = floor" that puts "on" between both."""
     match item:
         case s.Sentence(name=s.Name(quoted=None, words=words), phrase=None, clauses=()):

@@ -42,7 +42,7 @@ from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
 from tissuec.model.springs import NUMBERS
 from tissuec.scene.bodies.elements import note_of, refuse
 from tissuec.scene.bodies.fibres import AXIAL, SECOND_FIBRES, Direction, Helix
-from tissuec.scene.bodies.prestress import FORMS, PRESTRESS
+from tissuec.scene.bodies.prestress import PRESTRESS, examples
 from tissuec.scene.model import AssignedQuantity, Body, PrestressDirection, Tissue
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.laws import SOLID_LAW
@@ -291,7 +291,7 @@ class ElementReader:
             "TIS304",
             f"{self.body.name} needs the direction of its prestress{several}",
             self.body.span,
-            hint=f"write {FORMS}",
+            hint=f"write {examples()}",
             notes=(Note("required by this entry", given.span),),
         )
 

@@ -28,9 +28,6 @@ from tissuec.script.parts import (
     ValueClause,
 )
 
-#: What can be between the first words of a sentence and a value.
-SIGNS = ("=", "is", "between")
-
 
 class SentenceKind(Struct, frozen=True):
     """One kind of sentence of a block.
@@ -123,13 +120,16 @@ class SentenceReader(ClauseReader):
         hint = f"{self.lead}: {self._nearest_form()}{self.kind.behind}"
         self.reject("TIS312", message, hint=hint)
 
+    def refuse(self, clause: s.Clause) -> NoReturn:
+        if self.kind.wrong:
+            self.reject_form()
+        super().refuse(clause)
+
     def read_form(self, form: VerbForm) -> VerbSentence:
         known = {word for one in self.forms for word, *_ in one.clauses}
         for word, clause in self.clauses.items():
             is_refused = word in form.kind.refused
             if not is_refused and word.partition(" ")[0] not in known:
-                if word in SIGNS and self.kind.wrong:
-                    self.reject_form()
                 self.refuse(clause)
         self.check_complete(form)
         return super().read_form(form)
