@@ -22,7 +22,11 @@ from tissuec.model.network import Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import ChangeMemory, ChangeMotion
+from tissuec.script.verbs.irrigate import EndJet, Irrigate
+from tissuec.script.verbs.move import Turn
 from tissuec.script.verbs.preserve import Inflate
+from tissuec.script.verbs.settle import EndStaticInterval, Settle, StaticInterval
+from tissuec.script.verbs.tie import EndRestLengthChange, Loosen, Tie, Tighten
 
 
 def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
@@ -81,10 +85,9 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
     actions = [event.action for event in plan.every_event]
     if at_rest and plan.triggers:
         return "the script waits for a condition"
-    for kind in dict.fromkeys(type(action).__module__ for action in actions):
-        verb = kind.removeprefix("tissuec.script.verbs.")
-        if verb not in _DERIVED and not (at_rest and verb == "settle"):
-            return _UNKNOWN.get(verb, f"the verb {_word(kind)} has no exact derivatives")
+    for kind in dict.fromkeys(map(type, actions)):
+        if not (at_rest and kind is Settle) and (reason := _of_action(kind)):
+            return reason
     for name, field in every_field(plan, network).items():
         if isinstance(field.derivatives, str):
             return f"{name} {field.derivatives}"
@@ -100,25 +103,30 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
     return ""
 
 
-def _word(module: str) -> str:
-    """Return the verb that a module defines, or the name of the module if it defines none."""
+def _of_action(kind: type) -> str:
+    """Return why the effect of a kind of action has no exact derivatives; empty if it has."""
+    if kind in _UNKNOWN:
+        return _UNKNOWN[kind]
+    module = kind.__module__
+    if module.removeprefix("tissuec.script.verbs.") in _DERIVED:
+        return ""
     words = (word for word, verb in VERBS.items() if verb.__module__ == module)
-    return next(words, module.rpartition(".")[2])
+    word = next(words, module.rpartition(".")[2])
+    return f"the verb {word} has no exact derivatives"
 
 
-#: Verbs whose effect is derived, by their modules.
-_DERIVED = (
-    *("change", "close", "cut", "fix", "free", "grasp", "hold", "motion"),
-    *("move", "open", "preserve", "pull", "push", "release", "stop"),
-)
-#: Why the effect of others is not.
-_UNKNOWN = {
-    "irrigate": "a jet acts",
-    "tie": "knots can slip",
-    "tighten": "a thread is tightened",
-    "settle": "the net settles during the script",
-    "static_interval": "the net is in equilibrium during an interval",
-    "turn": "nodes are turned",
+#: Files of verbs whose effect is derived, but for those below.
+_DERIVED = ("change", "cut", "hold", "jaws", "motion", "move", "preserve", "push", "stop")
+#: Why the effect of some actions is not.
+_UNKNOWN: dict[type, str] = {
+    **dict.fromkeys((Irrigate, EndJet), "a jet acts"),
+    Tie: "knots can slip",
+    **dict.fromkeys((Tighten, Loosen, EndRestLengthChange), "a thread is tightened"),
+    Settle: "the net settles during the script",
+    **dict.fromkeys(
+        (StaticInterval, EndStaticInterval), "the net is in equilibrium during an interval"
+    ),
+    Turn: "nodes are turned",
 }
 
 
