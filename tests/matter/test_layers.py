@@ -124,13 +124,13 @@ def test_what_is_learnt_of_a_tissue_reaches_springs_between_regions():
         ),
         ("interface is softer from near to piece", "TIS304", "from piece to far"),
         ("interface is soft from near to piece", "TIS305", "cannot be"),
-        ("interface is softer to far", "TIS312", "two regions"),
+        ("interface is softer to far", "TIS304", "the first region is missing"),
         (
             "interface is softer; springs where x < 0 mm { tissue is gel }",
             "TIS302",
             "no springs where",
         ),
-        ("springs { tissue is gel }", "TIS312", "need one condition"),
+        ("springs { tissue is gel }", "TIS304", "condition of the springs is missing"),
         (
             "interface is softer; springs where x > 0 mm { mass = 1 g }",
             "TIS303",

@@ -330,6 +330,8 @@ class ClauseReader:
             text = self.name_in(part.word).text
             hint = alternatives(text, part.words, what=f"{part.what}s")
             message = f'unknown {part.what} "{text}"'
+            if part.word == "is":
+                message = f'{self.verb} cannot be "{text}"'
             self.reject("TIS305", message, hint=hint, word=part.word)
         return value.key
 
