@@ -77,6 +77,9 @@ class _SetReader(SentenceReader):
         fitting = next((form for form in self.forms if self.has_all(form)), None)
         return fitting or self.reject_form()
 
+    def refuse(self, clause: s.Clause) -> NoReturn:
+        self.reject_form()
+
     def reject_form(self) -> NoReturn:
         assert isinstance(self.sentence, s.Assign)
         value = self.sentence.value

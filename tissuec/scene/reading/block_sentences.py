@@ -28,6 +28,9 @@ from tissuec.script.parts import (
     ValueClause,
 )
 
+#: What can be between the first words of a sentence and a value.
+SIGNS = ("=", "is", "between")
+
 
 class SentenceKind(Struct, frozen=True):
     """One kind of sentence of a block.
@@ -121,7 +124,8 @@ class SentenceReader(ClauseReader):
         self.reject("TIS312", message, hint=hint)
 
     def refuse(self, clause: s.Clause) -> NoReturn:
-        if self.kind.wrong:
+        known = {word for form in self.forms for word, *_ in form.clauses}
+        if self.kind.wrong and clause.word in known.union(SIGNS):
             self.reject_form()
         super().refuse(clause)
 
