@@ -63,6 +63,7 @@ SCENES = {
         "fluid",
         "needle",
         "faces",
+        "collapse",
         "flat",
     )
 }
@@ -74,12 +75,11 @@ FORCES: dict[str, tuple[str, ...] | None] = {
         "springs",
         "pull_of_laws",
         "reeled",
-        "pull_at",
         "pull_of",
     ),
     "tissuec.kernels.boundary_conditions": None,
-    "tissuec.forces.bending": ("fold",),
-    "tissuec.forces.foundation": ("hold",),
+    "tissuec.forces.bending_kernel": None,
+    "tissuec.forces.foundation_kernel": None,
     "tissuec.forces.volume_kernel": None,
     "tissuec.forces.rest_length_kernel": None,
     "tissuec.forces.branches_kernel": ("flowed", "relax", "flow"),

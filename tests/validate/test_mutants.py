@@ -1,10 +1,13 @@
 """Faults of one part in a hundred in the engine's forces are found by ``validate``."""
 
 import os
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
-from tests.validate.mutants import SCENES, found_in, survey, tried
+from tests.validate.mutants import FORCES, SCENES, found_in, functions_of, survey, tried
+from tissuec import forces
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on POSIX")
 
@@ -35,6 +38,23 @@ def test_some_faults_are_found(scene, texts):
     chosen = {mutant.text: mutant for mutant in found_in(scene) if mutant.text in texts}
     assert set(chosen) == texts
     assert {tried(scene, mutant) for mutant in chosen.values()} == {"broken"}
+
+
+#: Kernels without forces: derivatives, limits of what breaks, and records.
+WITHOUT_FORCES = ("derivatives", "limits", "record", "turning")
+
+
+def test_every_kernel_of_forces_is_surveyed():
+    kernels = {
+        f"tissuec.forces.{path.stem}"
+        for path in Path(forces.__file__).parent.glob("*_kernel.py")
+        if not path.stem.removesuffix("_kernel").endswith(WITHOUT_FORCES)
+    }
+    assert kernels <= set(FORCES)
+    for name, only in FORCES.items():
+        found = {function.__name__ for function in functions_of(import_module(name))}
+        assert found
+        assert set(only or ()) <= found
 
 
 @pytest.mark.slow
