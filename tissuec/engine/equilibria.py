@@ -156,7 +156,8 @@ class Equilibria(QuasiStatic):
             self._ahead = np.inf
         if span > 0.0:
             self._note(target, attempt.remarks, lost)
-            self._lengthen(span, abs(attempt.lost) / (SMOOTH * allowed), jumped=jumps)
+            roughness = abs(attempt.lost) / (SMOOTH * allowed) if allowed else np.inf
+            self._lengthen(span, roughness, jumped=jumps)
         self._before, self._span = None if jumps or not span else position, span
         self._seen = attempt.seen
         return attempt.found
