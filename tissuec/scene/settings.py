@@ -1,8 +1,9 @@
 """How the motion is computed: the simulate block."""
 
 import math
-from collections.abc import Mapping
-from typing import Annotated
+from collections import ChainMap
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
 
 from msgspec import Struct
 
@@ -58,14 +59,21 @@ def simulate_schema() -> dict[str, Entry]:
     return with_choices(SimulateEntries, "integrator", integrators(), PROCEDURES)
 
 
-def integrators() -> dict[str, str | type]:
+class _Integrators(ChainMap[str, Any]):
+    """Integrators by name; those of the family are imported only where others are not meant."""
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((AUTOMATIC, *INTEGRATORS, EQUILIBRIUM, RELAXATION))
+
+
+def integrators() -> Mapping[str, str | type]:
     """The integrators that can be named, with their classes or descriptions."""
-    return {
+    others = {
         AUTOMATIC: "Chosen automatically; the run shows which and why.",
-        **INTEGRATORS,
         EQUILIBRIUM: "Statics: equilibria by Newton's method, without inertia.",
         RELAXATION: "The published procedure without inertia: nodes are relaxed.",
     }
+    return _Integrators(others, INTEGRATORS)
 
 
 declare(
