@@ -268,7 +268,7 @@ MISTAKES = {
         "TIS306: the direction of prestress of block has no effect: its tissue has no "
         "prestress",
     "made of elements; prestress along (0, 0, 0)": "TIS308: a direction cannot be (0, 0, 0)",
-    "made of elements; prestress along 3": "TIS312: along needs a direction without a unit",
+    "made of elements; prestress along 3": 'TIS312: "along" needs a direction without a unit',
     "made of elements; prestress by (1, 0, 0)": 'TIS303: prestress does not take "by"',
     "made of elements; prestress along (1, 0, 0) across (0, 0, 1)":
         "TIS312: prestress of a body has one direction",

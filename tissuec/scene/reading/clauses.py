@@ -380,7 +380,7 @@ class ClauseReader:
             fits = value.dimension == dimension or value.is_literal
             part = text if fits else f"1 {suggested_unit(dimension)}".rstrip()
             hint = f"its three components, for example: {word} (0, 0, {part})"
-            self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word, hint=hint)
+            self.reject("TIS312", f'"{word}" needs a vector (x, y, z)', word=word, hint=hint)
         if np.any(value.amount) or not value.is_literal:
             self._expect(value, word, dimension)
         return value.amount
@@ -389,7 +389,7 @@ class ClauseReader:
         """Return the number of a clause in SI units."""
         value = self._value(word)
         if value.is_vector:
-            self.reject("TIS312", f"{word} needs a number, not a vector", word=word)
+            self.reject("TIS312", f'"{word}" needs a number, not a vector', word=word)
         self._expect(value, word, dimension)
         return float(value.amount)
 
@@ -435,7 +435,7 @@ class ClauseReader:
         value, example = self._value(word), f"{word} (0, 0, 1)"
         hint = Hint(f"for example: {example}", Edit(example))
         if not value.is_vector or value.dimension != NUMBER:
-            message = f"{word} needs a direction without a unit"
+            message = f'"{word}" needs a direction without a unit'
             self.reject("TIS312", message, word=word, hint=hint)
         direction = unit_vector(value.amount)
         if direction is None:
@@ -460,7 +460,7 @@ class ClauseReader:
     def _name_of(self, clause: s.Clause) -> s.Name:
         name = s.as_name(clause.value)
         if name is None:
-            self.reject("TIS312", f"{clause.word} needs a name", word=clause.word)
+            self.reject("TIS312", f'"{clause.word}" needs a name', word=clause.word)
         return name
 
     def one(self, name: s.Name, after: str) -> s.Name:
