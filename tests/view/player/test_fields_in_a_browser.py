@@ -225,8 +225,9 @@ def test_keys_walk_from_node_to_node_and_pin_them(opened, text_of_sheet):
         change = np.subtract(seen[1], seen[0])[way[0]] * way[1]
         assert after["node"] != first["node"] and change > 0.01
         first = after
-    page.locator("#said:not(:empty)").wait_for(state="attached")
-    assert page.locator("#said").inner_text().startswith(f"node {first['id']} of sheet")
+    # It is said a moment later.
+    said = page.locator("#said", has_text=f"node {first['id']} of sheet, ")
+    said.wait_for(state="attached")
     page.keyboard.press("Enter")
     page.keyboard.press("Enter")  # once is enough
     assert page.evaluate("tissuec.picked()")["pins"] == [first["node"]]
