@@ -146,7 +146,7 @@ class Balance:
         total = self.load.copy()
         self.springs.add_forces(bars, total)
         if self._fields:
-            total += sum(self._of_fields(bars))[self.free]
+            total += sum(self._of_fields(bars), np.zeros_like(bars.position))[self.free]
         return total if self._planes is None else self._kept(total)
 
     def _of_fields(self, bars: Bars) -> list[Floats]:

@@ -1,9 +1,8 @@
 """How the motion is computed: the simulate block."""
 
 import math
-from collections import ChainMap
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
@@ -59,21 +58,28 @@ def simulate_schema() -> dict[str, Entry]:
     return with_choices(SimulateEntries, "integrator", integrators(), PROCEDURES)
 
 
-class _Integrators(ChainMap[str, Any]):
+class _Integrators(Mapping[str, str | type]):
     """Integrators by name; those of the family are imported only where others are not meant."""
 
-    def __iter__(self) -> Iterator[str]:
-        return iter((AUTOMATIC, *INTEGRATORS, EQUILIBRIUM, RELAXATION))
-
-
-def integrators() -> Mapping[str, str | type]:
-    """The integrators that can be named, with their classes or descriptions."""
-    others = {
+    _others: ClassVar = {
         AUTOMATIC: "Chosen automatically; the run shows which and why.",
         EQUILIBRIUM: "Statics: equilibria by Newton's method, without inertia.",
         RELAXATION: "The published procedure without inertia: nodes are relaxed.",
     }
-    return _Integrators(others, INTEGRATORS)
+
+    def __getitem__(self, name: str) -> str | type:
+        return self._others.get(name) or INTEGRATORS[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((AUTOMATIC, *INTEGRATORS, EQUILIBRIUM, RELAXATION))
+
+    def __len__(self) -> int:
+        return len(self._others) + len(INTEGRATORS)
+
+
+def integrators() -> Mapping[str, str | type]:
+    """The integrators that can be named, with their classes or descriptions."""
+    return _Integrators()
 
 
 declare(

@@ -244,7 +244,9 @@ class OutputReader(BlockItems):
         self.once(title, item.span)
         self.logs.append(LogRequest(title, measure, subjects, every, item.span))
 
-    def _refuse_form(self, item: Written, measure: type[Measure]) -> NoReturn:
+    def _refuse_form(
+        self, item: s.Sentence | s.Block | s.RecordedCall, measure: type[Measure]
+    ) -> NoReturn:
         """Reject an output that does not name what its measure is taken of."""
         hint = Hint(f"write: {measure.form} {RATE}")
         said = [one for one in clauses_of(item) if one.word != "every"]
