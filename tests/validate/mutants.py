@@ -65,6 +65,7 @@ SCENES = {
         "needle",
         "faces",
         "collapse",
+        "plain",
         "flat",
     )
 }
