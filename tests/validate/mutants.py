@@ -107,7 +107,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
 #: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,
-#: and texts, some of them in one function only.
+#: texts, some of them in one function only, and what is assigned to a name in a function.
 HARMLESS = {
     "TINY": "keeps a division finite where a spring has no length",
     "FLAT": "tells triangles without area from others",
@@ -231,6 +231,8 @@ HARMLESS = {
             "4e-16",
         )
     },
+    "isochoric: root =": "a step of an iteration, which ends at the same root",
+    "share_of: 1.0": "a bound at which the share of fibres is zero, as is its slope",
     "NO_SPRING": "only its sign counts",
     **dict.fromkeys(
         (
@@ -278,6 +280,7 @@ class Mutant(Struct, frozen=True):
         line: Where it stands.
         place: Which of what can be changed in the function.
         text: What is made larger.
+        target: What it is part of the new value of; empty if of nothing.
     """
 
     module: str
@@ -285,6 +288,7 @@ class Mutant(Struct, frozen=True):
     line: int
     place: int
     text: str
+    target: str = ""
 
 
 class _Enlarge(ast.NodeTransformer):
@@ -292,7 +296,8 @@ class _Enlarge(ast.NodeTransformer):
 
     def __init__(self, place: int | None = None):
         self.found: list[ast.expr] = []
-        self._place = place
+        self.targets: list[str] = []
+        self._place, self._target = place, ""
 
     def _larger(self, node: ast.expr) -> ast.expr:
         if isinstance(node, ast.Tuple):
@@ -305,6 +310,7 @@ class _Enlarge(ast.NodeTransformer):
         ):
             return node
         self.found.append(node)
+        self.targets.append(self._target)
         if self._place != len(self.found) - 1:
             return node
         return ast.BinOp(node, ast.Mult(), ast.Constant(FACTOR))
@@ -313,11 +319,15 @@ class _Enlarge(ast.NodeTransformer):
         return self._larger(node)
 
     def visit_Assign(self, node: ast.Assign | ast.AugAssign | ast.Return) -> ast.AST:
-        if isinstance(node, ast.AugAssign) and "BENDS" in ast.unparse(node.target):
-            return node  # counts bends of laws, by which errors are weighed
-        if node.value is not None:
+        if isinstance(node, ast.AugAssign):
+            self._target = ast.unparse(node.target)
+        elif isinstance(node, ast.Assign):
+            self._target = ", ".join(map(ast.unparse, node.targets))
+        counts = "BENDS" in self._target  # bends of laws, by which errors are weighed
+        if node.value is not None and not counts:
             value = self.visit(node.value)
             node.value = value if isinstance(value, ast.Constant) else self._larger(value)
+        self._target = ""
         return node
 
     visit_AugAssign = visit_Return = visit_Assign
@@ -334,11 +344,13 @@ def mutants_of(
         tree, first = _parsed(function)
         enlarge = _Enlarge()
         enlarge.visit(tree)
-        for place, node in enumerate(enlarge.found):
+        for place, (node, target) in enumerate(
+            zip(enlarge.found, enlarge.targets, strict=True)
+        ):
             line = first + node.lineno - 1
             if line in lines.get(function.__code__.co_filename, set()):
                 found.append(
-                    Mutant(name, function.__qualname__, line, place, ast.unparse(node))
+                    Mutant(name, function.__qualname__, line, place, ast.unparse(node), target)
                 )
     if lines.get(str(module.__file__)):
         for constant, value in vars(module).items():
@@ -532,6 +544,14 @@ def found_in(scene: str) -> list[Mutant]:
     return [m for name, only in FORCES.items() for m in mutants_of(name, lines, only)]
 
 
+def is_harmless(mutant: Mutant) -> bool:
+    """Return whether a mutant is known to be none that is wrong."""
+    function, text, target = mutant.function, mutant.text, mutant.target
+    return not HARMLESS.keys().isdisjoint(
+        {function, text, f"{function}: {text}", f"{function}: {target} ="}
+    )
+
+
 class Table(Struct, frozen=True):
     """What became of mutants.
 
@@ -553,8 +573,7 @@ def survey(scenes: list[str], *, every: int = 1, verbose: bool = False) -> Table
         for mutant in found_in(scene)[::every]:
             if mutant in done:
                 continue
-            names = {mutant.function, mutant.text, f"{mutant.function}: {mutant.text}"}
-            said = "harmless" if names & set(HARMLESS) else tried(scene, mutant)
+            said = "harmless" if is_harmless(mutant) else tried(scene, mutant)
             if verbose:
                 print(scene, mutant, said, flush=True)
             if said == "kept":
