@@ -22,8 +22,9 @@ LONG = {
     "ligature",
     "tubal_ligation",
 }  # scenes whose beginnings take long, too
-#: Scenes whose reference takes more than a quarter of an hour, because their tissue is stiff.
-TOO_LONG = {"breast_lumps"}
+#: Scenes whose reference takes more than a quarter of an hour, because their tissue is stiff or
+#: because slings rub on it all the time.
+TOO_LONG = {"breast_lumps", "tubal_ligation"}
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
     "artery": 0.0125,
