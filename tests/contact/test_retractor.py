@@ -58,7 +58,11 @@ def lifted(played, *, radius):
     Args:
         radius: Of the hook [m].
     """
-    assert played.outcome.kind == "done" and not played.outcome.doubts
+    assert played.outcome.kind == "done"
+    # The thin edge of the liver, of cells of 30 mm, may fold onto itself; the hook stays outside.
+    assert {(one.kind, one.subject) for one in played.outcome.doubts} <= {
+        ("bodies overlap", "organ")
+    }
     network, position = played.compiled.network, played.position[-1]
     (organ,), (tool,) = network.bodies, network.tools
     skin = network.skin_of(organ)
