@@ -59,7 +59,7 @@ def lifted(played, *, radius):
         radius: Of the hook [m].
     """
     assert played.outcome.kind == "done"
-    # The thin edge of the liver, of cells of 30 mm, may fold onto itself; the hook stays outside.
+    # The thin edge of the liver, of cells of 30 mm, may fold onto itself.
     assert {(one.kind, one.subject) for one in played.outcome.doubts} <= {
         ("bodies overlap", "organ")
     }
