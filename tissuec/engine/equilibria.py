@@ -92,10 +92,9 @@ class Equilibria(QuasiStatic):
     def restore(self, state: State, saved: Mapping[str, Any]) -> None:
         """Continue from a checkpoint."""
         super().restore(state, saved)
-        self._size, self._usual, waits, self._ahead, *doubtful, self._scale, self._span = map(
-            float, saved["path"]
-        )
-        self._doubtful = doubtful[0], doubtful[1]
+        path = map(float, saved["path"])
+        self._size, self._usual, waits, self._ahead, end, differed, *rest = path
+        self._doubtful, (self._scale, self._span) = (end, differed), rest
         self._waits, self._before = bool(waits), saved.get("before")
 
     @property
@@ -222,7 +221,7 @@ class Equilibria(QuasiStatic):
             self._waits = False
         elif roughness < 1.0:
             # What differs grows with the cube of the step, what may differ in proportion to it.
-            longer = min(max(2.0, roughness**-0.5 if roughness > 0.0 else LONGER), LONGER)
+            longer = max(2.0, max(roughness, LONGER**-2) ** -0.5)
             self._size = self._usual = max(self._size, longer * span)
 
     def _guess(self, position: Floats, span: float) -> Floats | None:

@@ -179,7 +179,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             area[count:] = self.between.areas
         on[:count] = carries[self.nodes[:count]]
         found: list[tuple[float, float]] = []
-        for pairs, place in self.pressed_in(in_line(position)):
+        for pairs, place in self._pressed_in(in_line(position)):
             own = np.flatnonzero((on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0))
             touched = np.unique(pairs.node[own])
             found.append((float(area[touched].sum()), float(place.depth[own].max(initial=0.0))))
@@ -187,11 +187,24 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return both[..., 0], both[..., 1]
 
     def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
-        """Return the pairs that touch, and where they are; kept for the last positions."""
-        return _touching(self, position.tobytes())
+        """Return the pairs that touch, and where they are."""
+        return next(self._pressed_in(position[None]))
 
-    def pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
+    def _pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
         """Yield the pairs that touch in each state, and where they are.
+
+        Of single states, the last ones are kept.
+
+        Args:
+            position: Of all nodes [m], shape (state, node, 3).
+        """
+        if len(position) == 1:
+            yield _touching(self, position.tobytes())
+        else:
+            yield from self.touching(position)
+
+    def touching(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
+        """Search for the pairs that touch in each state; yield them and where they are.
 
         Args:
             position: Of all nodes [m], shape (state, node, 3).
@@ -234,10 +247,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         total: list[float] = []
-        one = position.ndim == 2
-        for pairs, place in (
-            (self._pressed(position),) if one else self.pressed_in(in_line(position))
-        ):
+        for pairs, place in self._pressed_in(in_line(position)):
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
@@ -560,7 +570,7 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
 @kept_on_owner(2)
 def _touching(contact: Contact, position: bytes) -> tuple[ContactPairs, NearestPlace]:
     """Return the pairs that touch with nodes at some positions, and where they are."""
-    return next(contact.pressed_in(np.frombuffer(position).reshape(1, -1, 3)))
+    return next(contact.touching(np.frombuffer(position).reshape(1, -1, 3)))
 
 
 def _sums(row: Indices, values: Floats, count: int) -> Floats:
