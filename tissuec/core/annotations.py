@@ -47,7 +47,26 @@ def refuse(member: type, field: str, reason: str) -> NoReturn:
     raise WrongAnnotation(f"{_place(member, field)}: the annotation of {of} {reason}")
 
 
-def is_around(hint: Any) -> bool:
+def refuse_field(member: type, field: str, hint: Any, says: str, examples: str) -> NoReturn:
+    """Reject a field that does not say how it is written.
+
+    Args:
+        member: The class.
+        field: The field.
+        hint: Its annotation.
+        says: What annotations have to say, and where that is defined.
+        examples: How the field could be written.
+
+    Raises:
+        WrongAnnotation: Always.
+    """
+    way = f"for example: {examples}"
+    if _is_around(hint):
+        way = f"put None inside: {field}: Annotated[float | None, …]"
+    refuse(member, field, f"does not say {says}; {way}")
+
+
+def _is_around(hint: Any) -> bool:
     """Return whether an annotation has None outside, as ``Annotated[…] | None``."""
     parts = get_args(hint) if get_origin(hint) is not None else ()
     return type(None) in parts and any(hasattr(one, "__metadata__") for one in parts)

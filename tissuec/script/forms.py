@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import product
 from types import MappingProxyType
-from typing import Any, ClassVar, NoReturn, cast, get_args
+from typing import Any, ClassVar, cast, get_args
 
 from msgspec import Struct
 
-from tissuec.core.annotations import hints_of, is_around, refuse
+from tissuec.core.annotations import hints_of, refuse_field
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.script.parts import (
@@ -157,7 +157,11 @@ def form_of(kind: type[VerbSentence]) -> VerbForm:
         if part is None:
             if name in with_default or name in VerbSentence.__struct_fields__:
                 continue
-            _refuse_field(kind, name, hints[name])
+            refuse_field(
+                kind, name, hints[name],
+                says="which part of the sentence it is, as tissuec.script.parts does",
+                examples=f'{name}: Annotated[float, NumberClause("to", FORCE, what="force")]',
+            )  # fmt: skip
         parts[name] = part
         may_miss = type(None) in get_args(hints[name].__origin__) or name in with_default
         if (
@@ -167,17 +171,6 @@ def form_of(kind: type[VerbSentence]) -> VerbForm:
         ):
             optional.add(name)
     return VerbForm(kind, parts, frozenset(optional), literal=kind.literal)
-
-
-def _refuse_field(kind: type[VerbSentence], name: str, hint: Any) -> NoReturn:
-    """Reject a field that does not say which part of a sentence it is."""
-    way = f'for example: {name}: Annotated[float, NumberClause("to", FORCE, what="force")]'
-    if is_around(hint):
-        way = f"put None inside: {name}: Annotated[float | None, …]"
-    reason = (
-        f"does not say which part of the sentence it is, as tissuec.script.parts does; {way}"
-    )
-    refuse(kind, name, reason)
 
 
 @cache

@@ -8,14 +8,14 @@ and colour.
 import re
 from collections.abc import Callable, Collection, Mapping
 from functools import cache
-from typing import Any, NoReturn, TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
-from tissuec.core.annotations import WrongAnnotation, hints_of, is_around, refuse
+from tissuec.core.annotations import WrongAnnotation, hints_of, refuse_field
 from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
 from tissuec.core.registry import Family
@@ -223,21 +223,17 @@ def _entries_of(cls: type) -> Entries:
     for field in found:
         kinds = getattr(field.type, "__metadata__", ())
         if not kinds or not isinstance(kinds[0], Kind):
-            _refuse_field(cls, field.name, field.type)
+            one = f'{field.name}: Annotated[str, OneOf(("one", "both"))]'
+            refuse_field(
+                cls, field.name, field.type,
+                says="how the entry is written, as tissuec.core.fields does",
+                examples=f"{field.name}: Length, or {one}",
+            )  # fmt: skip
         name = field.name.rstrip("_").replace("_", " ")
         entries[name] = Entry(
             name, field.name, kinds[0], field.default, about.get(field.name, "")
         )
     return entries
-
-
-def _refuse_field(cls: type, field: str, hint: Any) -> NoReturn:
-    """Reject a field that does not say how its entry is written."""
-    way = f'for example: {field}: Length, or {field}: Annotated[str, OneOf(("one", "both"))]'
-    if is_around(hint):
-        way = f"put None inside: {field}: Annotated[float | None, …]"
-    reason = f"does not say how the entry is written, as tissuec.core.fields does; {way}"
-    refuse(cls, field, reason)
 
 
 def entries_of_members(members: Mapping[str, type], chosen: str) -> dict[str, Entry]:
