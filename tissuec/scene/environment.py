@@ -20,7 +20,6 @@ from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import Entry, entries_of, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import block, declare
-from tissuec.scene.settings import single_block
 from tissuec.script.verbs.cut import PlaneWords
 
 CONTACTS = {
@@ -148,7 +147,7 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
 
     Gravity has no default, so that every scene says which one it has.
     """
-    block = single_block("environment", _EXAMPLE, declarations, main, scope.findings)
+    block = declarations.required("environment", _EXAMPLE, main, scope.findings)
     planes = [item for item in block.items if _is_plane(item)]
     others = [item for item in block.items if not _is_plane(item)]
     entries, places = schema.build(

@@ -13,13 +13,10 @@ from tissuec.core.source import Span
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
-from tissuec.lang.version import last_line
 from tissuec.scene.program.declarations import Declarations
-from tissuec.scene.program.imports import whole
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import Entry, entries_of, with_choices
 from tissuec.scene.reading.expressions import Scope
-from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import block, declare
 from tissuec.script.plan import (
     AUTOMATIC,
@@ -59,7 +56,7 @@ def simulate_schema() -> dict[str, Entry]:
 
 
 class _Integrators(Mapping[str, str | type]):
-    """Integrators by name; those of the family are imported only where others are not meant."""
+    """Integrators by name; the family is imported only if one of its members is looked up."""
 
     _others: ClassVar = {
         AUTOMATIC: "Chosen automatically; the run shows which and why.",
@@ -82,9 +79,10 @@ def integrators() -> Mapping[str, str | type]:
     return _Integrators()
 
 
+_EXAMPLE = "simulate { duration = 1 s }"
 declare(
     "simulate", "Duration and numerical method of the run.", 42, "single",
-    example="simulate { duration = 1 s }", block=block(simulate_schema), entries_vary=True,
+    example=_EXAMPLE, block=block(simulate_schema), entries_vary=True,
 )  # fmt: skip
 
 
@@ -93,9 +91,7 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
 
     An erroneous duration is replaced by infinity, so that no event seems to come after it.
     """
-    block = single_block(
-        "simulate", "simulate { duration = 1 s }", declarations, main, scope.findings
-    )
+    block = declarations.required("simulate", _EXAMPLE, main, scope.findings)
     entries = entries_of(SimulateEntries)
     failures = scope.findings.failures
     values, places = schema.read(simulate_schema(), block.items, scope, what="simulate")
@@ -182,25 +178,3 @@ def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
             place,
             hint="write the time between its states instead, such as step = 10 ms",
         )
-
-
-def single_block(
-    kind: str, example: str, declarations: Declarations, main: s.Module, findings: Findings
-) -> s.Block:
-    """Return a block that every scene has once; a scene without it is rejected.
-
-    Args:
-        kind: Its first word.
-        example: How it could be written.
-        main: The text of the scene.
-    """
-    if kind not in declarations.single:
-        if findings.may_be_misspelt(kind):
-            findings.stop()
-        findings.reject(
-            "TIS304",
-            f"the scene has no {kind} block",
-            whole(main),
-            hint=Hint(f"for example: {example}", last_line(example, main.source)),
-        )
-    return declarations.single[kind]

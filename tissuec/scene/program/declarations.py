@@ -12,9 +12,9 @@ from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_o
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
-from tissuec.lang.version import first_line
+from tissuec.lang.version import first_line, last_line
 from tissuec.scene.program.functions import FUNCTIONS, Functions
-from tissuec.scene.program.imports import Program
+from tissuec.scene.program.imports import Program, whole
 from tissuec.scene.program.library import SUFFIX, Library
 from tissuec.scene.program.metadata import Metadata, is_metadata, with_text
 from tissuec.scene.program.repetition import REPEAT, repeated
@@ -72,6 +72,26 @@ class Declarations(Struct):
         """Return declarations of which some can be replaced."""
         named = {kind: dict(declared) for kind, declared in self.named.items()}
         return replace(self, named=named, single=dict(self.single))
+
+    def required(self, kind: str, example: str, main: s.Module, findings: Findings) -> s.Block:
+        """Return a block that every scene has once; a scene without it is rejected.
+
+        Args:
+            kind: Its first word.
+            example: How it could be written.
+            main: The text of the scene.
+            findings: Of the scene.
+        """
+        if kind not in self.single:
+            if findings.may_be_misspelt(kind):
+                findings.stop()
+            findings.reject(
+                "TIS304",
+                f"the scene has no {kind} block",
+                whole(main),
+                hint=Hint(f"for example: {example}", last_line(example, main.source)),
+            )
+        return self.single[kind]
 
     def of(self, kind: str) -> dict[str, Declared]:
         """Return the declarations of one kind."""
