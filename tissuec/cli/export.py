@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from tissuec.cli.arguments import TimeArgument
 from tissuec.cli.common import Command, Settings, keep_input
-from tissuec.core.errors import TissueError, counted
+from tissuec.core.errors import TissueError, counted, enumerated
 from tissuec.core.files import replacing, write_file
 from tissuec.core.hints import alternatives
 from tissuec.core.report import Fact, Part, Report
@@ -331,8 +331,7 @@ def _kind(output: Path | None) -> str:
         return BLOCKS
     kind = output.suffix.lower().lstrip(".")
     if kind not in FORMATS or kind == BLOCKS:
-        *others, last = (f".{one}" for one in FORMATS if one != BLOCKS)
-        ends = f"{', '.join(others)} or {last}"
+        ends = enumerated((f".{one}" for one in FORMATS if one != BLOCKS), "or")
         raise click.UsageError(f'"{output}" does not end with {ends}; use --format')
     return kind
 

@@ -165,6 +165,17 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else ending}"
 
 
+def enumerated(names: Iterable[str], joined: str) -> str:
+    """Return names as a list in a sentence: ``a``, ``a or b``, ``a, b or c``.
+
+    Args:
+        names: At least one.
+        joined: The word before the last: "or" or "and".
+    """
+    *others, last = names
+    return f"{', '.join(others)} {joined} {last}" if others else last
+
+
 def shown_size(count: int) -> str:
     """Return a number of bytes: ``1.2 MB``."""
     for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):

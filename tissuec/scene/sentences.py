@@ -4,6 +4,7 @@ from typing import Annotated, NoReturn, TypeAlias
 
 from msgspec import Struct
 
+from tissuec.core.errors import enumerated
 from tissuec.core.hints import did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, TIME
@@ -96,7 +97,7 @@ class _SetReader(SentenceReader):
 
 
 def read_set(item: s.Assign, scope: Scope) -> SetWords:
-    """Return what a set is, or reject it."""
+    """Read the sentence of a set, or reject it."""
     return _SetReader("set", SET_KIND, item, scope).get()
 
 
@@ -132,7 +133,7 @@ declare(
 
 
 class WrittenTable(Struct, frozen=True):
-    """A table as it is written.
+    """The head and the rows of a table in a text.
 
     Attributes:
         said: Its head.
@@ -193,8 +194,8 @@ class _ExpectReader(SentenceReader):
         for form in self.forms:
             if self.clauses.keys() == {word for word, *_ in form.clauses if word}:
                 return form
-        *first, last = (text.partition("CONDITION ")[2] for text in self.texts)
-        hint = f"end with: {', '.join(first)} or {last}"
+        ends = (text.partition("CONDITION ")[2] for text in self.texts)
+        hint = f"end with: {enumerated(ends, 'or')}"
         self.reject("TIS304", "the time of the expectation is missing", hint=hint)
 
 

@@ -13,6 +13,7 @@ from tissuec.compiler.measures.observed import (
     place_of,
 )
 from tissuec.compiler.sets import Groups, unnamed
+from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
@@ -438,8 +439,7 @@ class Conditions:
             )
         if not issubclass(MEASURES[key], DirectedMeasure):
             names = [name for name, one in MEASURES.items() if issubclass(one, DirectedMeasure)]
-            *others, last = names
-            hint = f"{', '.join(others)} and {last} have a direction"
+            hint = f"{enumerated(names, 'and')} have a direction"
             self.findings.reject(
                 "TIS702", f"{key} is a single number and has no direction", clause.span,
                 hint=Hint(f'remove "{clause.span.one_line}": only {hint}', Edit("")),

@@ -5,6 +5,7 @@ from typing import Any, NoReturn
 
 from tissuec.compiler.script.profiles import read_profiles
 from tissuec.compiler.sets import Groups
+from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -127,8 +128,7 @@ class SentenceOrder(ClauseReader):
         fitting = [f"{before} {t.name}".strip() for t in self.tools.values() if t.kind in kinds]
         kind = HOLDING if HOLDING in kinds else kinds[0]
         written = " or ".join(f'"{name}"' for name in fitting)
-        *others, last = kinds
-        either = f"{', '.join(others)} or {last}" if others else last
+        either = enumerated(kinds, "or")
         self.scope.findings.reject(
             "TIS405",
             f'{self.verb} needs a tool of kind {either}; "{tool.name}" has kind {tool.kind}',

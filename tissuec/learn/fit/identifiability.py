@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr, svd
 from scipy.special import ndtr
 
-from tissuec.core.errors import counted
+from tissuec.core.errors import counted, enumerated
 from tissuec.learn.fit.linearised import LinearisedFit
 from tissuec.learn.fit.noise import NoiseDraws
 from tissuec.learn.fit.outcome import UnidentifiableCombination
@@ -195,8 +195,7 @@ def _alone(names: Sequence[str], spread: float) -> UnidentifiableCombination:
 
 
 def _scale(kinds: Sequence[str], spread: float) -> UnidentifiableCombination:
-    *first, last = [SCALED[kind] for kind in kinds]
-    every = f"{', '.join(first)} and {last}" if first else last
+    every = enumerated((SCALED[kind] for kind in kinds), "and")
     return UnidentifiableCombination(
         f"multiplying all {every} by the same factor does not change the measurements: "
         "only their ratios can be determined",

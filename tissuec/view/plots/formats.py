@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TextIO
 
 from tissuec.core.data import printable
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import TissueError, enumerated
 from tissuec.core.files import replacing
 
 if TYPE_CHECKING:
@@ -81,11 +81,8 @@ def check_suffix(path: Path) -> None:
     """
     if path.suffix.lower() not in FORMATS:
         ends = "has no ending" if not path.suffix else f"ends with {path.suffix}"
-        *others, last = FORMATS
-        raise TissueError(
-            f'"{path}" {ends}; the name of a picture must end with {", ".join(others)} or '
-            f"{last}"
-        )
+        known = enumerated(FORMATS, "or")
+        raise TissueError(f'"{path}" {ends}; the name of a picture must end with {known}')
 
 
 @contextmanager
