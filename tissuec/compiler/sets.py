@@ -290,7 +290,7 @@ class Groups:
                 yield name
 
     def _read(self, key: str) -> SetWords | None:
-        """Return what a set is; None if it was rejected."""
+        """Return the sentence of a set; None if it was rejected."""
         if key not in self._said:
             item = self.declared[key].item
             assert isinstance(item, s.Assign)

@@ -76,8 +76,9 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
     def facing_alike(self) -> tuple[NDArray[np.bool_], Indices, int]:
         """Return how to make the triangles agree with their neighbours.
 
-        Each triangle is two nodes of a graph, one as it is and one turned; each is joined to
-        the nodes of neighbours that agree with it. Consistent orientations are connected parts.
+        Each triangle has two nodes in a graph, one for each orientation; they are joined to
+        the nodes of neighbours that agree with them. Consistent orientations are connected
+        parts.
 
         Returns:
             Which triangles are to be turned, shape (triangle,), so that the lowest of each

@@ -152,7 +152,7 @@ class Balance:
     def _of_fields(self, bars: Bars) -> list[Floats]:
         """Return the forces of each field on all nodes [N], each of shape (node, 3).
 
-        Those at the last positions are kept, because they are judged, too.
+        Those at the last positions are kept: whether forces balance is judged by them, too.
         """
         last, forces = self._last
         if last is not bars:

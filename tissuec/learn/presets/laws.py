@@ -161,4 +161,4 @@ def _scale(value: float, dimension: Dimension, *, percent: bool) -> tuple[float,
     known = shown_units(si_unit(dimension))
     chosen = ([one for one in known if one.size <= abs(value)] or known[:1])[-1]
     factor = parse_unit(chosen.unit).factor if chosen.unit else 1.0
-    return factor, chosen.unit  # as it is read: not quite 1e-12 for ng
+    return factor, chosen.unit  # as texts are read: not exactly 1e-12 for ng

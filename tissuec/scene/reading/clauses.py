@@ -534,7 +534,7 @@ def _head_of(sentence: Written) -> Span:
 
 
 def _object_of(sentence: Written, first: str) -> s.Name:
-    """Return what follows the first words of a sentence, such as a name."""
+    """Return the object of a sentence: the name or condition after its first words."""
     if isinstance(sentence, s.Expect):
         span = sentence.condition.span
         return s.Name(span.one_line, None, span)

@@ -178,7 +178,7 @@ def _changed(name: str, a: str, b: str, name_a: str, name_b: str) -> Iterator[Te
 
 
 def canonical(text: str) -> str:
-    """Return a text in canonical layout; as it is where this version cannot read it."""
+    """Return a text in canonical layout, or unchanged if this version cannot read it."""
     try:
         return format_source(Source("", text))
     except CompileError:
