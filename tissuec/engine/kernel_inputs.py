@@ -26,12 +26,12 @@ from tissuec.engine.unknowns import (
 )
 from tissuec.forces import Field, acts_of
 from tissuec.forces.branches import table_of
-from tissuec.forces.contact_points_kernel import ContactPointTable
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.kernels.records import (
     BoundaryConditions,
     ContactNodeTable,
+    ContactPointTable,
     Fields,
     InternalVariables,
     Net,

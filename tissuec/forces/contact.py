@@ -53,7 +53,7 @@ from tissuec.forces.bristle_kernel import AHEAD
 from tissuec.forces.contact_kernel import touch
 from tissuec.forces.contact_pairs import ContactPairs, NearShapes
 from tissuec.forces.contact_points import NO_FACE
-from tissuec.forces.contact_points_kernel import PLACING, ContactPointTable, touch_points
+from tissuec.forces.contact_points_kernel import PLACING, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
 from tissuec.forces.contact_sliding import turning
 from tissuec.forces.derivatives import ForceDerivatives
@@ -61,6 +61,7 @@ from tissuec.geometry.nearest import TRIANGLE, NearestPlace, places
 from tissuec.kernels.records import (
     BoundaryConditions,
     ContactNodeTable,
+    ContactPointTable,
     ContactTable,
     Roughness,
 )

@@ -8,40 +8,15 @@ Shared arguments:
     table: Record of the points and of the contact.
 """
 
-from typing import NamedTuple
-
 from tissuec.forces.bristle_kernel import bend
 from tissuec.forces.contact_kernel import add_up, count, look, press_surface, push_back
 from tissuec.forces.contact_rows_kernel import BENDS, STEADY, end_of_surface
 from tissuec.forces.contact_sides_kernel import push_outside
 from tissuec.forces.friction_kernel import rub_past
-from tissuec.kernels.records import (
-    ContactTable,
-    Floats,
-    IntegerRows,
-    Integers,
-    Roughness,
-    Rows,
-)
+from tissuec.kernels.records import ContactPointTable, Floats
 from tissuec.kernels.thread_loops import UNDIVIDED
 
 PLACING = -2  # the part in which points are placed
-
-
-class ContactPointTable(NamedTuple):
-    """Points near shapes, and the contact in whose arrays they follow the nodes."""
-
-    touches: ContactTable
-    rough: Roughness
-    part: int  # of contact that is computed; PLACING to place the points first
-    # 1 of pairs whose triangle determines the side of a point, shape (pair,) or (0,)
-    sided: Integers
-    at: Integers  # where the coordinates of each point begin, shape (near,)
-    corners: IntegerRows  # the same of its corners, shape (near, 3)
-    shares: Rows  # N_a, shape (near, 3)
-    x: Floats  # scratch, positions of nodes and points [m], shape (3 (node + point),)
-    v: Floats  # scratch, their velocities [m/s], shape as ``x``
-    f: Floats  # scratch, forces on them [N], shape as ``x``
 
 
 def touch_points(

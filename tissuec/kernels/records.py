@@ -115,6 +115,22 @@ class ContactNodeTable(NamedTuple):
     rough: Roughness
 
 
+class ContactPointTable(NamedTuple):
+    """Points near shapes, and the contact in whose arrays they follow the nodes."""
+
+    touches: ContactTable
+    rough: Roughness
+    part: int  # of contact that is computed; that of ``PLACING`` places the points first
+    # 1 of pairs whose triangle determines the side of a point, shape (pair,) or (0,)
+    sided: Integers
+    at: Integers  # where the coordinates of each point begin, shape (near,)
+    corners: IntegerRows  # the same of its corners, shape (near, 3)
+    shares: Rows  # N_a, shape (near, 3)
+    x: Floats  # scratch, positions of nodes and points [m], shape (3 (node + point),)
+    v: Floats  # scratch, their velocities [m/s], shape as ``x``
+    f: Floats  # scratch, forces on them [N], shape as ``x``
+
+
 class InternalVariables(NamedTuple):
     """Internal variables of springs, first of branches; see ``tissuec.forces.branches``."""
 
