@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing, points_of
 from tissuec.compiler.selections import extents
+from tissuec.core.arrays import distinct
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -318,7 +319,7 @@ class Groups:
                 said.name.span,
                 hint=extents(np.concatenate([one.drawing.mesh.position for one in placed])),
             )
-        return NamedSet(Group(said.name.text, np.unique(np.concatenate(found))), of_springs)
+        return NamedSet(Group(said.name.text, distinct(np.concatenate(found))), of_springs)
 
     def _chosen_of(
         self, placed: PlacedBody | PlacedJoint, said: ChosenNodes | ChosenSprings
@@ -371,7 +372,7 @@ class Groups:
             message = "a union cannot mix nodes and springs"
             self.findings.reject("TIS314", message, said.union.span)
         return NamedSet(
-            Group(said.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
+            Group(said.name.text, distinct(np.concatenate([part.indices for part in parts]))),
             kinds.pop(),
         )
 

@@ -1,4 +1,4 @@
-"""Arrays of equal values, of runs of numbers, and of numbers that are evenly spread."""
+"""Arrays of equal or different values, of runs of numbers, and of evenly spread numbers."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,6 +16,35 @@ def uniform(values: NDArray[Any]) -> NDArray[Any]:
     if values.size < 2 or (values != values.flat[0]).any():
         return values
     return np.broadcast_to(values.flat[0].copy(), values.shape)
+
+
+def distinct(values: NDArray[Any]) -> NDArray[Any]:
+    """Return different values in ascending order, as ``numpy.unique`` does.
+
+    That imports masked arrays, which takes longer than many a scene needs in all.
+
+    Args:
+        values: In any unit, any shape, no NaN.
+
+    Returns:
+        Shape (n,).
+    """
+    ascending = np.sort(values, axis=None)
+    is_new = np.ones(len(ascending), dtype=bool)
+    np.not_equal(ascending[1:], ascending[:-1], out=is_new[1:])
+    return ascending[is_new]
+
+
+def typical(values: NDArray[Any]) -> float:
+    """Return the median, the higher of the two in the middle, in the unit of the values.
+
+    ``numpy.median`` imports masked arrays as well.
+
+    Args:
+        values: At least one, any shape.
+    """
+    middle = values.size // 2
+    return float(np.partition(values, middle, axis=None)[middle])
 
 
 def behind_one_another(

@@ -113,7 +113,7 @@ def layout_of(network: Network, threads: int) -> Layout:
     # Nodes of tools come last, where measures of motion leave them out, after bristles, some
     # of which may be left out.
     bristles = network.remembering(FRICTION)
-    others = np.setdiff1d(np.arange(shown, count), bristles)
+    others = np.setdiff1d(np.arange(shown, count), bristles, assume_unique=True)
     order = np.concatenate([order, others, bristles, np.arange(bodies, shown)])
     place = np.empty_like(order)
     place[order] = np.arange(count)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import distinct
 from tissuec.core.vectors import norm
 from tissuec.forces import Field
 from tissuec.forces.contact_points import ContactPoints
@@ -226,7 +227,7 @@ class NearShapes(Field, frozen=True, dict=True):
         # Triangles without a radius of their own touch threads only.
         thin = (self.kind[faces] == TRIANGLE) & (self.radius[faces] == 0.0)
         found = [_all_pairs(np.arange(len(self.nodes)), faces[endless])]
-        for body in np.unique(self.spared[faces]):
+        for body in distinct(self.spared[faces]):
             spares = self.spared[faces] == body
             everyone = np.flatnonzero((self.owner != body) | (body < 0))
             threads = everyone[self.size[everyone] > 0.0]

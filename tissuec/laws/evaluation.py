@@ -12,6 +12,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import distinct
 from tissuec.laws import LINEAR, Law
 from tissuec.laws.formula import Formula, Values, kinks
 
@@ -45,7 +46,7 @@ class Behaviour:
     ):
         self.stiffness, self.damping, self.rest = stiffness, damping, rest
         # Called at every evaluation of a spring: most nets have no such laws.
-        found: list[int] = np.unique(law[law > 0]).tolist() if len(laws) > 1 else []
+        found: list[int] = distinct(law[law > 0]).tolist() if len(laws) > 1 else []
         self._curved = [(laws[k], np.flatnonzero(law == k)) for k in found]
 
     def with_rest(self, rest: Floats) -> "Behaviour":

@@ -12,6 +12,8 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import distinct
+
 Floats = NDArray[np.float64]
 ProfileKind = Literal["constant", "ramp", "smooth", "sine", "table"]
 PROFILE_KINDS: tuple[ProfileKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
@@ -143,7 +145,7 @@ class TimeProfile(Struct, frozen=True, eq=False):
         """
         ends = [t for t in (self.start, self.stop) if np.isfinite(t)]
         inner = self.start + self.times
-        return np.unique(np.concatenate([ends, inner[inner <= self.stop]]))
+        return distinct(np.concatenate([ends, inner[inner <= self.stop]]))
 
 
 def tabulated(profiles: Sequence[TimeProfile], start: float, until: float) -> dict[str, Floats]:

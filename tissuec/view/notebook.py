@@ -11,9 +11,7 @@ from tissuec.core.errors import counted
 from tissuec.core.report import holding
 from tissuec.core.units import show_interval
 from tissuec.model.net_size import NetSize
-from tissuec.results import conversion
 from tissuec.results import trajectory as results
-from tissuec.results.export import frame_shape
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
@@ -51,6 +49,8 @@ class Trajectory(results.Trajectory):
             ImportError: pandas is not installed; says what to install.
             ResultError: There is no such log.
         """
+        from tissuec.results import conversion  # where it is asked for
+
         return conversion.to_pandas(self, names)
 
     def to_xarray(self, *names: str, frames: slice = slice(None)) -> "xarray.Dataset":
@@ -64,6 +64,8 @@ class Trajectory(results.Trajectory):
             ImportError: xarray is not installed; says what to install.
             ValueError: There is no such array.
         """
+        from tissuec.results import conversion  # where it is asked for
+
         return conversion.to_xarray(self, names, frames)
 
     def to_pyvista(self, frame: int = -1) -> "pyvista.PolyData":
@@ -80,7 +82,9 @@ class Trajectory(results.Trajectory):
             ImportError: PyVista is not installed; says what to install.
             IndexError: There is no such frame.
         """
-        return conversion.to_pyvista(frame_shape(self, frame))
+        from tissuec.results import conversion, export  # where it is asked for
+
+        return conversion.to_pyvista(export.frame_shape(self, frame))
 
 
 def as_text(trajectory: results.Trajectory) -> str:

@@ -108,7 +108,7 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
             with findings.item():
                 sides.append(groups.nodes(name))
     first, second = sides
-    if common := len(np.intersect1d(first.indices, second.indices)):
+    if common := int(np.isin(first.indices, second.indices).sum()):
         findings.reject(
             "TIS309",
             f"{first.name} and {second.name} share {counted(common, 'node')}, but no node can "

@@ -12,6 +12,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.materials.reader import NOT_ALLOWED
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.compiler.selections import extents
+from tissuec.core.arrays import distinct
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.hints import Edit, Hint, leaving_out
 from tissuec.core.source import Span
@@ -202,7 +203,7 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
 def _unbreakable(compiled: Compiled, name: s.Name, springs: Indices) -> Diagnostic:
     """Return the finding about the ruptures of springs that cannot rupture."""
     provenance = compiled.network.provenance["strength"]
-    found = np.unique(provenance.index[springs])
+    found = distinct(provenance.index[springs])
     origins = [provenance.origins[int(index)] for index in found]
     message, hint = f"nothing in {name.text} can rupture, so this is always 0", ""
     forbidding = next((one for one in origins if one.how == NOT_ALLOWED), None)
@@ -325,4 +326,4 @@ def _goes_by(cut: Cut, state: State, moved: float) -> bool:
 
 
 def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
-    return np.unique(state.springs.ends[cut.group.indices])
+    return distinct(state.springs.ends[cut.group.indices])

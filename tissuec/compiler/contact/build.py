@@ -12,6 +12,7 @@ from tissuec.compiler.ambient_damping import skin_areas, thread_areas
 from tissuec.compiler.bodies.threads import bonds
 from tissuec.compiler.contact.friction import friction_of, has_friction
 from tissuec.compiler.contact.points import SOFT, FacePoints, face_points, stiffness_of
+from tissuec.core.arrays import distinct
 from tissuec.core.errors import Note, counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.geometry.edge_supports import SupportedEdges
@@ -357,7 +358,7 @@ def _joined(network: Network, law: ContactLaw) -> Indices:
     stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
     own = network.springs.ends[: network.body_springs if law.within_bodies else 0]
     low, high = np.sort(np.concatenate([own.astype(np.int64), stitches]), axis=1).T
-    return np.unique(low * network.node_count + high)
+    return distinct(low * network.node_count + high)
 
 
 def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findings) -> None:
@@ -372,7 +373,7 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
         findings.add(
             "W406",
             "bodies or tools overlap at the start at "
-            f"{counted(len(np.unique(pairs.node)), 'point' if contact.between else 'node')} "
+            f"{counted(len(distinct(pairs.node)), 'point' if contact.between else 'node')} "
             f"by up to {deepest} and are pushed apart at once",
             contact.span,
             hint=f"draw {_further_apart(contact, network, pairs)}, or let the net settle "

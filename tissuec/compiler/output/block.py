@@ -11,6 +11,7 @@ from tissuec.compiler.measures.conditions import LEDGER, Conditions
 from tissuec.compiler.measures.quantities import QuantityReader
 from tissuec.compiler.output.smoothing import read_surface
 from tissuec.compiler.sets import Groups
+from tissuec.core.arrays import distinct
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.precision import SINGLE
 from tissuec.core.source import Span
@@ -186,7 +187,7 @@ class OutputReader(BlockItems):
         self.frames = np.arange(self.node_count)
         if said.of is not None:
             groups = [self.groups.nodes(name).indices for name in said.of]
-            self.frames = np.unique(np.concatenate(groups))
+            self.frames = distinct(np.concatenate(groups))
         if said.fields is not None:  # rarely, and what describes them takes long to import
             from tissuec.compiler.output.frame_fields import asked_fields
 

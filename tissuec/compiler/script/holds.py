@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.arrays import distinct
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
@@ -135,7 +136,7 @@ class _HoldHistory:
         for key, held in tuple(self.taken.items()):
             if release.tool in (None, held.holder):
                 gone = held.nodes if release.group is None else release.group.indices
-                left = np.setdiff1d(held.nodes, gone)
+                left = np.setdiff1d(held.nodes, gone, assume_unique=True)
                 if len(left):
                     self.taken[key] = HeldNodes(held.holder, left, held.time, held.span)
                 else:
@@ -146,12 +147,12 @@ class _HoldHistory:
             return mover.nodes
         shape = self.shapes.get(mover.name, _NOTHING)
         taken = (t.nodes for t in self.taken.values() if t.holder == mover.name)
-        return np.unique(np.concatenate([shape, *taken]))
+        return distinct(np.concatenate([shape, *taken]))
 
     def _fixed(self, new: DrivenNodes) -> Iterator[Diagnostic]:
         """Yield a warning if nodes are moved that a sentence fixes: the later order wins."""
         for span, nodes in self.fixed.items():
-            if common := len(np.intersect1d(nodes, new.nodes)):
+            if common := int(np.isin(nodes, new.nodes).sum()):
                 yield Diagnostic(
                     "W409",
                     f"{new.mover} moves {counted(common, 'fixed node')} from "
@@ -214,7 +215,7 @@ def _unheld(
     who = release.tool
     mine = [t for t in taken if who is None or t.holder == who]
     if release.group is not None:
-        mine = [t for t in mine if len(np.intersect1d(t.nodes, release.group.indices))]
+        mine = [t for t in mine if np.isin(t.nodes, release.group.indices).any()]
     if mine:
         return
     what = release.group.name if release.group is not None else "anything"

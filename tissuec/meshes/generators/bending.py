@@ -49,7 +49,8 @@ def bending_springs(mesh: Mesh, generator: object) -> NDArray[np.int32]:
     found = springs(count, pairs)
     low, high = mesh.ends.min(axis=1), mesh.ends.max(axis=1)
     joined = low.astype(np.int64) * count + high
-    new = found[~np.isin(found[:, 0].astype(np.int64) * count + found[:, 1], joined)]
+    asked = found[:, 0].astype(np.int64) * count + found[:, 1]
+    new = found[np.isin(asked, joined, assume_unique=True, invert=True)]
     if not len(new):
         raise ValueError("springs already join all its second neighbours")
     return new

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core import units
+from tissuec.core.arrays import distinct
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, one_column
@@ -83,7 +84,7 @@ class Pieces(ScalarMeasure):
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         found = snapshot.pieces[snapshot.nodes(subjects[0])]
-        return one_column(len(np.unique(found)), snapshot)
+        return one_column(len(distinct(found)), snapshot)
 
 
 @MEASURES.member("ruptured")

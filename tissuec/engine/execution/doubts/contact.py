@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
+from tissuec.core.arrays import typical
 from tissuec.core.units import LENGTH, show
 from tissuec.core.vectors import norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
@@ -152,4 +153,4 @@ def _is_solid(network: Network, body: BodyPart) -> bool:
 def _distance(network: Network, body: BodyPart) -> float:
     """Return the median distance of neighbours in the surface of a body [m]."""
     corners = network.position[network.skin_of(body)]
-    return float(np.median(norm(corners - np.roll(corners, 1, axis=1))))
+    return typical(norm(corners - np.roll(corners, 1, axis=1)))

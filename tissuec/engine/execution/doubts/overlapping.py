@@ -14,6 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import distinct, typical
 from tissuec.core.vectors import cross, dot, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.edge_supports import SupportedTriangles
@@ -40,9 +41,7 @@ class WatchedSkin:
     def __init__(self, network: Network, body: BodyPart):
         skin = network.skin_of(body)
         self.body, self.surface = body, SweptSurface.of(skin)
-        self.edge = float(
-            np.median(norm(np.diff(network.position[self.surface.edges.ends], axis=1)))
-        )
+        self.edge = typical(norm(np.diff(network.position[self.surface.edges.ends], axis=1)))
         self._supported = SupportedTriangles(
             network.springs.ends, skin, network.skin_marks_of(body)
         )
@@ -77,7 +76,7 @@ class _Couple:
     def __init__(self, one: WatchedSkin, other: WatchedSkin):
         self.one, self.other = one, other
         self._margin = AROUND * min(one.edge, other.edge)
-        self._nodes = np.unique(np.concatenate([one.triangles, other.triangles]))
+        self._nodes = distinct(np.concatenate([one.triangles, other.triangles]))
         self._around: Floats | None = None
         self._near: list[tuple[WatchedSkin, WatchedSkin, Indices]] = []
         self._orders = [(one, other)] if one is other else [(one, other), (other, one)]
