@@ -22,11 +22,9 @@ from msgspec.structs import replace
 from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.expectations import split_expectations
-from tissuec.compiler.learning.expectations import demands_of
 from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.names import key_of
-from tissuec.scene.learning.block import read_learn_blocks, refuse_without_scene
 from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.program.imports import Program, load
 from tissuec.scene.program.resolved import ResolvedProgram
@@ -87,6 +85,8 @@ def check_request(
         return compile_program(
             program, request, findings, thorough=thorough, levels=levels, resolved=resolved
         )
+    from tissuec.scene.learning.block import refuse_without_scene  # a preset
+
     words, warnings = read_words(request)
     refuse_without_scene(words.declarations, findings)
     findings.raise_errors()
@@ -138,6 +138,9 @@ def read_vocabulary_fits(
         CompileError: The text is wrong, a learn block needs a scene, or ``strict`` and there
             is a warning.
     """
+    from tissuec.compiler.learning.expectations import demands_of
+    from tissuec.scene.learning.block import read_learn_blocks, refuse_without_scene
+
     findings = Findings()
     program = _loaded(request, findings)
     words = resolve_words(program, findings, request.overrides)

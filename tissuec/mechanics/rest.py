@@ -8,7 +8,6 @@ import numpy as np
 from tissuec.core.vectors import norm
 from tissuec.forces.branches import flat, pulled
 from tissuec.mechanics import observables
-from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 
@@ -105,6 +104,8 @@ def is_stable(state: State) -> bool:
     size = 3 * int(np.count_nonzero(~state.held))
     if size > DENSE or state.fields:
         return False
+    from tissuec.mechanics.balance import Balance  # which most nets do not need
+
     balance = Balance(state, np.ones(state.network.node_count, dtype=bool))
     values, rows, columns = balance.springs.entries(balance.bars(balance.start), exact=True)
     matrix = np.zeros((size, size))

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+from tissuec.core.source import Source
 from tissuec.scene.bodies.likeness import read_each_like
 from tissuec.scene.bodies.tables import read_tables
 from tissuec.scene.environment import Environment, read_environment
-from tissuec.scene.learning.block import read_learn_blocks
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.members import read_force
 from tissuec.scene.model import Scene
@@ -20,7 +20,7 @@ from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import LIKE, parts
 from tissuec.scene.settings import read_simulation
-from tissuec.scene.study.block import read_studies
+from tissuec.scene.study.model import Study
 from tissuec.scene.tissues.block import read_tissues
 from tissuec.scene.tissues.laws import read_laws
 from tissuec.scene.words.vocabulary import read_vocabulary
@@ -78,7 +78,7 @@ def resolve(
     environment, simulation = _settings(program, declarations, scope, findings)
     scope.evaluate_all()
     sources = tuple(module.source for module in program.modules)
-    learn_blocks = read_learn_blocks(words, sources)
+    learn_blocks = _learn_blocks(words, sources)
     if not declarations.of("body"):
         findings.doubt_all()  # sets and the script name what no body is there for
     return Scene(
@@ -101,10 +101,31 @@ def resolve(
         vocabulary_fits={
             key: one for key, one in learn_blocks.items() if isinstance(one, VocabularyFit)
         },
-        studies=read_studies(declarations, scope),
+        studies=_studies(declarations, scope),
         overrides=tuple(overrides),
         blocks=blocks,
     )
+
+
+# Most scenes neither learn nor vary, and need none of what reads such blocks.
+
+
+def _learn_blocks(
+    words: ResolvedProgram, sources: Sequence[Source]
+) -> dict[str, WrittenFitProblem | VocabularyFit]:
+    if not words.declarations.of("learn"):
+        return {}
+    from tissuec.scene.learning.block import read_learn_blocks
+
+    return read_learn_blocks(words, sources)
+
+
+def _studies(declarations: Declarations, scope: Constants) -> dict[str, Study]:
+    if not declarations.of("study"):
+        return {}
+    from tissuec.scene.study.block import read_studies
+
+    return read_studies(declarations, scope)
 
 
 def _read_blocks(words: ResolvedProgram) -> dict[str, dict[str, Any]]:
