@@ -9,8 +9,8 @@ from tests.meshes.test_mesh_laws import SAMPLES, label
 from tissuec.geometry.affine import Affine
 from tissuec.geometry.edges import volume
 from tissuec.geometry.elements import SHAPES, Measures
-from tissuec.meshes.elements import is_wall, wall_of_triangles
-from tissuec.meshes.generators import MESHES, Elemental, Mesh
+from tissuec.meshes.elements import wall_of_triangles
+from tissuec.meshes.generators import MESHES, Elemental, Mesh, is_wall
 from tissuec.meshes.generators.round_solids import Ellipsoid
 from tissuec.meshes.generators.sheet import Sheet
 from tissuec.meshes.generators.sphere import Sphere

@@ -17,11 +17,8 @@ from numpy.typing import NDArray
 from tissuec.compiler.ambient_damping import with_drag
 from tissuec.compiler.bodies.arrays import BodyArrays, build_body
 from tissuec.compiler.bodies.drawn import Drawing, draw
-from tissuec.compiler.bodies.joints import JointArrays, build_joints
 from tissuec.compiler.bodies.threads import idle_knots, renumbered
 from tissuec.compiler.contact.build import contact_of, with_tools
-from tissuec.compiler.elements.bodies import element_blocks, marks_of
-from tissuec.compiler.elements.limits import ElementMarks, skin_marks
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.materials.cutting_resistance import joined_resistance
 from tissuec.compiler.materials.internal_variables import (
@@ -40,7 +37,6 @@ from tissuec.core.arrays import behind_one_another, uniform
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.forces.bending import Hinges
 from tissuec.geometry.affine import Affine
 from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
@@ -69,6 +65,8 @@ from tissuec.script.verbs.settle import Settle
 from tissuec.script.verbs.tie import Tie
 
 if TYPE_CHECKING:
+    from tissuec.compiler.bodies.joints import JointArrays
+    from tissuec.compiler.elements.limits import ElementMarks
     from tissuec.compiler.symmetry import WrittenPlane
 
 
@@ -161,7 +159,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     # Contact comes first: its nodes must directly follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
     groups = Groups(scene.declarations, _place(bodies.drawings), scene.constants)
-    joints = build_joints(scene, groups, findings)
+    joints = _joints(scene, groups, findings)
     is_joined = joints and bodies.are_whole
     joined = join(bodies.built, joints) if is_joined else bodies.network
     planes: tuple[WrittenPlane, ...] = ()
@@ -233,14 +231,10 @@ def build_bodies(scene: Scene, findings: Findings) -> Bodies:
     return Bodies(drawings, built)
 
 
-def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:
+def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> Network:
     """Return the network of several bodies, one after the other, and of their joints."""
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)]).tolist()
-    marks = [
-        marks_of(one.body, one.elements, one.breaking, n)
-        for one, n in zip(bodies, nodes, strict=False)
-        if one.breaking is not None
-    ]
+    marks = _marks(bodies, nodes)
     parts: Sequence[BodyArrays | JointArrays | ElementMarks] = [*bodies, *joints, *marks]
     springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
     # Joints and marks know the nodes of the net.
@@ -249,13 +243,6 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         [part.springs.behind(first) for part, first in zip(parts, firsts, strict=True)]
     )
     inelastic = inelastic_of([part.memory for part in parts], np.diff(springs).tolist())
-    hinges = Hinges.joined(
-        [
-            body.hinges.behind(n, p)
-            for body, n, p in zip(bodies, nodes, springs, strict=False)
-            if body.hinges is not None
-        ]
-    )
 
     def every(
         pick: Callable[[BodyArrays], NDArray[Any]], kind: type, shape: tuple[int, ...] = ()
@@ -268,12 +255,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     behind = springs[len(bodies) + len(joints) :]
     marked = [one.part(first) for one, first in zip(marks, behind, strict=False)]
     first_marks = {part.name: int(part.springs.start) for part in marked}
-    blocks: list[FieldBlock] = []
-    for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
-        ends, mark = joined.ends[first:last], first_marks.get(body.body.name)
-        blocks += element_blocks(body.elements, position, n, ends, first, mark or 0)
-        if body.bends is not None:
-            blocks.append(body.bends.block(position, n, ends, first, mark))
+    blocks = _element_blocks(bodies, position, nodes, joined, springs, first_marks)
     return Network(
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
@@ -287,17 +269,82 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
             for name in ("mass", *NUMBERS)
         },
         joints=tuple(map(_joint_part, joints, pairwise(springs[len(bodies) :]))),
-        blocks=(*blocks, *(() if hinges is None else (hinges.block,))),
+        blocks=(*blocks, *_hinge_blocks(bodies, nodes, springs)),
         marks=tuple(marked),
-        skin_marks=skin_marks(skin, blocks),
+        skin_marks=_skin_marks(skin, blocks),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
         cutting=_cutting(bodies, parts, blocks),
     )
 
 
+# Most nets have neither elements nor hinges, and need none of what places them.
+
+
+def _marks(bodies: Sequence[BodyArrays], nodes: Sequence[int]) -> "list[ElementMarks]":
+    """Return the marks of the bodies whose elements may break, with their first nodes."""
+    if all(body.breaking is None for body in bodies):
+        return []
+    from tissuec.compiler.elements.bodies import marks_of
+
+    return [
+        marks_of(one.body, one.elements, one.breaking, n)
+        for one, n in zip(bodies, nodes, strict=False)
+        if one.breaking is not None
+    ]
+
+
+def _element_blocks(
+    bodies: Sequence[BodyArrays],
+    position: NDArray[np.float64],
+    nodes: Sequence[int],
+    joined: Springs,
+    springs: Sequence[int],
+    first_marks: Mapping[str, int],
+) -> list[FieldBlock]:
+    """Return the blocks of elements, and of the bending of walls of them.
+
+    Args:
+        bodies: The bodies, whose first nodes and springs are ``nodes`` and ``springs``.
+        position: Of all nodes [m], shape (node, 3).
+        joined: All springs.
+        first_marks: The first mark of the elements of a body, by its name.
+    """
+    if not any(body.elements for body in bodies):
+        return []
+    from tissuec.compiler.elements.bodies import element_blocks
+
+    blocks: list[FieldBlock] = []
+    for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
+        ends, mark = joined.ends[first:last], first_marks.get(body.body.name)
+        blocks += element_blocks(body.elements, position, n, ends, first, mark or 0)
+        if body.bends is not None:
+            blocks.append(body.bends.block(position, n, ends, first, mark))
+    return blocks
+
+
+def _hinge_blocks(
+    bodies: Sequence[BodyArrays], nodes: Sequence[int], springs: Sequence[int]
+) -> list[FieldBlock]:
+    """Return the block of the hinges of all walls of springs, if there are any."""
+    found = [
+        body.hinges.behind(n, p)
+        for body, n, p in zip(bodies, nodes, springs, strict=False)
+        if body.hinges is not None
+    ]
+    return [type(found[0]).joined(found).block] if found else []
+
+
+def _skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
+    if not blocks:
+        return None
+    from tissuec.compiler.elements.limits import skin_marks
+
+    return skin_marks(skin, blocks)
+
+
 def _cutting(
     bodies: Sequence[BodyArrays],
-    parts: Sequence[BodyArrays | JointArrays | ElementMarks],
+    parts: "Sequence[BodyArrays | JointArrays | ElementMarks]",
     blocks: Sequence[FieldBlock],
 ) -> CuttingResistance | None:
     """Return the resistance to cuts; None if blades need no energy anywhere."""
@@ -348,7 +395,15 @@ def _cells(
     return mirrored
 
 
-def _joint_part(joint: JointArrays, springs: tuple[int, int]) -> JointPart:
+def _joints(scene: Scene, groups: Groups, findings: Findings) -> "list[JointArrays]":
+    if not scene.declarations.of("joint"):
+        return []
+    from tissuec.compiler.bodies.joints import build_joints
+
+    return build_joints(scene, groups, findings)
+
+
+def _joint_part(joint: "JointArrays", springs: tuple[int, int]) -> JointPart:
     """Return a joint with the first and the last but one of its springs."""
     return JointPart(joint.joint.name, slice(*springs), joint.joint.span)
 

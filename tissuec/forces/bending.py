@@ -61,10 +61,8 @@ class Hinges(WalledField, frozen=True):
     squares: Floats
 
     @classmethod
-    def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
-        """Return the hinges of several bodies in one numbering; None without any."""
-        if not parts:
-            return None
+    def joined(cls, parts: Sequence["Hinges"]) -> "Hinges":
+        """Return the hinges of several bodies in one numbering."""
         first = np.cumsum([0, *(part.item_count for part in parts)])
         walled = [part.walled + start for part, start in zip(parts, first, strict=False)]
         arrays = {

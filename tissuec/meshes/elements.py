@@ -16,7 +16,7 @@ from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures
 from tissuec.geometry.tetrahedra import volumes
 from tissuec.meshes.formats import FormatError
-from tissuec.meshes.generators import Elemental, ElementMesh, Generator, Mesh, Threaded
+from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.slivers import poor_ones
 from tissuec.model.topology import lower_and_upper
@@ -203,17 +203,6 @@ def _skin(elements: Sequence[ElementMesh]) -> Indices:
 
 TRIANGLE = "triangle"  # the shape of elements of walls
 _FLAT_WALL = 1e-9  # of the square of its longest side: a triangle of less area has none
-
-
-def is_wall(mesh: Generator | None) -> bool:
-    """Return whether a body of elements is a wall of triangles.
-
-    Args:
-        mesh: Of the body; None if it is explicit.
-    """
-    if mesh is None or isinstance(mesh, Threaded):
-        return False
-    return not (isinstance(mesh, Elemental) and mesh.is_solid)
 
 
 def wall_of_triangles(mesh: Mesh) -> Mesh:

@@ -14,8 +14,7 @@ from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.stiffening import Stiffening
-from tissuec.meshes.elements import is_wall
-from tissuec.meshes.generators import Generator
+from tissuec.meshes.generators import Generator, is_wall
 from tissuec.model.network import Floats
 from tissuec.scene.environment import Environment
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem

@@ -1,5 +1,7 @@
 """From a drawn body to arrays: materials and initial velocities."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -7,13 +9,10 @@ from numpy.typing import NDArray
 from tissuec.compiler.bodies.drawn import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiler.bodies.threads import with_slipping
 from tissuec.compiler.contact.surface_friction import friction_of
-from tissuec.compiler.elements.bodies import BodyElements, ElementReader
-from tissuec.compiler.elements.membranes import MembraneReader, WallBending
 from tissuec.compiler.materials.cutting_resistance import SpringResistance
 from tissuec.compiler.materials.poisson import Poisson
 from tissuec.compiler.materials.reader import MaterialReader
-from tissuec.forces.bending import Hinges
-from tissuec.laws import LINEAR, Law
+from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
 from tissuec.model.inelastic import NAMES as INELASTIC
@@ -23,6 +22,11 @@ from tissuec.model.springs import Springs
 from tissuec.scene.model import Body
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.values import LARGEST_NUMBER
+
+if TYPE_CHECKING:  # which few nets need
+    from tissuec.compiler.elements.bodies import BodyElements
+    from tissuec.compiler.elements.membranes import WallBending
+    from tissuec.forces.bending import Hinges
 
 #: Arrays whose entries are finite, and what they are called.
 _FINITE = {
@@ -49,11 +53,11 @@ class BodyArrays(Struct, frozen=True, eq=False):
     bending: int  # how many springs, the last ones, resist bending only
     thread: ThreadBody | None  # numbered within the body
     poisson: Poisson | None  # of a solid whose cells keep their volume
-    hinges: Hinges | None  # of a wall that resists bending, numbered within the body
+    hinges: "Hinges | None"  # of a wall that resists bending, numbered within the body
     friction: SurfaceFriction
     resistance: SpringResistance
-    elements: tuple[BodyElements, ...] = ()
-    bends: WallBending | None = None  # of a wall of elements
+    elements: "tuple[BodyElements, ...]" = ()
+    bends: "WallBending | None" = None  # of a wall of elements
     breaking: Provenance | None = None  # origins of the limits of elements
 
 
@@ -61,13 +65,15 @@ class BodyArrays(Struct, frozen=True, eq=False):
 def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     """Return the arrays of one body; errors are reported with their place."""
     if drawing.body.elements is not None:
-        return _build_elements(drawing, findings)
+        from tissuec.compiler.elements.build import build_elements  # most nets have none
+
+        return build_elements(drawing, findings)
     body, reader = drawing.body, MaterialReader(drawing, findings)
     quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}
     if drawing.thread is not None:
         arrays, law, laws = with_slipping(arrays, law, laws, drawing.thread)
-    velocity = _velocity(body, drawing, arrays["mass"])
+    velocity = initial_velocity(drawing, arrays["mass"])
     check_sizes(body, arrays | {"velocity": velocity}, findings)
     check_laws(body, arrays["rest"], law, laws, findings)
     return BodyArrays(
@@ -88,42 +94,13 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     )
 
 
-def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
-    """Return the arrays of a body that is made of elements; see ``build_body``."""
-    of_kind = MembraneReader if drawing.body.is_wall else ElementReader
-    body, reader = drawing.body, of_kind(drawing, findings)
-    quantities, elements = reader.read(), reader.elements()
-    arrays = {name: values for name, (values, _) in quantities.items()}
-    velocity = _velocity(body, drawing, arrays["mass"])
-    check_sizes(body, arrays | {"velocity": velocity}, findings)
-    materials = [one.material for one in elements]
-    moduli = [value for one in materials for value in (one.shear, one.bulk, one.viscosity)]
-    refuse_sizes(body, {"modulus or viscosity": np.concatenate(moduli)}, findings)
-    law = np.broadcast_to(np.int32(0), drawing.length.shape)
-    return BodyArrays(
-        body,
-        drawing.mesh,
-        arrays["mass"],
-        Springs.of(drawing.mesh.ends, arrays, law, (LINEAR,), drawing.columns.spring_ids),
-        {},
-        {name: provenance for name, (_, provenance) in quantities.items()},
-        velocity,
-        drawing.columns.node_ids,
-        bending=0,
-        thread=None,
-        poisson=None,
-        hinges=None,
-        friction=friction_of(drawing),
-        resistance=SpringResistance.none(len(drawing.length)),
-        elements=elements,
-        bends=reader.bending() if isinstance(reader, MembraneReader) else None,
-        breaking=reader.limits.known(reader.part) if body.may_rupture else None,
-    )
+def initial_velocity(drawing: Drawing, mass: Floats) -> Floats:
+    """Return initial velocities [m/s], shape (node, 3): the body's own, or a table's.
 
-
-def _velocity(body: Body, drawing: Drawing, mass: Floats) -> Floats:
-    """Return initial velocities [m/s], shape (node, 3): the body's own, or a table's."""
-    position = drawing.mesh.position
+    Args:
+        mass: Of the nodes [kg], shape (node,).
+    """
+    body, position = drawing.body, drawing.mesh.position
     velocity = np.tile(body.velocity, (len(position), 1))
     if body.spin.any():
         centre = (mass[:, None] * position).sum(axis=0) / mass.sum()

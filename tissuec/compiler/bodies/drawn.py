@@ -18,7 +18,6 @@ from tissuec.core.names import key_of
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
-from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import Elemental, Mesh, Threaded
 from tissuec.meshes.generators.imported import Imported, MeshFileError
@@ -254,6 +253,8 @@ def _built(body: Body) -> Mesh:
     """Return the mesh that a generator draws."""
     assert body.mesh is not None
     if body.is_wall:
+        from tissuec.meshes.elements import wall_of_triangles
+
         return wall_of_triangles(body.mesh.build())
     if body.elements is not None and isinstance(body.mesh, Elemental):
         return body.mesh.build_elements()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tissuec.compiler.checks import check
 from tissuec.compiler.checks.threads import turning_contact_on
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.materials.reader import NOT_ALLOWED
+from tissuec.compiler.materials.tissue_parts import NOT_ALLOWED
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.compiler.selections import extents
 from tissuec.core.arrays import distinct

@@ -12,7 +12,12 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.materials.cutting_resistance import SpringResistance
-from tissuec.compiler.materials.tissue_parts import Material, TissueParts, part_numbers
+from tissuec.compiler.materials.tissue_parts import (
+    NOT_ALLOWED,
+    Material,
+    TissueParts,
+    part_numbers,
+)
 from tissuec.core.errors import Note
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
@@ -32,7 +37,6 @@ if TYPE_CHECKING:
     from tissuec.forces.element_fields import MaterialField
     from tissuec.forces.element_limits import ElementLimits
 
-NOT_ALLOWED = "rupture is not allowed"
 CRUSHING = "crushing force"
 #: Of the toughness of a tissue, what elements at the tip of a crack hold per area when it
 #: advances; the rest is set free around them. Measured: see "Cracks" in docs/numerics.md.

@@ -28,8 +28,8 @@ def hinges_of(
     stiffness: Floats,
     damping: Floats,
     findings: Findings,
-) -> Hinges | None:
-    """Return the hinges of a body, None without any; missing numbers are rejected.
+) -> Hinges:
+    """Return the hinges of a body that resists bending; missing numbers are rejected.
 
     Their modulus is the mean of those of their nodes. They are damped as the springs around
     them.
@@ -44,8 +44,7 @@ def hinges_of(
         findings: Takes diagnostics.
     """
     body = drawing.body
-    if body.shell is None:
-        return None
+    assert body.shell is not None
     used: list[int] = np.unique(drawing.part).tolist()
     given = [moduli[part] for part in used]
     if matter is None or any(m is None or not m.quantity.is_of_matter for m in given):

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.bending_springs import with_bending
 from tissuec.compiler.bodies.drawn import Drawing
-from tissuec.compiler.elements.limits import NOT_ALLOWED
-from tissuec.compiler.elements.shells import hinges_of
 from tissuec.compiler.materials.cutting_resistance import (
     SpringResistance,
     resistance_of_parts,
@@ -25,10 +23,9 @@ from tissuec.compiler.materials.cutting_resistance import (
 from tissuec.compiler.materials.poisson import Poisson, poisson_of
 from tissuec.compiler.materials.spring_laws import SpringLaws
 from tissuec.compiler.materials.spring_parts import SpringParts
-from tissuec.compiler.materials.tissue_parts import TissueParts, part_numbers
+from tissuec.compiler.materials.tissue_parts import NOT_ALLOWED, TissueParts, part_numbers
 from tissuec.core.names import key_of
 from tissuec.core.resources import is_preset
-from tissuec.forces.bending import Hinges
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.model.inelastic import PAIRS, TIMES, VISCOSITY
@@ -49,6 +46,7 @@ from tissuec.scene.tissues.quantities import (
 
 if TYPE_CHECKING:  # nets of numbers need none of it
     from tissuec.compiler.materials.matter import Matter, MatterReader
+    from tissuec.forces.bending import Hinges
 
 
 class MaterialReader:
@@ -328,13 +326,17 @@ class MaterialReader:
         each = amount * each
         return each if self.shares is None else each / self.shares
 
-    def hinges(self, arrays: Mapping[str, Floats]) -> Hinges | None:
+    def hinges(self, arrays: Mapping[str, Floats]) -> "Hinges | None":
         """Return the hinges of the walls of the body; None without any.
 
         Args:
             arrays: Numbers of springs by name: ``stiffness`` [N/m] and ``damping`` [N s/m],
                 shape (spring,).
         """
+        if self.body.shell is None:
+            return None
+        from tissuec.compiler.elements.shells import hinges_of  # of what bends
+
         found = self.parts.found("spring constant")
         return hinges_of(
             self.drawing, next(iter(self._shared_out.values()), None),

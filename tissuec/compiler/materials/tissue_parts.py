@@ -45,6 +45,8 @@ USES = {
 }
 
 
+#: Where strengths of those come from that cannot break.
+NOT_ALLOWED = "rupture is not allowed"
 #: What only fibres in elements have.
 OF_FIBRES = FIBRE_STIFFENING, FIBRE_DISPERSION
 

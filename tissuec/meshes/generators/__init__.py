@@ -146,4 +146,15 @@ class Threaded(Protocol):
         ...
 
 
+def is_wall(mesh: Generator | None) -> bool:
+    """Return whether a body of elements is a wall of triangles.
+
+    Args:
+        mesh: Of the body; None if it is explicit.
+    """
+    if mesh is None or isinstance(mesh, Threaded):
+        return False
+    return not (isinstance(mesh, Elemental) and mesh.is_solid)
+
+
 MESHES: Family[type[Generator]] = Family("tissuec.meshes.generators", "mesh")

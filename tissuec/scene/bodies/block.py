@@ -8,8 +8,7 @@ from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
-from tissuec.meshes.elements import is_wall
-from tissuec.meshes.generators import MESHES, Generator
+from tissuec.meshes.generators import MESHES, Generator, is_wall
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.scene.bodies.bending import BENDING_ENTRY
 from tissuec.scene.bodies.elements import (

@@ -11,8 +11,7 @@ from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal, removal
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.meshes.elements import is_wall
-from tissuec.meshes.generators import Elemental, Generator
+from tissuec.meshes.generators import Elemental, Generator, is_wall
 from tissuec.meshes.generators.imported import TETRAHEDRA, Imported
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 from tissuec.scene.model import MadeOfElements, Tissue
