@@ -225,10 +225,18 @@ def build_bodies(scene: Scene, findings: Findings) -> Bodies:
                 drawing = draw(scene.bodies[key], scene.constants)
                 drawings.append(drawing)
                 if drawing.body.is_whole:
-                    built.append(build_body(drawing, findings))
+                    built.append(_built(drawing, findings))
         if drawing is None:
             findings.doubt(declared.name)
     return Bodies(drawings, built)
+
+
+def _built(drawing: Drawing, findings: Findings) -> BodyArrays:
+    if drawing.body.elements is None:
+        return build_body(drawing, findings)
+    from tissuec.compiler.elements.build import build_elements  # most nets have none
+
+    return build_elements(drawing, findings)
 
 
 def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> Network:

@@ -3,6 +3,7 @@
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
+from importlib.util import find_spec
 from threading import RLock
 from typing import Any, Generic, TypeVar
 
@@ -19,7 +20,8 @@ class Family(Mapping[str, T], Generic[T]):
 
     Modules whose names end in ``_kernel`` have no members; those that use them import them.
     Plug-ins of other packages add members, too; see ``core.plugins``. The thread that looks up
-    a member first imports them all; others wait until they are there.
+    a member first imports them all, or only the module that has its name; others wait until
+    they are there.
 
     Args:
         package: The folder that holds the members, as a package name.
@@ -68,7 +70,16 @@ class Family(Mapping[str, T], Generic[T]):
             self._begun = False
 
     def __getitem__(self, name: str) -> T:
-        return self._own()[name]
+        if not self._complete and name.isidentifier():
+            with _filling:
+                self._import(name)
+        return self._members[name] if name in self._members else self._own()[name]
+
+    def _import(self, name: str) -> None:
+        """Import the module of a name, where there is one: others take time to import."""
+        module = f"{self.package}.{name}"
+        if name not in self._members and find_spec(module) is not None:
+            import_module(module)
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted(self._own()))

@@ -1,4 +1,4 @@
-"""From a drawn body to arrays: materials and initial velocities."""
+"""From a drawn body of springs to arrays: materials and initial velocities."""
 
 from typing import TYPE_CHECKING
 
@@ -63,11 +63,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
-    """Return the arrays of one body; errors are reported with their place."""
-    if drawing.body.elements is not None:
-        from tissuec.compiler.elements.build import build_elements  # most nets have none
-
-        return build_elements(drawing, findings)
+    """Return the arrays of a body of springs; errors are reported with their place."""
     body, reader = drawing.body, MaterialReader(drawing, findings)
     quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}

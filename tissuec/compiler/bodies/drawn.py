@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.tables import ExplicitBody, read_tables
 from tissuec.compiler.bodies.threads import knot_pairs, thread_of
-from tissuec.compiler.elements.regions import regions_of_elements
 from tissuec.compiler.selections import Mask, PointScope, extents
 from tissuec.core.errors import Note, counted
 from tissuec.core.fields import UnfitEntries
@@ -119,6 +118,8 @@ def _as_described(body: Body, scope: Scope) -> Drawing:
     length = _lengths(body, mesh, thread, scope.findings)
     drawing = Drawing(body, mesh, columns, regions, part, length, own, thread, scope=scope)
     if body.elements is not None and mesh.elements:
+        from tissuec.compiler.elements.regions import regions_of_elements
+
         where = [region.where for region in body.regions]
         masks = surface_mask(mesh), group_masks(mesh)
         element_part = regions_of_elements(mesh, where, scope, *masks)

@@ -12,8 +12,6 @@ import numpy as np
 from tissuec.compiler.selections import PointScope
 from tissuec.core.fields import Real
 from tissuec.core.units import show
-from tissuec.geometry.elements import SHAPES
-from tissuec.meshes.elements import TRIANGLE, node_shares
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Floats
 from tissuec.scene.model import AssignedQuantity
@@ -22,6 +20,9 @@ from tissuec.scene.reading.expressions import Scope
 
 def element_centres(mesh: Mesh) -> Floats:
     """Return the centre of mass of each element of a mesh [m], shape (element, 3)."""
+    from tissuec.geometry.elements import SHAPES  # where there are elements
+    from tissuec.meshes.elements import TRIANGLE, node_shares
+
     found: list[Floats] = []
     for one in mesh.elements:
         corners = mesh.position[one.nodes]

@@ -9,8 +9,6 @@ import numpy as np
 
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.geometry.edges import TriangleIndex
-from tissuec.geometry.elements import SHAPES
-from tissuec.meshes.elements import TRIANGLE
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
 from tissuec.model.resistance import SurfaceFriction
@@ -38,6 +36,9 @@ def friction_of(drawing: Drawing) -> SurfaceFriction:
 
 def _elements_behind(mesh: Mesh) -> Indices:
     """Return the element behind each triangle of the skin, or -1, shape (triangle,)."""
+    from tissuec.geometry.elements import SHAPES  # where there are elements
+    from tissuec.meshes.elements import TRIANGLE
+
     found, first = np.full(len(mesh.skin), -1), 0
     index = TriangleIndex(mesh.skin)
     for one in mesh.elements:

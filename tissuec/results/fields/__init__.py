@@ -7,7 +7,7 @@ Python, tables, blocks, colours of pages and plots, and the reference.
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
-from typing import ClassVar, Literal, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -15,9 +15,11 @@ from msgspec import Struct
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension, si_unit
 from tissuec.forces import FORCES, ForceOutput
-from tissuec.forces.volume import Enclosure
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from tissuec.forces.volume import Enclosure
 
 #: What has a number: a node, a spring, a triangle of the skin, or a cell of a preserved volume.
 Place: TypeAlias = Literal["node", "spring", "triangle", "cell"]
@@ -188,7 +190,7 @@ def channels(asked: Iterable[str]) -> tuple[FieldChannel, ...]:
     return tuple(FieldChannel.of(name) for name in (*FIELDS.always, *asked))
 
 
-def over_cells(snapshot: Snapshot, of: Callable[[Enclosure], Floats]) -> Floats:
+def over_cells(snapshot: Snapshot, of: "Callable[[Enclosure], Floats]") -> Floats:
     """Return numbers of all cells whose volume is preserved then, shape (…, cell).
 
     They are in the unit of the numbers of ``of``.

@@ -5,48 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.keeping import kept_on_owner
-from tissuec.core.source import Source, Span
-from tissuec.forces.pressed_faces import PressedFaces
-from tissuec.forces.pressed_sides import (
-    NoSide,
-    Pressed,
-    closed_by_caps,
-    enclosed,
-    pressed_faces,
-)
-from tissuec.forces.volume import Enclosure
-from tissuec.model.network import Floats, Network, numbers_in
+from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.stresses import mean_stress
-
-_NOWHERE = Span(Source("", ""), 0, 0)
-
-
-@kept_on_owner(16)
-def surface_of(network: Network, name: str) -> Enclosure | None:
-    """Return the closed surface of a body, None where it is open."""
-    try:
-        return Enclosure.of(network, name, 1.0, _NOWHERE)
-    except ValueError:
-        return None
-
-
-@kept_on_owner(16)
-def capped_surface_of(network: Network, name: str) -> PressedFaces | None:
-    """Return the faces of a wall that caps or planes of symmetry can close, else None."""
-    part = next((body for body in network.bodies if body.name == name), None)
-    if part is None:
-        return None
-    try:
-        faces = pressed_faces(network, Pressed(name, numbers_in(part.nodes)))
-        if faces.rims.count or not faces.planes:
-            closed_by_caps(network, name, faces)
-    except NoSide:
-        return None
-    return faces
 
 
 @MEASURES.member("volume")
@@ -64,19 +27,14 @@ class Volume(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        from tissuec.mechanics.enclosing_surfaces import enclosed_volume  # where it is asked
+
         network, name = snapshot.state.network, subjects[0].name
         elements = [each for each in network.of_kind("elements") if each.name == name]
         if elements:
             every = sum(each.whole_volume(snapshot.position) for each in elements)
             return one_column(every, snapshot)
-        enclosure = surface_of(network, name)
-        if enclosure is not None:
-            return one_column(enclosure.volumes(snapshot.position).sum(axis=-1), snapshot)
-        faces = capped_surface_of(network, name)
-        if faces is None:
-            return one_column(0.0, snapshot)
-        volume = enclosed(snapshot.position, faces.triples, faces.rims, crossing=faces.crossing)
-        return one_column(volume, snapshot)
+        return one_column(enclosed_volume(network, name, snapshot.position), snapshot)
 
 
 @MEASURES.member("pressure")

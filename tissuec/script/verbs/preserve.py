@@ -1,6 +1,6 @@
 """``preserve`` and ``inflate``: volumes that are kept, or changed, by pressure."""
 
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
@@ -9,13 +9,10 @@ from msgspec.structs import replace
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import DENSITY, PRESSURE, VOLUME, show
-from tissuec.forces.kept_volumes import KeptVolumes
-from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
-from tissuec.script.measures.volumes import capped_surface_of
 from tissuec.script.parts import (
     BODY,
     CHANGING,
@@ -39,6 +36,9 @@ from tissuec.script.verbs import (
 )
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
+
+if TYPE_CHECKING:
+    from tissuec.forces.kept_volumes import KeptVolumes
 
 FILLED = "a fluid can fill a closed wall, a tube with caps, or a space inside of a solid"
 #: Bulk moduli in words [Pa].
@@ -147,7 +147,7 @@ class Preserve(Struct, frozen=True):
         nodes = numbers_in(own.nodes)
         return own.is_wall and any(np.isin(nodes, one.nodes).any() for one in network.mirrored)
 
-    def made(self, network: Network) -> KeptVolumes:
+    def made(self, network: Network) -> "KeptVolumes":
         """Return the enclosed volumes.
 
         Raises:
@@ -155,6 +155,8 @@ class Preserve(Struct, frozen=True):
             ValueError: There is no other volume to preserve.
         """
         if not self.is_fluid(network):
+            from tissuec.forces.volume import Enclosure
+
             return Enclosure.of(network, self.group.name, self.modulus, self.span)
         from tissuec.forces.fluids import FluidCavities
         from tissuec.forces.pressed_sides import (
@@ -198,7 +200,9 @@ class Preserve(Struct, frozen=True):
             return FILLED
         if own.is_made_of_elements and not own.is_wall:
             return "remove it; a larger Poisson's ratio keeps the volume more nearly"
-        if capped_surface_of(network, own.name) is not None:
+        from tissuec.mechanics import enclosing_surfaces  # of a wall that is open
+
+        if enclosing_surfaces.capped(network, own.name) is not None:
             return "close its open ends: with caps"
         bodies = (body.name for body in network.bodies if body.name != self.group.name)
         others = [name for name in bodies if not _flaw(network, name, self.span)]
@@ -211,7 +215,7 @@ class Preserve(Struct, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         made = self.made(state.network)
-        if not isinstance(made, Enclosure):
+        if self.is_fluid(state.network):
             made = replace(made, gravity=state.gravity)
         old = state.enclosure(self.group.name)
         if old is not None and old.block.name != made.block.name:
@@ -262,6 +266,8 @@ class Inflate(VerbSentence, frozen=True):
 
     def _failed(self, state: State) -> ActionFailed:
         """Return a failure: nothing here keeps a volume; it names the lost springs."""
+        from tissuec.forces.volume import Enclosure
+
         name = self.group.name
         message = f"{name} cannot be inflated: nothing preserves its volume yet"
         try:
@@ -277,7 +283,7 @@ class Inflate(VerbSentence, frozen=True):
         return ActionFailed(message, None, self.span, torn.tolist())
 
 
-def _replacing(old: KeptVolumes, new: KeptVolumes, time: float) -> str:
+def _replacing(old: "KeptVolumes", new: "KeptVolumes", time: float) -> str:
     """Describe how a further ``preserve`` changes the target at a time [s]."""
     text = f"replaced: {sentence(old.span)}"
     swell = old.swell(time)[0]
@@ -291,6 +297,8 @@ def _replacing(old: KeptVolumes, new: KeptVolumes, time: float) -> str:
 
 def _flaw(network: Network, body: str, span: Span) -> str:
     """Return why a body cannot keep its volume, empty if it can."""
+    from tissuec.forces.volume import Enclosure
+
     try:
         Enclosure.of(network, body, 1.0, span)
     except ValueError as error:

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from tissuec.core.units import PRESSURE
-from tissuec.forces.pressed_sides import NoSide, Pressed, pressed_faces
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.model.profiles import TimeProfile
@@ -50,12 +49,10 @@ class Press(VerbSentence, frozen=True):
     profile: Annotated[TimeProfile, STEADY]
     duration: Lasting
 
-    @property
-    def _pressed(self) -> Pressed:
-        return Pressed(self.group.name, self.group.indices, self.is_inside, self.along)
-
     def flaw(self, network: Network) -> str:
         """Return the reason why nothing can be pressed; empty if it can be."""
+        from tissuec.forces.pressed_sides import NoSide
+
         try:
             self.made(network, "", self.profile)
         except NoSide as error:
@@ -73,12 +70,14 @@ class Press(VerbSentence, frozen=True):
         Raises:
             NoSide: There is no surface, or the direction of the push is not known.
         """
-        from tissuec.forces.pressed_sides import closed_by_caps
+        from tissuec.forces.pressed_sides import Pressed, closed_by_caps, pressed_faces
         from tissuec.forces.pressure import SurfacePressure
 
-        faces = pressed_faces(network, self._pressed)
+        group = self.group
+        pressed = Pressed(group.name, group.indices, self.is_inside, self.along)
+        faces = pressed_faces(network, pressed)
         if self.has_caps:
-            closed_by_caps(network, self.group.name, faces)
+            closed_by_caps(network, group.name, faces)
         return SurfacePressure.of(
             key, self.group.name, faces, self.amount, profile, self.span, has_caps=self.has_caps
         )
