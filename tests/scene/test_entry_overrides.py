@@ -156,7 +156,7 @@ def test_what_is_wrong_is_told_with_its_place(given, said):
         ("interface of body liver = stiffer", 'write "interface of body liver is stiffer"'),
         ("cell of liver is 5 mm", 'write "cell of liver = 5 mm"'),
         ("cell of liver 5 mm", 'write "cell of liver = 5 mm"'),
-        ("rupture of body liver = allowed", "write rupture of body liver is allowed"),
+        ("rupture of body liver = allowed", 'write "rupture of body liver is allowed"'),
         ("kind of hand = hook", 'write "kind of hand is hook"'),
     ],
 )

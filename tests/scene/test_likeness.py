@@ -76,7 +76,7 @@ body third like net { }
     [
         ("body a like b { }; body b like a { }", "TIS506", "circular definition of bodies"),
         ("body a like rob { }", "TIS301", 'there is no body called "rob"'),
-        ("body a like [rib] { }", "TIS312", "like needs the name of a body"),
+        ("body a like [rib] { }", "TIS312", "body takes one name after like"),
         ("body a from rib { }", "TIS312", "write body a like rib"),
         ("body a extends rib { }", "TIS312", "write body a like rib"),
     ],

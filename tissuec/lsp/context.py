@@ -7,37 +7,21 @@ from tissuec.core.units import Dimension
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.expected import Expected, argument, measured, number
-from tissuec.lsp.forms import first_places, fitting, forms_of, texts_of, together
+from tissuec.lsp.forms import first_places, fitting, forms_of, together
 from tissuec.lsp.prefix import Prefix
-from tissuec.lsp.terms import IN_QUOTES, VARIABLE, Terms, plain
+from tissuec.lsp.terms import VARIABLE, Terms, plain
 from tissuec.lsp.vocabulary import entries
-from tissuec.scene.program.repetition import REPEAT
-from tissuec.scene.reading.graded import GRADABLE
-from tissuec.scene.reading.parts import PARTS
+from tissuec.scene.reading.parts import PARTS, REPEAT
 from tissuec.scene.tissues.evidence import KNOWN
 
 
 def named_with(prefix: Prefix) -> Expected:
     """Return the completions right after the first words of a part or entry."""
     match prefix.block.kind, prefix.subject:
-        case "", "use":
-            return Expected(files="use")
-        case "", "quantity":
-            return Expected((v.QUANTITY_TERMS,), declares="quantity")
-        case _, "repeat":
-            return Expected(declares="let")
         case _, "known":
             return Expected((v.KNOWN_TERMS,))
-        case ("learn" | "study" | "output") as kind, entry:
-            forms = forms_of(kind, entry)
-            return together(
-                one.expected for form in forms for one in form.clauses if not one.word
-            )
         case kind, entry:
-            if texts_of(kind, entry)[0].startswith(f"{entry} NAME"):
-                return Expected(declares=entry)
-            takes_file = bool(kind) and entries(prefix.block)[entry].behind == IN_QUOTES
-            return Expected(files=entry) if takes_file else Expected()
+            return together(first_places(forms_of(kind, entry)))
 
 
 def objects(prefix: Prefix) -> tuple[str, ...]:
@@ -87,9 +71,7 @@ def expected_in(prefix: Prefix) -> Expected:
         return number(_conditions(prefix))
     if kind in ("tissue", "law") and prefix.subject in v.FORMULAS:
         return _formula(prefix)
-    is_part = not kind and head in PARTS
-    is_declared = kind in ("learn", "study") or (is_part and PARTS[head].sentences)
-    if prefix.clause or (is_declared and prefix.has("=")):
+    if prefix.clause or prefix.has("="):
         return in_clause(prefix)
     if prefix.has_verb and call == "[":
         return Expected((), objects(prefix))
@@ -98,22 +80,13 @@ def expected_in(prefix: Prefix) -> Expected:
 
 def _plain(prefix: Prefix) -> Expected:
     """Return the completions after ``=`` and similar signs."""
-    behind_equal = prefix.has("=")
     match prefix.block.kind, prefix.head or prefix.subject:
-        case "", "hedge":
-            return number(v.HEDGE_TERMS)
         case "", "expect":
             return measured(v.errors())
         case "script", "when":
             return measured()
-        case (("body" | "region"), entry) if behind_equal and entry in GRADABLE:
-            return number(v.coordinates())
-        case "", head if head in PARTS and PARTS[head].sentences and not behind_equal:
+        case "", head if head in PARTS and PARTS[head].sentences:
             return together(first_places(forms_of("", head)))
-        case (("property" | "quantity"), "evenly"):
-            return Expected(declares="word")
-        case (("property" | "quantity"), _):
-            return number(v.SHAPE_TERMS)
         case _:
             return number()
 
@@ -183,7 +156,7 @@ def in_clause(prefix: Prefix) -> Expected:
     expected = together(_contents(prefix))
     last = prefix.last
     is_first = last is not None and last.text == prefix.clause
-    is_name = expected.names or expected.terms or expected.unit or expected.files
+    is_name = any((*expected[:2], expected.declares, expected.files, expected.unit))
     if (prefix.has_verb and not is_first) or not is_name:
         several = number(*expected.terms)
         every = tuple(dict.fromkeys((*expected.names, *several.names)))

@@ -1,31 +1,27 @@
 """The forms of sentences, taken apart: what each joining word of an order or entry holds."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from itertools import takewhile
 from typing import NamedTuple
 
-from tissuec.core import units
+from tissuec.core.fields import FileIn, FromTo, Named, OneOf
 from tissuec.core.units import NUMBER, show
-from tissuec.lang.words import DECLARING_WORDS, RESERVED
+from tissuec.lang.words import DECLARING_WORDS
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.expected import Expected, number
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, Term, Terms, by_label, plain
+from tissuec.scene.reading.entries import Entry, Written
 from tissuec.scene.reading.parts import PARTS, blocks, entries_in
 from tissuec.scene.reading.parts import forms_of as part_forms
 from tissuec.script import forms as script_forms
-from tissuec.script.forms import VerbForm
+from tissuec.script.forms import VerbForm, form_of, texts_of_sentences
 from tissuec.script.parts import (
-    BODY,
     OWN,
-    QUANTITY,
-    RULES,
-    SET,
-    TISSUE,
     ChoiceClause,
     ColumnsClause,
+    ConcludedClause,
     ConditionClause,
     FilesClause,
     FlagPart,
@@ -36,25 +32,13 @@ from tissuec.script.parts import (
     Placeholder,
     ProfileClause,
     SubjectPart,
+    TextClause,
     ToolClause,
     UnionClause,
     UnitClause,
     ValueClause,
 )
 from tissuec.script.verbs import VERBS
-
-#: What capital words mean in forms that are written as texts.
-_MEANT = {
-    **{one.text: Expected(names=one.names)
-       for one in (BODY, QUANTITY, RULES, SET, TISSUE)},
-    "SPREAD": Expected((v.SPREADS,)),
-    "TIME": number()._replace(dimension=units.TIME),
-    "LENGTH": number()._replace(dimension=units.LENGTH),
-    "NUMBER": number(),
-    "LIST": number(),
-}  # fmt: skip
-#: Words of such forms that are described.
-_DESCRIBED = {"log scale": v.LOG_SCALE}
 
 
 class ClauseForm(NamedTuple):
@@ -98,7 +82,7 @@ def fitting(prefix: Prefix) -> list[SentenceForm]:
     texts = prefix.texts
     first = texts[texts.index("=") + 1 :][:1] if "=" in texts else []
     if "=" in texts and not first:
-        found = [one for one in found if one.starts != ("[",)]
+        found = [one for one in found if one.starts != ("[",)] or found
     if first:
         begun = [one for one in found if first[0] in one.starts]
         found = begun or [one for one in found if not one.starts]
@@ -116,10 +100,16 @@ def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
     if block == "script" and entry in VERBS:
         return tuple(_declared(form, entry) for form in script_forms.forms_of(entry))
     known = entries_in(block).get(entry) if block else PARTS.get(entry)
-    if known is not None and known.sentences:
-        kinds = map(script_forms.form_of, known.sentences)
-        return tuple(_declared(form, entry, is_ordered=True) for form in kinds)
-    return tuple(_written(text, entry) for text in texts_of(block, entry))
+    if known is None:
+        kinds, entry = blocks()[block].free if block in blocks() else (), ""
+    else:
+        kinds = known.sentences
+    forms = tuple(_declared(form_of(kind), entry, is_ordered=True) for kind in kinds)
+    if isinstance(known, Entry):
+        return (*_of_kind(known), *forms)
+    if known is not None and known.sort == "named":
+        return forms or (SentenceForm("", (ClauseForm("", Expected(declares=entry)),)),)
+    return forms
 
 
 def texts_of(block: str, entry: str) -> tuple[str, ...]:
@@ -136,37 +126,32 @@ def texts_of(block: str, entry: str) -> tuple[str, ...]:
     found = entries_in(block).get(entry)
     if found is not None:
         return found.forms
-    known = blocks().get(block)
-    return known.free if known is not None else ()
+    return texts_of_sentences("", blocks()[block].free) if block in blocks() else ()
 
 
-# --- forms that are texts ---------------------------------------------------------------------
-
-
-def _written(text: str, entry: str) -> SentenceForm:
-    """Return a form that is written as a text."""
-    groups: list[list[str]] = [[]]
-    for word in text.removeprefix(entry).replace("(", "( ").split():
-        if (word in RESERVED and word != "table") or word == "=":
-            groups.append([])
-        groups[-1].append(word)
-    clauses, before = list[ClauseForm](), ""
-    for word, *content in groups[1:]:
-        needs = (before,) if (before, word) == ("from", "to") else ()
-        clauses.append(ClauseForm(word, _content(content), needs))
-        before = word
-    return SentenceForm("", tuple(clauses))
-
-
-def _content(content: Sequence[str]) -> Expected:
-    """Return the completions for a part of the text of a form."""
-    first = content[0] if content else ""
-    if first.isupper():
-        return _MEANT.get(first, Expected())
-    if not first[:1].isalpha():
-        return number() if first else Expected()
-    literal = " ".join(takewhile(str.isalpha, content))
-    return Expected((_DESCRIBED.get(literal) or plain(CHOICE, [literal]),))
+def _of_kind(entry: Entry) -> Iterator[SentenceForm]:
+    """Yield the forms of an entry that its kind alone says."""
+    plain_number = number()._replace(dimension=entry.dimension)
+    match entry.kind:
+        case Written():
+            return
+        case OneOf():
+            clauses = [("is", Expected())]
+        case FromTo(may_bend=may_bend):
+            clauses = [("from", plain_number), ("to", plain_number)]
+            if may_bend:
+                yield SentenceForm("", (ClauseForm("through", plain_number),))
+        case FileIn():
+            unit = Expected(unit=True, dimension=entry.dimension)
+            clauses = [("", Expected(files=entry.name)), ("in", unit)]
+        case Named():
+            return
+        case _:
+            clauses = [("=", plain_number)]
+    first = clauses[0][0]
+    yield SentenceForm(
+        "", tuple(ClauseForm(w, held, () if w == first else (first,)) for w, held in clauses)
+    )
 
 
 # --- declared forms ---------------------------------------------------------------------------
@@ -205,7 +190,7 @@ def _declared(form: VerbForm, entry: str, *, is_ordered: bool = False) -> Senten
                 starts = ("[",)
             case _:
                 pass
-        if is_ordered and part in required and (word or entry not in DECLARING_WORDS):
+        if is_ordered and part in required and (word or entry not in ("", *DECLARING_WORDS)):
             needed.append(word)
     return SentenceForm(form.literal if is_literal else "", tuple(clauses), starts)
 
@@ -224,6 +209,8 @@ def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
             several = number(*found.terms)
             names = (*found.names, *several.names)
             return several._replace(names=names, dimension=dimension)
+        case MeasureClause(word=""):  # of which the first words are a part
+            return Expected()
         case MeasureClause(functions=functions, others=others):
             if functions:
                 return Expected((study.OVER_TIME_TERMS,))
@@ -236,7 +223,7 @@ def _expected(form: VerbForm, word: str, part: Part, entry: str) -> Expected:
             return Expected(unit=True, dimension=dimension)
         case UnionClause(places=places):
             return together(map(_place, places))
-        case ConditionClause():
+        case ConditionClause() | ConcludedClause() | TextClause():
             return Expected()
         case ProfileClause():
             return Expected((v.profiles(),))
@@ -258,8 +245,12 @@ def _place(place: Placeholder) -> Expected:
     known = {
         "ADJUSTED": v.adjusted, "LISTED": v.adjusted_in_lists, "VARIED": study.varied,
         "FIELD": v.frame_fields, "SOURCE": lambda: v.SOURCE_TERMS,
+        "HEDGE": lambda: v.HEDGE_TERMS, "SHAPE": lambda: v.SHAPE_TERMS,
+        "PLACE": v.coordinates,
     }  # fmt: skip
     own = known[place.text]() if place.text in known else dict[str, Term]()
+    if place.new == "quantity":
+        own = v.QUANTITY_TERMS
     terms = {**plain(CHOICE, place.words, place.about), **own}
     return Expected((terms,) if terms else (), place.names, declares=place.new)
 

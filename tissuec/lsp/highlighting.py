@@ -31,8 +31,7 @@ from tissuec.lsp.textmate import (
     rule,
 )  # fmt: skip
 from tissuec.lsp.vocabulary import entries
-from tissuec.scene.program.repetition import REPEAT
-from tissuec.scene.reading.parts import parts
+from tissuec.scene.reading.parts import REPEAT, parts
 from tissuec.scene.study.entries import EVENTS
 
 #: Where a line, or a statement, ends; and where one with a block does.

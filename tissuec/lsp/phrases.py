@@ -19,7 +19,7 @@ from tissuec.lsp.forms import fitting, forms_of
 from tissuec.lsp.prefix import Prefix, block_of
 from tissuec.lsp.terms import ENTRY, BlockKind, Term, plain
 from tissuec.lsp.vocabulary import entries
-from tissuec.scene.program.repetition import REPEAT
+from tissuec.scene.reading.parts import REPEAT
 from tissuec.script.verbs import VERBS
 
 

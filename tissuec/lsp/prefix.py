@@ -10,8 +10,7 @@ from tissuec.lang.tokens import KEYWORD, SIGN, UNIT, Token
 from tissuec.lang.tree import Statement
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 from tissuec.lsp.terms import BlockKind
-from tissuec.scene.program.repetition import REPEAT
-from tissuec.scene.reading.parts import entries_in, parts
+from tissuec.scene.reading.parts import REPEAT, entries_in, parts
 from tissuec.script.measures import MEASURES
 from tissuec.script.verbs import VERBS
 

@@ -130,7 +130,7 @@ def environment_entries() -> dict[str, Entry]:
     """The entries of environment."""
     plane = written(
         SYMMETRIC, "a plane of symmetry: the scene is one side of it",
-        sentences=_PLANE.forms, repeats=True,
+        *_PLANE.forms, repeats=True,
     )  # fmt: skip
     return {plane.name: plane, **entries_of(EnvironmentEntries)}
 

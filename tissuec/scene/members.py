@@ -36,7 +36,7 @@ declare(
     "force", "An additional force on nodes, such as that of tissue around a body.", 25,
     block=block_of(
         FORCES, "the kind of force",
-        written("acts", "The set or body that it acts on.", sentences=(ActsWords,)),
+        written("acts", "The set or body that it acts on.", ActsWords),
     ),
     names=SCENE, entries_vary=True,
 )  # fmt: skip

@@ -10,7 +10,15 @@ from tissuec.scene.reading.block_sentences import SentenceKind, as_entries
 from tissuec.scene.reading.parts import block, block_of, declare
 from tissuec.script.forms import VerbSentence
 from tissuec.script.measures import MEASURES
-from tissuec.script.parts import BODY, SET, ChoiceClause, NameClause, NumberClause, Placeholder
+from tissuec.script.parts import (
+    BODY,
+    SET,
+    ChoiceClause,
+    MeasureClause,
+    NameClause,
+    NumberClause,
+    Placeholder,
+)
 
 TRAJECTORY, SURFACE, ENERGY = "trajectory", "surface", "energy"
 PRECISION, COMPRESS, BLOCKS = "precision", "compress", "blocks"
@@ -26,6 +34,13 @@ Rate = Annotated[
 class RecordedWords(VerbSentence, frozen=True):
     """What is recorded at regular times."""
 
+    every: Rate
+
+
+class MeasureRecorded(VerbSentence, frozen=True):
+    """What of something is recorded at regular times."""
+
+    measure: Annotated[s.Expression, MeasureClause("", place="MEASURE(MEASURED, MEASURED)")]
     every: Rate
 
 
@@ -114,5 +129,5 @@ def recorded() -> dict[str, SentenceKind]:
 declare(
     "output", "Contents of the result file.", 43, "single",
     example="output { trajectory every 10 ms }",
-    block=block(lambda: as_entries(SENTENCES), "MEASURE(MEASURED, MEASURED) every TIME"),
+    block=block(lambda: as_entries(SENTENCES), MeasureRecorded),
 )  # fmt: skip

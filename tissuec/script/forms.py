@@ -233,11 +233,12 @@ def texts_of_sentences(
     """
     lines = dict[str, None]()
     for form in map(form_of, kinds):
-        texts = {name: _written(part)[:1] for name, part in form.parts.items()}
+        texts = {name: text for name, part in form.parts.items() for text in _written(part)[:1]}
         if as_examples:
-            texts |= {n: [p.example] for n, p in form.parts.items() if p.example}
-        chosen = {name: text for name, several in texts.items() for text in several}
-        lines[_line(first, form, chosen)] = None
+            texts |= {name: part.example for name, part in form.parts.items() if part.example}
+        if form.parts.keys() - form.optional <= texts.keys():
+            for chosen in _choices(form, texts):
+                lines[_line(first, form, chosen)] = None
     return tuple(lines)
 
 
@@ -318,7 +319,7 @@ def _line(verb: str, form: VerbForm, texts: Mapping[str, str]) -> str:
     literal = [form.literal] if form.literal else []
     if form.cases is not None and form.cases.word and literal:
         return " ".join((verb, *subjects, form.cases.word, *literal, *clauses))
-    return " ".join((verb, *literal, *subjects, *clauses))
+    return " ".join(filter(None, (verb, *literal, *subjects, *clauses)))
 
 
 def _word(part: Part) -> str:
@@ -355,11 +356,11 @@ def _written(part: Part) -> list[str]:
             return ["using PROFILE", *paths]
         case NameClause(word=word, places=places):
             return [f"{word} {place.text}".strip() for place in places]
-        case UnionClause(word=word, places=(place, *_)):
-            return [f"{word} [{place.text}, {place.text}]"]
+        case UnionClause(word=word, places=(place, *_), count=count):
+            return [f"{word} [{', '.join([place.text] * count)}]"]
         case ConditionClause(word=word) | ValueClause(word=word) | UnitClause(word=word):
             return [f"{word} {part.placeholder}".strip()]
         case ClausePart(word=word, place=place) if place:
-            return [f"{word} {place}"]
+            return [f"{word} {place}".strip()]
         case _:
             return []

@@ -45,6 +45,7 @@ TISSUE = Placeholder("TISSUE", ("tissue",))
 FORCE = Placeholder("FORCE", ("force",))
 RULES = Placeholder("RULES", ("rules",))
 QUANTITY = Placeholder("QUANTITY", ("quantity", "property"))
+WORD = Placeholder("WORD", new="word")
 
 
 class Part(Struct, frozen=True, kw_only=True):
@@ -195,6 +196,10 @@ class ConditionClause(ClausePart, frozen=True):
     """A condition that code of its own decides; directly after the first words without one."""
 
 
+class ConcludedClause(ClausePart, frozen=True):
+    """What a rule concludes: ``QUANTITY is WORD and …``, which code of its own decides."""
+
+
 class LimitsClause(ClausePart, frozen=True):
     """Two numbers, ``between LOW and HIGH``, which code of its own evaluates."""
 
@@ -204,9 +209,11 @@ class UnionClause(ClausePart, frozen=True):
 
     Attributes:
         places: What each of them can be, in forms.
+        count: How many of them forms show.
     """
 
     places: tuple[Placeholder, ...]
+    count: int = 2
 
 
 class MeasureClause(ClausePart, frozen=True):
@@ -219,6 +226,10 @@ class MeasureClause(ClausePart, frozen=True):
 
     functions: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
+
+
+class TextClause(ClausePart, frozen=True):
+    """A text in quotes, directly after the first words."""
 
 
 class FilesClause(ClausePart, frozen=True):

@@ -1,5 +1,7 @@
 """Bending of walls: ``bending is soft``, ``bending = 20 %`` or ``bending is elastic``."""
 
+from typing import Annotated
+
 from tissuec.core import units
 from tissuec.core.fields import OneOf, Real
 from tissuec.core.hints import alternatives
@@ -9,6 +11,8 @@ from tissuec.scene.model import Bending
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import entry
 from tissuec.scene.reading.expressions import Scope
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ValueClause
 
 _PART = Real(units.NUMBER, at_least=0.0, at_most=100.0)
 ELASTIC = "elastic"  # how a wall of matter resists bending
@@ -21,6 +25,12 @@ _CHOICES = {
     },
     ELASTIC: "like a wall of its thickness",
 }
+
+
+class BendingNumber(VerbSentence, frozen=True):
+    """How stiff bending springs are, as a part of the springs of the tissue."""
+
+    part: Annotated[s.Expression, ValueClause("=", units.NUMBER, place="NUMBER")]
 
 
 def read_bending(
@@ -55,6 +65,6 @@ def _named_part(word: s.Name, scope: Scope) -> float:
 BENDING_ENTRY = entry(
     "bending", OneOf(_CHOICES),
     "bending resistance of a surface: by springs, or elastic like a wall of its thickness",
-    more=("bending = NUMBER",), begins=" is ", reads=read_bending,
+    sentences=(BendingNumber,), begins=" is ", reads=read_bending,
 )  # fmt: skip
 _AS_NUMBER = entry("bending", _PART, BENDING_ENTRY.about)

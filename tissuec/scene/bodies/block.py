@@ -23,7 +23,7 @@ from tissuec.scene.bodies.elements import (
 )
 from tissuec.scene.bodies.entries import RUPTURE, VALUES
 from tissuec.scene.bodies.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
-from tissuec.scene.bodies.likeness import names_like
+from tissuec.scene.bodies.likeness import BODY_KIND, names_like
 from tissuec.scene.bodies.parts import (
     INTERFACE_ENTRY,
     REGION_ENTRY,
@@ -73,7 +73,7 @@ ENTRIES = by_name(
     *PLACEMENT_ENTRIES.values(), *VALUES,
 )  # fmt: skip
 declare(
-    "body", "A mesh made of tissue.", 22, forms=("body NAME like BODY",),
+    "body", "A mesh made of tissue.", 22, sentences=BODY_KIND.forms,
     example="body NAME { … }",
     block=block(with_graded(ENTRIES), elsewhere=GRADED_ENTRIES.keys() - ENTRIES.keys()),
     names=SCENE, entries_vary=True,
@@ -204,7 +204,7 @@ class _BodyReader:
             self.parts.read_region(item)
             return
         if isinstance(item, s.Assign) and is_graded(item):
-            self.graded.append(read_graded(item, self.graded, self.findings))
+            self.graded.append(read_graded(item, self.graded, self.scope))
             return
         key = "made" if _is_made_of(item) else item.name.key
         if key == "interface" and not isinstance(item, s.Assign) and item.clauses:
@@ -223,7 +223,7 @@ class _BodyReader:
             self._mesh(item)
         elif key == "made":
             self.may_be_elements = True
-            self.elements = read_made_of(item, self.tissues, self.findings)
+            self.elements = read_made_of(item, self.tissues, self.scope)
             self.may_be_elements = self.elements is not None
         elif key == "tissue":
             self.tissue = read_tissue(item, self.tissues, self.declarations, self.scope)

@@ -5,7 +5,7 @@ to be ``made of springs``; any other body is made of springs.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal, removal
@@ -15,17 +15,38 @@ from tissuec.meshes.generators import Elemental, Generator, is_wall
 from tissuec.meshes.generators.imported import TETRAHEDRA, Imported
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 from tissuec.scene.model import MadeOfElements, Tissue
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import written
+from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
+from tissuec.script.forms import VerbForm, VerbSentence
+from tissuec.script.parts import NameClause, Placeholder
 
 Part = tuple[Tissue, Span]  # a tissue, and where it is written that a body consists of it
 ELEMENTS, SPRINGS = "elements", "springs"
 MADE_OF = (ELEMENTS, SPRINGS)
+
+
+def _made_of(word: str) -> NameClause:
+    return NameClause("of", what="choice", places=(Placeholder(word, words=(word,)),))
+
+
+class OfElements(VerbSentence, frozen=True):
+    """That a body consists of finite elements."""
+
+    of: Annotated[s.Name, _made_of(ELEMENTS)]
+
+
+class OfSprings(VerbSentence, frozen=True):
+    """That a body consists of springs."""
+
+    of: Annotated[s.Name, _made_of(SPRINGS)]
+
+
+_KIND = SentenceKind((OfElements, OfSprings), wrong='a body is "made of" elements or springs')
 MADE_ENTRY = written(
-    "made",
-    "whether a solid consists of finite elements or of springs",
-    *(f"made of {word}" for word in MADE_OF),
+    "made", "whether a solid consists of finite elements or of springs", *_KIND.forms
 )
 CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells
 #: Entries of bodies that are for springs, and for walls and bars.
@@ -35,44 +56,43 @@ _WHERE_SPRINGS_ARE = ("diagonals", "interior", "second neighbours")
 
 
 def read_made_of(
-    item: s.Assign | s.Sentence | s.Block, tissues: Collection[str], findings: Findings
+    item: s.Assign | s.Sentence | s.Block, tissues: Collection[str], scope: Scope
 ) -> MadeOfElements | None:
     """Return the written choice of ``made of elements``; None for ``made of springs``.
 
     Args:
         item: The entry, whose name begins with "made".
         tissues: Names of tissues, which may be meant.
-        findings: Takes diagnostics.
+        scope: Of the scene.
     """
-    if not isinstance(item, s.Sentence) or item.name.key != "made" or item.phrase is not None:
-        _wrong_form(item, findings)
-    if [clause.word for clause in item.clauses] != ["of"]:
-        _wrong_form(item, findings)
-    word = item.clauses[0].value
-    if isinstance(word, s.Name) and word.key in MADE_OF:
+    said: OfElements | OfSprings = _MadeReader("made", _KIND, item, scope).get()
+    word = said.of
+    if word.key in MADE_OF:
         return MadeOfElements(item.span, is_written=True) if word.key == ELEMENTS else None
-    text = word.span.text
-    meant = f"tissue is {text}"
-    findings.reject(
+    meant = f"tissue is {word.text}"
+    scope.findings.reject(
         "TIS305",
-        f'a body cannot be made of "{text}"',
+        f'a body cannot be made of "{word.text}"',
         word.span,
         hint=Hint(f"write {meant}", Edit(meant, item.span))
-        if isinstance(word, s.Name) and word.key in tissues
-        else alternatives(text.lower(), MADE_OF, what="choices"),
+        if word.key in tissues
+        else alternatives(word.key, MADE_OF, what="choices"),
     )
 
 
-def _wrong_form(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> NoReturn:
-    written = item.span.text.lower()
-    known = [word for word in MADE_OF if word in written]
-    hint = f"for example: made of {ELEMENTS}"
-    findings.reject(
-        "TIS312",
-        'a body is "made of" elements or springs',
-        item.span,
-        hint=proposal(f"made of {known[0]}", item.span) if len(known) == 1 else hint,
-    )
+class _MadeReader(SentenceReader):
+    """Reads what a body is made of."""
+
+    def check_complete(self, form: VerbForm) -> None:
+        if not isinstance(self.sentence, s.Sentence) or not self.clauses or self.object.text:
+            self.reject_form()
+
+    def reject_form(self) -> NoReturn:
+        known = [word for word in MADE_OF if word in self.span.text.lower()]
+        hint = f"for example: made of {ELEMENTS}"
+        if len(known) == 1:
+            hint = proposal(f"made of {known[0]}", self.span)
+        self.scope.findings.reject("TIS312", self.kind.wrong, self.span, hint=hint)
 
 
 def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements | None:

@@ -1,14 +1,17 @@
 """Entries of bodies that are one value each, some of which joints share."""
 
+from typing import Annotated
+
 from tissuec.core import units
-from tissuec.core.fields import OneOf, Point, Real
-from tissuec.core.hints import Edit, Hint
+from tissuec.core.fields import Point, Real
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Rupture
-from tissuec.scene.reading.entries import entry
-from tissuec.scene.reading.entry_hints import left_side
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.entries import entry, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.tissues.quantities import TOUGHNESS
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ChoiceClause
 
 #: Of nets from tables, and of joints.
 SECTION = entry(
@@ -33,27 +36,43 @@ VALUES = (
 )  # fmt: skip
 
 
+class RuptureWords(VerbSentence, frozen=True):
+    """Whether anything breaks."""
+
+    word: Annotated[
+        str,
+        ChoiceClause(
+            "is",
+            {
+                "allowed": "Springs and elements break above their limits.",
+                "not allowed": "Nothing breaks.",
+            },
+            what="choice",
+        ),
+    ]
+
+
+class RuptureByWords(VerbSentence, frozen=True):
+    """That elements break by toughness alone."""
+
+    limit: Annotated[
+        str, ChoiceClause("by", {TOUGHNESS: "Elements break by toughness alone."}, what="limit")
+    ]
+
+
+_RUPTURE = SentenceKind(
+    (RuptureWords, RuptureByWords), wrong="rupture is allowed, not allowed, or by toughness"
+)
+
+
 def _read_rupture(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Rupture:
-    """Return the value of ``rupture is …`` or ``rupture by toughness``."""
-    if isinstance(item, s.Sentence) and item.phrase is None and len(item.clauses) == 1:
-        (clause,) = item.clauses
-        if clause.word == "by" and s.key_of(clause.value.span.text) == TOUGHNESS:
-            return "by toughness"
-    phrase = None if isinstance(item, s.Assign) else item.phrase
-    if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
-        words = "is allowed", "is not allowed", "by toughness"
-        forms = [f"{left_side(item)} {word}" for word in words]
-        scope.findings.reject(
-            "TIS305",
-            "rupture is allowed, not allowed, or by toughness",
-            item.span,
-            hint=Hint(f"write {', '.join(forms[:-1])} or {forms[-1]}", *map(Edit, forms)),
-        )
-    return "allowed" if phrase.kind == "word" else ""
+    said: RuptureWords | RuptureByWords = SentenceReader("rupture", _RUPTURE, item, scope).get()
+    if isinstance(said, RuptureByWords):
+        return "by toughness"
+    return "allowed" if said.word == "allowed" else ""
 
 
-RUPTURE = entry(
-    "rupture", OneOf({"allowed": "Springs and elements break above their limits."}),
-    "whether springs and elements break above their limits", "",
-    more=(f"rupture by {TOUGHNESS}",), begins=" is ", reads=_read_rupture,
+RUPTURE = written(
+    "rupture", "whether springs and elements break above their limits", *_RUPTURE.forms,
+    default="", begins=" is ", reads=_read_rupture,
 )  # fmt: skip

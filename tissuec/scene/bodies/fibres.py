@@ -1,6 +1,6 @@
 """Fibres of a body: ``fibres = (1, 0, 0)``, or along, around or at an angle around a tube."""
 
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -13,6 +13,8 @@ from tissuec.model.network import Floats
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import entry
 from tissuec.scene.reading.expressions import Scope
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ValueClause
 
 SECOND_FIBRES = "second fibres"
 AXIAL, CIRCUMFERENTIAL = "axial", "circumferential"  # fibres of a tube
@@ -36,6 +38,18 @@ class Helix(Struct, frozen=True):
 
 
 Direction: TypeAlias = Floats | str | Helix
+
+
+class FibreVector(VerbSentence, frozen=True):
+    """The direction of fibres."""
+
+    direction: Annotated[s.Expression, ValueClause("=", units.NUMBER, place="(x, y, z)")]
+
+
+class FibreAngle(VerbSentence, frozen=True):
+    """The angle between fibres of a tube and the direction around it."""
+
+    angle: Annotated[s.Expression, ValueClause("=", units.NUMBER, place="ANGLE")]
 
 
 def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Direction:
@@ -63,8 +77,8 @@ def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Directio
 
 FIBRES_ENTRY, SECOND_FIBRES_ENTRY = (
     entry(
-        name, OneOf(_WORDS), about, more=(f"{name} = (x, y, z)", f"{name} = ANGLE"),
-        begins=" is ", reads=read_fibres,
+        name, OneOf(_WORDS), about, sentences=(FibreVector, FibreAngle), begins=" is ",
+        reads=read_fibres,
     )
     for name, about in (
         ("fibres", "the stiffer direction of a tissue with a fibre modulus"),

@@ -64,7 +64,7 @@ def _refuse_reserved_words(item: s.Assign | s.Sentence, scope: Scope) -> None:
 
 ENTRIES = by_name(
     written(
-        "springs", "the sets or bodies that are joined", sentences=_JOINED.forms,
+        "springs", "the sets or bodies that are joined", *_JOINED.forms,
         reads=_read_ends,
     ),
     tissue_entry("the tissue of the springs"),

@@ -1,7 +1,7 @@
 """``body B like A { … }``: the entries of another body, with some in place of its own."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Annotated, Any
 
 from msgspec.structs import replace
 
@@ -9,8 +9,22 @@ from tissuec.lang import syntax as s
 from tissuec.scene.bodies.placement import is_placement
 from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.program.dependency_order import Definitions
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import LIKE
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import BODY, NameClause, Placeholder
+
+
+class BodyWords(VerbSentence, frozen=True):
+    """A body, and the one that it is like."""
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="body"),))]
+    like: Annotated[s.Name | None, NameClause(LIKE, places=(BODY,))]
+
+
+BODY_KIND = SentenceKind((BodyWords,))
 
 
 def read_each_like(
@@ -88,12 +102,10 @@ def _whole(declared: Declared, declarations: Declarations, findings: Findings) -
 def _base(declared: Declared, findings: Findings) -> s.Name | None:
     """Return the body that another one is like; None if it is like none."""
     assert isinstance(declared.item, s.Block)
-    for clause in declared.item.clauses:
-        if not isinstance(clause.value, s.Name):
-            message = f"{LIKE} needs the name of a body"
-            findings.reject("TIS312", message, clause.span)
-        return clause.value
-    return None
+    if not declared.item.clauses:
+        return None
+    said: BodyWords = SentenceReader("body", BODY_KIND, declared.item, Scope(findings)).get()
+    return said.like
 
 
 def _key(item: s.Item) -> str:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Annotated
 
 from tissuec.core.errors import Note
-from tissuec.core.fields import OneOf
 from tissuec.core.hints import Hint
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -68,8 +67,15 @@ class SpringsWords(VerbSentence, frozen=True):
     ]  # fmt: skip
 
 
+Rule = Annotated[str, ChoiceClause("is", INTERFACES, what="choice")]
 First = Annotated[s.Name, NameClause("from", what="first region", places=(REGION,))]
 Second = Annotated[s.Name, NameClause("to", what="second region", places=(REGION,))]
+
+
+class InterfaceWords(VerbSentence, frozen=True):
+    """What all springs between two regions are made of."""
+
+    rule: Rule
 
 
 class BlendedWords(VerbSentence, frozen=True):
@@ -92,9 +98,15 @@ REGION_KIND = SentenceKind((RegionWords,), behind=_PART)
 SPRINGS_KIND = SentenceKind(
     (SpringsWords,), wrong="springs with a separate tissue need one condition", behind=_PART
 )
+_PLAIN = SentenceKind((InterfaceWords,))
 INTERFACE_KIND = SentenceKind(
     (BlendedWords, BetweenWords), wrong="a separate interface needs two regions"
 )
+
+
+def _read_plain(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> str:
+    said: InterfaceWords = SentenceReader("interface", _PLAIN, item, scope).get()
+    return said.rule
 
 
 def _inside(tissue: str, prestress: str) -> dict[str, Entry]:
@@ -109,21 +121,21 @@ def _inside(tissue: str, prestress: str) -> dict[str, Entry]:
 
 REGION_ENTRY = written(
     "region", "a part of the body with its own tissue or prestress",
-    sentences=REGION_KIND.forms, repeats=True, begins=" ",
+    *REGION_KIND.forms, repeats=True, begins=" ",
     opens=block(with_graded(_inside(
         "the tissue of the region; by default that of the body",
         "initial strain of the springs or elements of the region",
     ))),
 )  # fmt: skip
 SPRINGS_ENTRY = written(
-    "springs", "springs with their own tissue", sentences=SPRINGS_KIND.forms, repeats=True,
+    "springs", "springs with their own tissue", *SPRINGS_KIND.forms, repeats=True,
     opens=block(
         _inside("the tissue of the selected springs", "initial strain of these springs")
     ),
 )  # fmt: skip
-INTERFACE_ENTRY = entry(
-    "interface", OneOf(INTERFACES), "the material of springs between two regions", "",
-    sentences=INTERFACE_KIND.forms, repeats=True, begins=" ",
+INTERFACE_ENTRY = written(
+    "interface", "the material of springs between two regions", *_PLAIN.forms,
+    *INTERFACE_KIND.forms, default="", reads=_read_plain, repeats=True, begins=" ",
     opens=block(_inside(
         "the tissue of the springs between two regions", "initial strain of these springs"
     )),
@@ -242,7 +254,7 @@ class PartReader:
                 ):
                     tissue = read_tissue(item, self._tissues, self._declarations, self._scope)
                 elif graded is not None and isinstance(item, s.Assign) and is_graded(item):
-                    graded.append(read_graded(item, graded, self.findings))
+                    graded.append(read_graded(item, graded, self._scope))
                 elif isinstance(item, s.Assign) and item.name.key == "prestress":
                     prestress = read_given("prestress", item, self._scope)
                 elif (

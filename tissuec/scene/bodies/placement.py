@@ -142,10 +142,7 @@ PLACEMENTS = {
 }
 #: The same as declarations of entries.
 PLACEMENT_ENTRIES = by_name(
-    *(
-        written(name, one.about, repeats=True, sentences=(one.kind,))
-        for name, one in PLACEMENTS.items()
-    )
+    *(written(name, one.about, one.kind, repeats=True) for name, one in PLACEMENTS.items())
 )
 _PLANE = re.compile(r"\S+\s+(\S+\s+)?plane\b")  # such as "mirrored at plane"
 

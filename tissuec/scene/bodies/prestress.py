@@ -45,5 +45,5 @@ DIRECTION_ENTRY = written(
     PRESTRESS,
     "the direction in which a body of elements is prestressed, or the normal of the plane in "
     "which it is",
-    sentences=_KIND.forms, begins=" along ", reads=read_prestress,
+    *_KIND.forms, begins=" along ", reads=read_prestress,
 )  # fmt: skip

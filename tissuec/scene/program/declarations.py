@@ -17,10 +17,10 @@ from tissuec.scene.program.functions import FUNCTIONS, Functions
 from tissuec.scene.program.imports import Program, whole
 from tissuec.scene.program.library import SUFFIX, Library
 from tissuec.scene.program.metadata import Metadata, is_metadata, with_text
-from tissuec.scene.program.repetition import REPEAT, repeated
+from tissuec.scene.program.repetition import repeated
 from tissuec.scene.program.unknown_parts import reject_unknown
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import LIKE, PARTS, SCENE, parts, sharing
+from tissuec.scene.reading.parts import LIKE, PARTS, REPEAT, SCENE, parts, sharing
 
 T = TypeVar("T")
 

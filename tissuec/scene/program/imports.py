@@ -4,7 +4,7 @@ import os.path
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Self
+from typing import Annotated, Self
 
 from msgspec import Struct
 
@@ -28,12 +28,21 @@ from tissuec.scene.program.library import (
 )
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import FilesClause
+
+
+class UsedWords(VerbSentence, frozen=True):
+    """The name of a file in quotes."""
+
+    file: Annotated[str, FilesClause("", place='"FILE"')]
+
 
 declare(
     "use",
     "Includes the definitions of another file: a vocabulary, tissues, or a whole "
     "scene.", 0, "text",
-    forms=('use "FILE"',), example='use "fuzzy/soft_tissue"',
+    sentences=(UsedWords,), example='use "fuzzy/soft_tissue"',
 )  # fmt: skip
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
 HDF5 = b"\x89HDF"  # how result files begin

@@ -17,7 +17,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.scene.learning.errors import errors_in
-from tissuec.scene.program.repetition import is_repeat
+from tissuec.scene.reading.parts import REPEAT
 
 MATTER = "matter/"  # where presets of matter are
 SPRINGS = "tissues/"  # where those of single springs are
@@ -195,7 +195,7 @@ def files_of(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
 def belongs_to_scenes(item: s.Item) -> bool:
     """Return whether an item is a body, or something else that only scenes have."""
     match item:
-        case s.Block() if is_repeat(item):
+        case s.Block(phrase=None) if item.name.key.split(" ")[0] == REPEAT:
             return any(map(belongs_to_scenes, item.items))
         case s.Block():
             return item.name.key.split(" ")[0] in SCENE_BLOCKS

@@ -1,5 +1,7 @@
 """Statements of a file about itself: its subject, authors, licence and citation."""
 
+from typing import Annotated
+
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -8,6 +10,15 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import TextClause
+
+
+class TextWords(VerbSentence, frozen=True):
+    """A text in quotes."""
+
+    text: Annotated[str, TextClause("", place='"TEXT"')]
+
 
 #: Sentences of one text in quotes, outside of all blocks; only "author" may be repeated.
 TEXTS = {
@@ -18,7 +29,7 @@ TEXTS = {
     "cite": "States how work that uses the file should cite it.",
 }
 for _place, (_word, _about) in enumerate(TEXTS.items(), start=1):
-    declare(_word, _about, _place, "text", forms=(f'{_word} "TEXT"',))
+    declare(_word, _about, _place, "text", sentences=(TextWords,))
 
 #: Those that other words mean.
 MEANT = {

@@ -11,7 +11,7 @@ shows both.
 import re
 from collections.abc import Iterator, Sequence
 from operator import is_
-from typing import Any, NoReturn, TypeAlias, cast
+from typing import Annotated, Any, TypeAlias, TypeGuard, cast
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -20,15 +20,41 @@ from tissuec.core.hints import proposal
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import declare
+from tissuec.scene.reading.parts import REPEAT, declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import NameClause, Placeholder, ValueClause
 
-REPEAT = "repeat"
 EXAMPLE = "repeat i from 1 to 8 { … }"
+Index = Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="let"),))]
+
+
+class RepeatedCounting(VerbSentence, frozen=True):
+    """The index of a repetition, and its first and last number."""
+
+    index: Index
+    first: Annotated[
+        s.Expression, ValueClause("from", what="range", place="NUMBER", example="from 1 to 8")
+    ]
+    last: Annotated[s.Expression, ValueClause("to", place="NUMBER")]
+
+
+class RepeatedFor(VerbSentence, frozen=True):
+    """The index of a repetition, and the list of its values."""
+
+    index: Index
+    values: Annotated[s.Expression, ValueClause("in", place="LIST")]
+
+
+REPEAT_KIND = SentenceKind(
+    (RepeatedCounting, RepeatedFor), (EXAMPLE,), wrong=f"wrong form of {REPEAT}"
+)
 declare(
     REPEAT, "Repeats the statements of a block, each time with another value of an index.", 55,
-    "sentence", forms=("repeat NAME from NUMBER to NUMBER", "repeat NAME in LIST"),
-    example=EXAMPLE, within=("body", "script", "output", "learn", "study", "environment"),
+    "sentence", sentences=REPEAT_KIND.forms, example=EXAMPLE,
+    within=("body", "script", "output", "learn", "study", "environment"),
 )  # fmt: skip
 MOST = 10_000  # copies of the statements of one text
 #: Words that have another meaning in conditions.
@@ -41,7 +67,7 @@ _IN_QUOTES = r"\{{\s*{index}\s*(?:(?P<sign>[+-])\s*(?P<number>[0-9]+)\s*)?\}}"
 Value: TypeAlias = int | s.Name
 
 
-def is_repeat(item: s.Item) -> bool:
+def is_repeat(item: s.Item) -> TypeGuard[s.Block | s.Sentence]:
     """Return whether an item repeats others, also if it is written wrong."""
     if not isinstance(item, s.Block | s.Sentence) or item.phrase is not None:
         return False
@@ -91,10 +117,15 @@ class _Expansion:
         assert isinstance(item, s.Timed)
         return replace(item, body=found)
 
-    def _copies(self, item: s.Item) -> Iterator[s.Item]:
+    def _copies(self, item: s.Block | s.Sentence) -> Iterator[s.Item]:
+        reader = SentenceReader(REPEAT, REPEAT_KIND, item, Scope(self.findings))
         if not isinstance(item, s.Block):
-            self._wrong_form(item)
-        index, values = self._index(item), self._values(item)
+            reader.reject_form()
+        said: RepeatedCounting | RepeatedFor = reader.get()
+        if " " in said.index.words or not said.index.words:
+            reader.reject_form()
+        index = self._index(said.index)
+        values = self._values(said, reader)
         self.copies += len(values) * len(item.items)
         if self.copies > MOST:
             self.findings.reject(
@@ -105,44 +136,39 @@ class _Expansion:
             one = _Copy(index, value)
             yield from self.items(tuple(one.of(inner) for inner in item.items))
 
-    def _index(self, block: s.Block) -> str:
-        words = block.name.words.split(" ")
-        if len(words) != 2 or block.name.quoted is not None or block.name.listed:
-            self._wrong_form(block)
-        is_unit = words[1] in SYMBOLS
-        if is_unit or words[1].lower() in _TAKEN:
+    def _index(self, name: s.Name) -> str:
+        is_unit = name.text in SYMBOLS
+        if is_unit or name.key in _TAKEN:
             self.findings.reject(
                 "TIS507" if is_unit else "TIS312",
-                f'"{words[1]}" is {"a unit" if is_unit else "used in conditions"} and cannot '
+                f'"{name.text}" is {"a unit" if is_unit else "used in conditions"} and cannot '
                 "be an index",
-                block.name.span,
+                name.span,
                 hint="choose another word, such as i",
             )
-        start = block.name.span.end - len(words[1])
-        self.indices.append(s.Name(words[1], None, replace(block.name.span, start=start)))
-        return words[1].lower()
+        self.indices.append(name)
+        return name.key
 
-    def _values(self, block: s.Block) -> list[Value]:
+    def _values(
+        self, said: RepeatedCounting | RepeatedFor, reader: SentenceReader
+    ) -> list[Value]:
         """Return the values of the index, in order."""
-        values = [clause.value for clause in block.clauses]
-        match [clause.word for clause in block.clauses]:
-            case ["from", "to"]:
-                first, last = (self._whole(value) for value in values)
-                if first > last:
-                    place = block.clauses[0].span.to(block.clauses[1].span)
-                    self.findings.reject(
-                        "TIS308", f"there is no number from {first} to {last}", place,
-                        hint=proposal(f"from {last} to {first}"),
-                    )  # fmt: skip
-                if last - first >= MOST:
-                    message = f"at most {MOST} repetitions are possible"
-                    self.findings.reject("TIS116", message, block.head)
-                return list(range(first, last + 1))
-            case ["in"] if isinstance(values[0], s.Listing) and values[0].items:
-                items = values[0].items
-                return [one if isinstance(one, s.Name) else self._whole(one) for one in items]
-            case _:
-                self._wrong_form(block)
+        if isinstance(said, RepeatedFor):
+            items = said.values.items if isinstance(said.values, s.Listing) else ()
+            if not items:
+                reader.reject_form()
+            return [one if isinstance(one, s.Name) else self._whole(one) for one in items]
+        first, last = self._whole(said.first), self._whole(said.last)
+        if first > last:
+            place = reader.clauses["from"].span.to(reader.clauses["to"].span)
+            self.findings.reject(
+                "TIS308", f"there is no number from {first} to {last}", place,
+                hint=proposal(f"from {last} to {first}"),
+            )  # fmt: skip
+        if last - first >= MOST:
+            message = f"at most {MOST} repetitions are possible"
+            self.findings.reject("TIS116", message, said.span)
+        return list(range(first, last + 1))
 
     def _whole(self, node: s.Expression) -> int:
         match node:
@@ -155,11 +181,6 @@ class _Expansion:
                     "TIS312", "repetitions are counted with whole numbers", node.span,
                     hint="write the number itself, such as 8",
                 )  # fmt: skip
-
-    def _wrong_form(self, item: s.Item) -> NoReturn:
-        place = item.head if isinstance(item, s.Block) else item.span
-        hint = f"for example: {EXAMPLE}"
-        self.findings.reject("TIS312", f"wrong form of {REPEAT}", place, hint=hint)
 
 
 class _Copy(Struct, frozen=True):

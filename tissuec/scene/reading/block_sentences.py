@@ -17,6 +17,7 @@ from tissuec.script.forms import VerbForm, VerbSentence, form_of, texts_of_sente
 from tissuec.script.parts import (
     ChoiceClause,
     ClausePart,
+    ConcludedClause,
     ConditionClause,
     FilesClause,
     LimitsClause,
@@ -75,8 +76,8 @@ def as_entries(kinds: Mapping[str, SentenceKind]) -> dict[str, Entry]:
     """
     return {
         name: written(
-            name, paragraphs(one.about), *one.examples, repeats=not one.is_single,
-            opens=one.opens, sentences=one.forms, begins=one.begins, has_section=True,
+            name, paragraphs(one.about), *one.forms, repeats=not one.is_single,
+            opens=one.opens, examples=one.examples, begins=one.begins, has_section=True,
             default=NEEDED if one.is_needed else None,
         )
         for name, one in kinds.items()
@@ -125,6 +126,8 @@ class SentenceReader(ClauseReader):
 
     def refuse(self, clause: s.Clause) -> NoReturn:
         known = {word for form in self.forms for word, *_ in form.clauses}
+        if clause.word == "=" and "is" in known:
+            schema.refuse_sign(self.sentence, self.scope, example=self.texts[0])
         if self.kind.wrong and clause.word in known.union(SIGNS):
             self.reject_form()
         super().refuse(clause)
@@ -187,8 +190,12 @@ class SentenceReader(ClauseReader):
                 low, high = ends.items
                 return s.Bounds(low, high, ends.span)
             case ConditionClause(word=""):
-                assert isinstance(self.sentence, s.Expect)
+                assert isinstance(self.sentence, s.Expect | s.Rule)
                 return self.sentence.condition
+            case ConcludedClause(word=word):
+                assert isinstance(self.sentence, s.Rule)
+                self.asked.add(word)
+                return self.sentence.conclusions
             case ValueClause(word=word) | MeasureClause(word=word) | ConditionClause(word=word):
                 return self.clauses[word].value
             case FilesClause(word=word):

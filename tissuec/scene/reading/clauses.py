@@ -37,7 +37,7 @@ from tissuec.script.parts import (
 T = TypeVar("T", bound=VerbSentence)
 #: What can be a sentence.
 Written: TypeAlias = (
-    s.Assign | s.Sentence | s.Function | s.Block | s.RecordedCall | s.Expect | s.Table
+    s.Assign | s.Sentence | s.Function | s.Block | s.RecordedCall | s.Expect | s.Rule | s.Table
 )
 
 
@@ -513,10 +513,14 @@ def clauses_of(sentence: Written) -> Iterator[s.Clause]:
     """Yield the clauses of a sentence, also what follows ``is``, ``=`` and ``between``."""
     if isinstance(sentence, s.Function):
         yield from sentence.arguments
+    if isinstance(sentence, s.Rule):
+        span = sentence.conclusions[0].span.to(sentence.conclusions[-1].span)
+        yield s.Clause("then", s.Name(span.one_line, None, span), span)
     if isinstance(sentence, s.Sentence | s.Block) and (phrase := sentence.phrase) is not None:
         place = phrase.span
         start = place.source.text.rfind("is", sentence.name.span.end, place.start)
-        word = s.Name(place.one_line, None, place)
+        is_word = phrase.kind == "word"
+        word = phrase.words[0] if is_word else s.Name(place.one_line, None, place)
         yield s.Clause("is", word, replace(place, start=start))
     if isinstance(sentence, s.Assign | s.Function):
         yield s.Clause("=", sentence.value, sentence.value.span)
@@ -535,7 +539,7 @@ def _head_of(sentence: Written) -> Span:
 
 def _object_of(sentence: Written, first: str) -> s.Name:
     """Return the object of a sentence: the name or condition after its first words."""
-    if isinstance(sentence, s.Expect):
+    if isinstance(sentence, s.Expect | s.Rule):
         span = sentence.condition.span
         return s.Name(span.one_line, None, span)
     if isinstance(sentence, s.Table) or (isinstance(sentence, s.Assign) and sentence.keyword):

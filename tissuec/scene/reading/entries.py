@@ -28,24 +28,20 @@ from tissuec.core.units import (
     suggested_unit,
     written_unit,
 )
-from tissuec.script.forms import VerbSentence, texts_of_sentences
+from tissuec.script.forms import VerbSentence, form_of, texts_of_sentences
+from tissuec.script.parts import ChoiceClause
 
 #: The default of an entry that a block must have.
 NEEDED = NODEFAULT
 
 
 class Written(Struct, frozen=True):
-    """An entry with a form of its own, which code of its own reads.
+    """An entry whose forms are classes of sentences.
 
     Attributes:
-        forms: How it is written, if that does not follow from classes of sentences. Words in
-            capitals are placeholders of names and numbers.
-        words: What can be chosen instead of a number, each with what it means.
         dimension: Of its number, if it takes one.
     """
 
-    forms: tuple[str, ...]
-    words: Mapping[str, str] = {}
     dimension: Dimension | None = None
 
 
@@ -57,10 +53,9 @@ class Entry(Struct, frozen=True):
 
     Attributes:
         repeats: Whether a block can have it several times.
-        more: Further forms beside that of its kind.
         begins: What an editor writes after its name; by default what its forms have in common.
         opens: The block that it can open, if not one of a member of a family alone.
-        sentences: Classes of its forms that are declared by their parts.
+        sentences: Classes of its forms, beside that of its kind.
         reads: Returns its value from its item and the scope, if its kind does not say how.
         has_section: Whether the reference describes it in a section of its own, which its
             description fills, and not in the table of the block.
@@ -72,12 +67,12 @@ class Entry(Struct, frozen=True):
     default: Any
     about: str = ""
     repeats: bool = False
-    more: tuple[str, ...] = ()
     begins: str = ""
     opens: "BlockEntries | None" = None
     sentences: tuple[type[VerbSentence], ...] = ()
     reads: Callable[[Any, Any], Any] | None = None
     has_section: bool = False
+    examples: tuple[str, ...] = ()
 
     @property
     def is_required(self) -> bool:
@@ -86,12 +81,12 @@ class Entry(Struct, frozen=True):
     @property
     def forms(self) -> tuple[str, ...]:
         """The ways to write it, such as ``radius = …``."""
-        own = self.kind.forms if isinstance(self.kind, Written) else (_form(self),)
-        if not own or (self.sentences and not isinstance(self.kind, Written)):
-            own = (*own, *texts_of_sentences(self.name, self.sentences))
+        if self.examples:
+            return self.examples
+        own = () if isinstance(self.kind, Written) else (_form(self),)
         if isinstance(self.kind, FromTo) and self.kind.may_bend:
             own = (*own, f"{self.name} through [ … ]")
-        return (*own, *self.more)
+        return (*own, *texts_of_sentences(self.name, self.sentences))
 
     @property
     def dimension(self) -> Dimension | None:
@@ -101,10 +96,14 @@ class Entry(Struct, frozen=True):
     @property
     def words(self) -> Mapping[str, object]:
         """The words of which one can be chosen, each with its meaning or description."""
-        words = self.kind.words if isinstance(self.kind, OneOf | Written) else ()
-        if isinstance(words, Mapping):
-            return cast("Mapping[str, object]", words)
-        return dict.fromkeys(words, "")
+        if isinstance(self.kind, OneOf):
+            words = self.kind.words
+            if isinstance(words, Mapping):
+                return cast("Mapping[str, object]", words)
+            return dict.fromkeys(words, "")
+        parts = (form_of(kind).of_word("is") for kind in self.sentences)
+        choices = (part.words.items() for part in parts if isinstance(part, ChoiceClause))
+        return {word: about for several in choices for word, about in several}
 
     @property
     def inside(self) -> "BlockEntries | None":
@@ -156,13 +155,13 @@ class BlockEntries(Struct, frozen=True):
     Attributes:
         entries: Its entries by name, from the member that the block chooses; all for "".
         chooser: The entry that chooses the member, such as "kind", if an entry does so.
-        free: Forms of entries that have names of the author's own.
+        free: Classes of entries that have names of the author's own.
         elsewhere: Entries that the reference describes on a page about several blocks.
     """
 
     entries: Callable[[str], Entries]
     chooser: str = ""
-    free: tuple[str, ...] = ()
+    free: tuple[type[VerbSentence], ...] = ()
     elsewhere: frozenset[str] = frozenset()
 
 
@@ -179,8 +178,7 @@ def entry(name: str, kind: Kind, about: str, default: Any = None, **more: Any) -
 def written(
     name: str,
     about: str,
-    *forms: str,
-    words: Mapping[str, str] | None = None,
+    *sentences: type[VerbSentence],
     dimension: Dimension | None = None,
     **more: Any,
 ) -> Entry:
@@ -189,10 +187,11 @@ def written(
     Args:
         name: In the language.
         about: What it means, in one sentence.
-        forms, words, dimension: See ``Written``.
+        sentences: Classes of its forms.
+        dimension: Of its number, if it takes one.
         more: Other attributes of ``Entry``.
     """
-    return entry(name, Written(forms, words or {}, dimension), about, **more)
+    return entry(name, Written(dimension), about, sentences=sentences, **more)
 
 
 def by_name(*entries: Entry) -> dict[str, Entry]:

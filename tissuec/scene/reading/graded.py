@@ -5,11 +5,10 @@ of the body as drawn.
 """
 
 from collections.abc import Collection, Iterable, Sequence
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 from msgspec.structs import replace
 
-from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import describe
@@ -17,22 +16,37 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk
 from tissuec.scene.model import AssignedQuantity, Body, Graded, Tissue
 from tissuec.scene.program.declarations import Declarations
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import Entries, by_name, written
+from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import QUANTITIES, SHARES, STIFFENING
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import Placeholder, ValueClause
 
 COORDINATES = frozenset("xyz")
 #: ``mass`` is that of the whole body; a law has one stiffening, and shares add up.
 _EVEN = ("mass", STIFFENING, *SHARES)
 #: What a body can grade, by key.
 GRADABLE = {key: quantity for key, quantity in QUANTITIES.items() if key not in _EVEN}
+
+
+class GradedWords(VerbSentence, frozen=True):
+    """A quantity as a formula of the place."""
+
+    formula: Annotated[
+        s.Expression, ValueClause("=", places=(Placeholder("PLACE"),), place="FORMULA")
+    ]
+
+
+_GRADED = SentenceKind((GradedWords,))
 #: The entries that do so.
 GRADED_ENTRIES = by_name(
     *(
         written(
             one.name, f"The {one.name} of the tissue of this body, {describe(one.dimension)}, "
             "as a formula of x, y and z, the coordinates of the body as drawn.",
-            f"{one.name} = FORMULA", dimension=one.dimension, begins=" = ",
+            GradedWords, dimension=one.dimension, begins=" = ",
         )
         for one in GRADABLE.values()
     )
@@ -41,10 +55,12 @@ GRADED_ENTRIES = by_name(
 
 def with_graded(entries: Entries) -> Entries:
     """Return the entries of a body or region, and those that grade its other quantities."""
-    return {
-        **entries,
-        **{key: one for key, one in GRADED_ENTRIES.items() if key not in entries},
+    own = {
+        key: replace(one, sentences=(*one.sentences, GradedWords))
+        for key, one in entries.items()
+        if key in GRADED_ENTRIES
     }
+    return {**entries, **GRADED_ENTRIES, **own}
 
 
 def is_graded(item: s.Item) -> bool:
@@ -67,15 +83,15 @@ def mentions_graded(declarations: Declarations) -> bool:
     )
 
 
-def read_graded(item: s.Assign, others: Collection[Graded], findings: Findings) -> Graded:
+def read_graded(item: s.Assign, others: Collection[Graded], scope: Scope) -> Graded:
     """Return a quantity that depends on the place, or reject it.
 
     Args:
         item: See ``is_graded``.
         others: What is read already of the same body or region.
-        findings: Takes diagnostics.
+        scope: Of the scene.
     """
-    quantity = QUANTITIES[item.name.key]
+    quantity, findings = QUANTITIES[item.name.key], scope.findings
     for other in others:
         if other.quantity is quantity:
             findings.refuse_second(f'"{quantity.name}"', item.span, other.span)
@@ -86,11 +102,8 @@ def read_graded(item: s.Assign, others: Collection[Graded], findings: Findings) 
             item.span,
             hint="write it in tissues, and give regions of the body different ones",
         )
-    if item.clauses:
-        clause = item.clauses[0]
-        hint = Hint("a formula of the place ends with its value: remove it", Edit(""))
-        findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span, hint=hint)
-    return Graded(quantity, item.value, item.span)
+    said: GradedWords = SentenceReader(quantity.name, _GRADED, item, scope).get()
+    return Graded(quantity, said.formula, item.span)
 
 
 def refuse_even(

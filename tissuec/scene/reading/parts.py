@@ -14,7 +14,6 @@ from msgspec import Struct
 from tissuec.core.fields import OneOf
 from tissuec.core.registry import Family
 from tissuec.lang.unopened import add_vocabulary
-from tissuec.lang.words import RESERVED
 from tissuec.scene.reading.entries import (
     NEEDED,
     BlockEntries,
@@ -25,7 +24,8 @@ from tissuec.scene.reading.entries import (
     entry,
     written,
 )
-from tissuec.script.forms import VerbSentence, texts_of_sentences
+from tissuec.script.forms import VerbSentence, form_of, texts_of_sentences
+from tissuec.script.parts import NameClause
 
 Sort: TypeAlias = Literal["text", "named", "single", "sentence"]
 
@@ -39,9 +39,8 @@ class TextPart(Struct, frozen=True, kw_only=True):
             bodies and instruments, settings, and sentences.
         sort: ``text`` is followed by a text in quotes, ``named`` by a name and a block,
             ``single`` by a block, which a scene has once; ``sentence`` is none of these.
-        forms: How it is written, if that does not follow from ``sentences``. Words in capitals
-            are placeholders.
-        sentences: Classes of its forms that are declared by their parts.
+        sentences: Classes of its forms; by default, it consists of its word, of a name if it
+            has one, and of a block.
         example: How it is written, in messages; by default the first form.
         block: What its braces contain.
         names: Which parts have names that must differ, since sentences use them without their
@@ -55,7 +54,6 @@ class TextPart(Struct, frozen=True, kw_only=True):
     about: str
     place: int = 90
     sort: Sort = "named"
-    forms: tuple[str, ...] = ()
     sentences: tuple[type[VerbSentence], ...] = ()
     example: str = ""
     block: BlockEntries | None = None
@@ -67,13 +65,15 @@ class TextPart(Struct, frozen=True, kw_only=True):
     @property
     def clauses(self) -> frozenset[str]:
         """The joining words that can follow its name."""
-        return RESERVED.intersection(word for form in self.forms for word in form.split())
+        return frozenset(word for kind in self.sentences for word, *_ in form_of(kind).clauses)
 
 
 #: ``names`` of what a scene contains.
 SCENE = "scene"
 #: Leads to what something is based on.
 LIKE = "like"
+#: Begins what repeats statements.
+REPEAT = "repeat"
 #: Every part by the word that it begins with; blocks of other packages are ``tissuec.block``.
 PARTS: Family[TextPart] = Family("tissuec.scene", "block")
 
@@ -124,7 +124,7 @@ def forms_of(word: str) -> tuple[str, ...]:
     part = PARTS[word]
     head = {"named": " NAME", "single": " { … }"}
     derived = texts_of_sentences(word, part.sentences)
-    return part.forms or derived or (f"{word}{head.get(part.sort, '')}",)
+    return derived or (f"{word}{head.get(part.sort, '')}",)
 
 
 def example_of(word: str) -> str:
@@ -155,6 +155,12 @@ def blocks() -> Mapping[str, BlockEntries]:
     return inner | outer
 
 
+def names_something(kind: type[VerbSentence]) -> bool:
+    """Return whether the first words of a sentence are followed by a name that is new."""
+    part = form_of(kind).of_word("")
+    return isinstance(part, NameClause) and any(place.new for place in part.places)
+
+
 @cache
 def _heads() -> dict[str, bool]:
     """The words that begin blocks, and whether a name follows them."""
@@ -162,7 +168,7 @@ def _heads() -> dict[str, bool]:
     inner = (
         one.name
         for one in known
-        if one.opens is not None and one.forms[0].startswith(f"{one.name} NAME")
+        if one.opens is not None and any(map(names_something, one.sentences))
     )
     outer = {word: part.sort == "named" for word, part in parts("named", "single").items()}
     return {**dict.fromkeys(inner, True), **outer}
@@ -183,7 +189,7 @@ def entries_in(kind: str, member: str = "") -> Entries:
     if found is None:
         return {}
     others = (
-        written(word, part.about, *part.forms, repeats=True, begins=" ")
+        written(word, part.about, *part.sentences, repeats=True, begins=" ")
         for word, part in parts("sentence").items()
         if kind in part.within
     )
@@ -191,7 +197,9 @@ def entries_in(kind: str, member: str = "") -> Entries:
 
 
 def block(
-    entries: Entries | Callable[[], Entries], *free: str, elsewhere: Collection[str] = ()
+    entries: Entries | Callable[[], Entries],
+    *free: type[VerbSentence],
+    elsewhere: Collection[str] = (),
 ) -> BlockEntries:
     """What a block contains whose entries do not depend on a choice.
 

@@ -1,6 +1,7 @@
 """How tissues look in pictures: entries without influence on a run."""
 
 import re
+from typing import Annotated
 
 from msgspec.structs import replace
 
@@ -12,6 +13,8 @@ from tissuec.scene.model import Appearance
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.entries import by_name, entry, written
 from tissuec.scene.reading.expressions import Scope
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ValueClause
 
 COLOUR, GLOSS = "colour", "gloss"
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
@@ -22,6 +25,12 @@ _NAMED = {
     "grey": "#9a9a9a", "gray": "#9a9a9a", "orange": "#d98545", "purple": "#7d5a86",
     "black": "#2b2b2b",
 }  # fmt: skip
+
+
+class ColourWords(VerbSentence, frozen=True):
+    """A colour in hexadecimal digits."""
+
+    colour: Annotated[s.Expression, ValueClause("=", place='"#7a3b34"')]
 
 
 def read_appearance(
@@ -62,7 +71,7 @@ def _colour(item: s.Sentence | s.Assign, scope: Scope) -> str:
 APPEARANCE = by_name(
     written(
         COLOUR, 'The colour in pictures, in hexadecimal digits: colour = "#7a3b34".',
-        'colour = "#7a3b34"', begins=' = "#', reads=_colour,
+        ColourWords, begins=' = "#', reads=_colour,
     ),
     entry(
         GLOSS, Real(NUMBER, at_least=0.0, at_most=1.0, example="0.3"),

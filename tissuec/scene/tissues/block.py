@@ -1,7 +1,7 @@
 """Tissues: words and numbers of a preset, its parent's first, turned into quantities."""
 
 from collections.abc import Mapping
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import numpy as np
 from msgspec import Struct, field
@@ -25,11 +25,13 @@ from tissuec.scene.model import (
 )
 from tissuec.scene.overrides.entries import SET
 from tissuec.scene.program.declarations import Declarations, Declared
+from tissuec.scene.program.metadata import TextWords
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import by_name, written
 from tissuec.scene.reading.entry_hints import left_side
 from tissuec.scene.reading.expressions import Scope
-from tissuec.scene.reading.parts import block, declare
+from tissuec.scene.reading.parts import LIKE, block, declare
 from tissuec.scene.tissues.appearance import APPEARANCE, read_appearance
 from tissuec.scene.tissues.conclusions import conclude
 from tissuec.scene.tissues.curve_evidence import (
@@ -65,19 +67,54 @@ from tissuec.scene.tissues.quantities import (
 from tissuec.scene.tissues.written_numbers import quantity_meant, read_given
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.words.vocabulary import RulesBlock, Vocabulary
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import RULES, TISSUE, NameClause, Placeholder, ValueClause
 
 MOST_PARENTS = 50
 _RULES = 'use "fuzzy/soft_matter", and in the tissue first: described in soft matter'
+
+
+class TissueHead(VerbSentence, frozen=True):
+    """A tissue, and the one that it is like."""
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="tissue"),))]
+    like: Annotated[s.Name | None, NameClause(LIKE, places=(TISSUE,))]
+
+
+class DescribedWords(VerbSentence, frozen=True):
+    """The rules whose words describe a tissue."""
+
+    rules: Annotated[
+        s.Name,
+        NameClause("in", what="name of the rules", places=(RULES,), example="in soft tissue"),
+    ]
+
+
+class FactInWords(VerbSentence, frozen=True):
+    """A property in words."""
+
+    property: Annotated[s.Name, NameClause("", places=(Placeholder("NAME"),))]
+    word: Annotated[s.Name, NameClause("is", places=(Placeholder("WORD"),))]
+
+
+class FactInNumbers(VerbSentence, frozen=True):
+    """A property as a number."""
+
+    property: Annotated[s.Name, NameClause("", places=(Placeholder("NAME"),))]
+    number: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+
+
+_TISSUE, _DESCRIBED = SentenceKind((TissueHead,)), SentenceKind((DescribedWords,))
 #: Entries of a tissue, beside the words of a vocabulary.
 ENTRIES = {
     **by_name(
         written(
             "about", "Describes the tissue and the source of its numbers in one sentence.",
-            'about "TEXT"',
+            TextWords,
         ),
         written(
             "described", "The rules that define the words of this tissue: described in RULES.",
-            "described in RULES",
+            DescribedWords,
         ),
     ),
     **APPEARANCE,
@@ -88,8 +125,8 @@ ENTRIES = {
 declare(
     "tissue",
     "A material of springs and nodes, given by words of a vocabulary, numbers or both.", 21,
-    forms=("tissue NAME like TISSUE",), example="tissue NAME { … }",
-    block=block(ENTRIES, "NAME is WORD", "NAME = NUMBER"), entries_vary=True,
+    sentences=_TISSUE.forms, example="tissue NAME { … }",
+    block=block(ENTRIES, FactInWords, FactInNumbers), entries_vary=True,
 )  # fmt: skip
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
@@ -318,10 +355,9 @@ class TissueReader:
                 "TIS506", f"circular inheritance of tissues: {circle}", block.head
             )
         written = _Written()
-        for clause in block.clauses:
-            if not isinstance(clause.value, s.Name):
-                self.findings.reject("TIS312", "like needs the name of a tissue", clause.span)
-            parent = self.declarations.find("tissue", clause.value, self.findings)
+        said: TissueHead = SentenceReader("tissue", _TISSUE, block, self.scope).get()
+        if said.like is not None:
+            parent = self.declarations.find("tissue", said.like, self.findings)
             written = self._collect(parent, (*chain, declared.name.key)).heir()
         entries: dict[str, Span] = {}
         for item in block.items:
@@ -469,13 +505,11 @@ class TissueReader:
         self.findings.refuse_entry(name, f"tissue {declared.name.text}", hint=hint)
 
     def _described(self, item: s.Sentence) -> RulesBlock:
-        clause = item.clauses[0] if len(item.clauses) == 1 else None
-        if clause is None or clause.word != "in" or not isinstance(clause.value, s.Name):
-            self.findings.reject("TIS312", "write: described in soft tissue", item.span)
-        self.declarations.find("rules", clause.value, self.findings)
-        if clause.value.key not in self.vocabulary.rules:
+        said: DescribedWords = SentenceReader("described", _DESCRIBED, item, self.scope).get()
+        self.declarations.find("rules", said.rules, self.findings)
+        if said.rules.key not in self.vocabulary.rules:
             self.findings.stop()  # the rules themselves were found wrong
-        return self.vocabulary.rules[clause.value.key]
+        return self.vocabulary.rules[said.rules.key]
 
     def _number(self, item: s.Sentence | s.Assign, key: str, written: _Written) -> None:
         quantity = QUANTITIES[key]

@@ -96,7 +96,7 @@ CURVES = SentenceKind(
 )
 KNOWN_ENTRY = written(
     KNOWN, "Evidence from a source on a quantity or a curve, as ranges or a number.",
-    sentences=(*KNOWN_NUMBERS.forms, *CURVES.forms), repeats=True, begins=" ",
+    *KNOWN_NUMBERS.forms, *CURVES.forms, repeats=True, begins=" ",
 )  # fmt: skip
 _SHORTEST = 0.95  # compression, of which a tissue is left
 

@@ -2,7 +2,7 @@
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, cast
+from typing import Annotated, Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -38,11 +38,14 @@ from tissuec.laws.solid import SOLID_LAWS, SolidLaw
 from tissuec.scene.model import WrittenLaw, WrittenLaws
 from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import by_name, entry, written
 from tissuec.scene.reading.expressions import InnerScope, Scope
 from tissuec.scene.reading.parts import block, declare
 from tissuec.scene.reading.values import Value
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
+from tissuec.script.forms import VerbSentence, texts_of_sentences
+from tissuec.script.parts import NameClause, Placeholder, ValueClause
 
 TRIED = (1e-4, 1e-2, 0.3)  # of a metre, or metres per second, to either side
 AT_REST = 1e-9  # of the largest force tried: one that rounding leaves
@@ -54,11 +57,49 @@ Entry = s.Sentence | s.Assign | s.Block | s.Function
 SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0, MODULUS.name: 1.0}
 
 
+def _argument(name: str, word: str = "of") -> NameClause:
+    """Return the clause with an argument of a formula."""
+    return NameClause(word, what="variable", places=(Placeholder(name, new="variable"),))
+
+
+FormulaValue = Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+
+
+class FormulaOfE(VerbSentence, frozen=True):
+    """A formula with the elongation of a spring."""
+
+    e: Annotated[s.Name, _argument("e")]
+    value: FormulaValue
+
+
+class FormulaOfStrain(VerbSentence, frozen=True):
+    """A formula with the strain of a bar."""
+
+    strain: Annotated[s.Name, _argument("strain")]
+    value: FormulaValue
+
+
+class FormulaOfW(VerbSentence, frozen=True):
+    """A formula with the rate of elongation of a dashpot."""
+
+    w: Annotated[s.Name, _argument("w")]
+    value: FormulaValue
+
+
+class FormulaOfBoth(VerbSentence, frozen=True):
+    """A formula with the elongation of a dashpot and its rate."""
+
+    e: Annotated[s.Name, _argument("e")]
+    w: Annotated[s.Name, _argument("w", "and")]
+    value: FormulaValue
+
+
 class Form(Struct, frozen=True):
     """A free formula of a law.
 
     Attributes:
         name: "spring force", before the arguments.
+        sentences: The classes of its sentences, the one with fewest arguments first.
         about: What it is, in one sentence.
         dimension: Of what the formula gives.
         arguments: Variable of formulas and dimension of each argument; a
@@ -68,6 +109,7 @@ class Form(Struct, frozen=True):
     """
 
     name: str
+    sentences: tuple[type[VerbSentence], ...]
     about: str
     dimension: Dimension
     arguments: tuple[tuple[str, Dimension], ...]
@@ -77,18 +119,14 @@ class Form(Struct, frozen=True):
     @property
     def heads(self) -> tuple[str, ...]:
         """The left-hand sides of the law, the one with fewest arguments first."""
-        names = [name for name, _ in self.arguments]
-        return tuple(
-            f"{self.name} of {' and '.join(names[-count:])}"
-            for count in range(1, len(names) + 1)
-        )
+        texts = texts_of_sentences(self.name, self.sentences)
+        return tuple(text.partition(" = ")[0] for text in texts)
 
     @property
     def entry(self) -> schema.Entry:
         """The entry of a tissue that gives it."""
         begins = f"{self.heads[0].removeprefix(self.name)} = "
-        forms = (f"{head} = NUMBER" for head in self.heads)
-        return written(self.name, self.about, *forms, begins=begins)
+        return written(self.name, self.about, *self.sentences, begins=begins)
 
     def variables(self, item: s.Function) -> dict[str, tuple[str, Dimension]]:
         """Return all that a formula can use: variable and dimension by name."""
@@ -137,12 +175,12 @@ LAW_KINDS = (
         "The law of the springs by name, instead of linear springs.",
         (
             Form(
-                "spring force",
+                "spring force", (FormulaOfE,),
                 "A formula for the force of a spring as a function of its elongation e.",
                 units.FORCE, _LENGTHENING, _STIFF | _REST,
             ),
             Form(
-                "stress",
+                "stress", (FormulaOfStrain,),
                 "A formula for the nominal stress of a bar as a function of its strain.",
                 units.PRESSURE, (("strain", units.NUMBER),), _MODULUS, of_stress,
             ),
@@ -154,7 +192,7 @@ LAW_KINDS = (
         "The law of the dashpots by name, instead of linear dashpots.",
         (
             Form(
-                "viscous force",
+                "viscous force", (FormulaOfW, FormulaOfBoth),
                 "A formula for the force of a dashpot as a function of its rate of elongation "
                 "w, or of its elongation e and w.",
                 units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST,
@@ -269,17 +307,16 @@ def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLa
 
 
 def _free(form: Form, item: s.Function, scope: Scope) -> WrittenLaw:
-    if item.clauses:
-        clause = item.clauses[0]
-        scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
     _check_arguments(form, item, scope)
+    kind = form.sentences[len(item.arguments) - 1]
+    node = SentenceReader(form.name, SentenceKind((kind,)), item, scope).get().value
     variables = FormulaScope(scope, form.variables(item))
-    value = variables.number(item.value)
-    variables.expect(value, form.dimension, item.value.span, what=form.name)
-    formula = variables.formula(item.value)
-    _limit(form, formula, item.value.span, scope)
-    _try(form, formula, item.value.span, scope)
-    return WrittenLaw(item.value.span.one_line, form.as_force(formula), item.span)
+    value = variables.number(node)
+    variables.expect(value, form.dimension, node.span, what=form.name)
+    formula = variables.formula(node)
+    _limit(form, formula, node.span, scope)
+    _try(form, formula, node.span, scope)
+    return WrittenLaw(node.span.one_line, form.as_force(formula), item.span)
 
 
 def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:

@@ -1,6 +1,7 @@
 """Tissues by name: ``tissue is NAME`` in bodies, their parts, and joints."""
 
 from collections.abc import Mapping
+from typing import Annotated
 
 from msgspec.structs import replace
 
@@ -8,9 +9,20 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.model import Tissue
 from tissuec.scene.program.declarations import Declarations
-from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import Entries, Entry, written
 from tissuec.scene.reading.expressions import Scope
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import TISSUE, NameClause
+
+
+class TissueNamed(VerbSentence, frozen=True):
+    """The name of a tissue."""
+
+    tissue: Annotated[s.Name, NameClause("is", places=(TISSUE,))]
+
+
+_KIND = SentenceKind((TissueNamed,), ("tissue is fallopian tube",))
 
 
 def tissue_entry(about: str) -> Entry:
@@ -19,7 +31,7 @@ def tissue_entry(about: str) -> Entry:
     Args:
         about: What is made of it, in one sentence.
     """
-    return written("tissue", about, "tissue is TISSUE")
+    return written("tissue", about, TissueNamed)
 
 
 def reading_tissues(
@@ -46,7 +58,8 @@ def read_tissue(
     scope: Scope,
 ) -> Tissue:
     """Return the tissue that ``tissue is …`` names."""
-    name = schema.word_of(item, scope, example="tissue is fallopian tube")
+    said: TissueNamed = SentenceReader("tissue", _KIND, item, scope).get()
+    name = said.tissue
     properties = [] if name.key in tissues else _properties_with(name.key, declarations)
     if properties and name.key not in declarations.of("tissue"):
         words = f"{properties[0]} is {name.text}"

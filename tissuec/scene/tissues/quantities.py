@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import inf
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Struct
 
@@ -10,9 +10,12 @@ from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.core.names import key_of
 from tissuec.core.units import Dimension, describe
+from tissuec.lang import syntax as s
 from tissuec.laws.stiffening import LARGEST_STIFFENING
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.scene.reading.entries import Entry, written
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ChoiceClause, NumberClause, ValueClause
 
 #: Of branches, by their constants: the shares of the modulus that relax.
 SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
@@ -37,6 +40,38 @@ CONCLUDED = "concluded"
 #: Letters and words of other texts for a stiffness.
 _MODULI = ("k", "c", "e", "elastic modulus", "elasticity modulus")
 Spread = Literal["each spring", "each node", "whole body", "matter"]
+
+
+class GivenNumber(VerbSentence, frozen=True):
+    """The number of a quantity."""
+
+    number: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+
+
+class ScaledNumber(GivenNumber, frozen=True):
+    """The number of a quantity, and the length of springs that have it [m]."""
+
+    length: Annotated[
+        float | None, NumberClause("per", units.LENGTH, "positive", what="length")
+    ]
+
+
+class LeftToRules(VerbSentence, frozen=True):
+    """A quantity that rules conclude."""
+
+    word: Annotated[
+        str,
+        ChoiceClause(
+            "is", {CONCLUDED: "What rules conclude, not the number of the parent."},
+            in_forms=False,
+        ),
+    ]  # fmt: skip
+
+
+class LeftOut(VerbSentence, frozen=True):
+    """A limit that there is not."""
+
+    word: Annotated[str, ChoiceClause("is", {"none": "No limit."})]
 
 
 class TissueQuantity(Struct, frozen=True):
@@ -105,16 +140,18 @@ class TissueQuantity(Struct, frozen=True):
     @property
     def entry(self) -> Entry:
         """The entry of a tissue that gives it a number."""
-        forms = [f"{self.name} = NUMBER{' per LENGTH' if self.scales else ''}"]
-        words = {CONCLUDED: "What rules conclude, not the number of the parent."}
-        if self.none is not None:
-            forms.append(f"{self.name} is none")
-            words["none"] = "No limit."
+        of = " or ".join(self.spreads)
+        about = f"{self.about}\n\n{describe(self.dimension)}, of {of}"
+        none = () if self.none is None else (LeftOut,)
         return written(
-            self.name, f"{self.about}\n\n{describe(self.dimension)}, of "
-            f"{' or '.join(self.spreads)}", *forms,
-            words=words, dimension=self.dimension, begins=" = ",
+            self.name, about, self.number, LeftToRules, *none,
+            dimension=self.dimension, begins=" = ",
         )  # fmt: skip
+
+    @property
+    def number(self) -> type[GivenNumber]:
+        """The class of sentences that give it a number."""
+        return ScaledNumber if self.scales else GivenNumber
 
 
 def _springs(

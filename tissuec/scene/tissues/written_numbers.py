@@ -3,12 +3,12 @@
 from contextlib import suppress
 
 from tissuec.core import units
-from tissuec.core.fields import Real
 from tissuec.core.hints import did_you_mean
 from tissuec.core.units import Dimension, UnitError, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.ranges import refuse_range
 from tissuec.scene.tissues.quantities import QUANTITIES
@@ -52,14 +52,7 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
     """
     quantity = QUANTITIES[name]
     refuse_range(item, scope.findings)
-    value = schema.read_value(quantity.limits, item.value, scope, what=quantity.name)
-    length = None
-    for clause in item.clauses:
-        if clause.word != "per" or not quantity.scales:
-            scope.findings.reject(
-                "TIS303", f'"{clause.word}" is not allowed after {name}', clause.span
-            )
-        length = schema.read_value(
-            Real(units.LENGTH, above=0.0), clause.value, scope, what="the length"
-        )
+    said = SentenceReader(quantity.name, SentenceKind((quantity.number,)), item, scope).get()
+    value = schema.read_value(quantity.limits, said.number, scope, what=quantity.name)
+    length = getattr(said, "length", None)
     return AssignedQuantity(quantity, value, quantity.spreads[0], length, "written", item.span)

@@ -1,7 +1,7 @@
 """Hedges, and the reading of a phrase as a word of a scale."""
 
 from collections.abc import Container, Mapping
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import numpy as np
 from msgspec import Struct
@@ -14,14 +14,29 @@ from tissuec.fuzzy.hedges import Hedge, PowerHedge, Shift, has_effect, hedged
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Powered, Word
 from tissuec.lang import syntax as s
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import declare
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import NameClause, Placeholder, ValueClause
 
 DIRECTIONS = ("outward", "inward")
+
+
+class HedgeWords(VerbSentence, frozen=True):
+    """A hedge, and what it does to words."""
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="hedge"),))]
+    shape: Annotated[
+        s.Expression, ValueClause("=", places=(Placeholder("HEDGE"),), place="SHAPE")
+    ]
+
+
+_HEDGE = SentenceKind((HedgeWords,))
 declare(
     "hedge",
     "A modifier of words that shifts them along their scale or sharpens them.", 10, "sentence",
-    forms=("hedge NAME = SHAPE",), example="hedge very = shift(50 %, outward)",
+    sentences=_HEDGE.forms, example="hedge very = shift(50 %, outward)",
 )  # fmt: skip
 
 
@@ -37,7 +52,8 @@ class NamedScale(Struct, frozen=True):
 def read_hedge(item: s.Item, scope: Scope) -> Hedge:
     """Return the hedge of ``hedge very = shift(50 %, outward)`` or ``= power(2)``."""
     assert isinstance(item, s.Assign)
-    call = item.value
+    said: HedgeWords = SentenceReader("hedge", _HEDGE, item, scope).get()
+    call = said.shape
     arguments = (
         [argument.value for argument in call.arguments] if isinstance(call, s.Call) else []
     )
@@ -52,11 +68,11 @@ def read_hedge(item: s.Item, scope: Scope) -> Hedge:
             case _:
                 pass
     except ValueError as error:
-        scope.findings.reject("TIS308", str(error), item.value.span)
+        scope.findings.reject("TIS308", str(error), call.span)
     scope.findings.reject(
         "TIS312",
         "a hedge must be shift(50 %, outward), shift(50 %, inward) or power(2)",
-        item.value.span,
+        call.span,
     )
 
 

@@ -1,6 +1,7 @@
 """Properties and quantities: a range, and the words for its parts."""
 
 from collections.abc import Sequence
+from typing import Annotated, Any
 
 from msgspec import Struct
 
@@ -12,12 +13,26 @@ from tissuec.fuzzy.scale import Axis, Plateau, Scale, evenly, gaps, plateaus, sh
 from tissuec.fuzzy.sets import Gaussian, Shape, points, trapezoid, triangle
 from tissuec.lang import syntax as s
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import by_name, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import block, declare
 from tissuec.scene.tissues.quantities import LISTED, QUANTITIES, Spread
 from tissuec.scene.words.phrases import NamedScale
+from tissuec.script.forms import VerbForm, VerbSentence
+from tissuec.script.parts import (
+    WORD,
+    FlagPart,
+    NameClause,
+    NumberClause,
+    Placeholder,
+    UnionClause,
+    ValueClause,
+)
 
+#: What one value can belong to.
+SPREADS = ("each spring", "each node", "whole body")
+Word = Annotated[s.Name, NameClause("", places=(WORD,))]
 #: How the shapes of words are written.
 SHAPES = {
     "triangle": "(a, b, c)",
@@ -27,31 +42,116 @@ SHAPES = {
 }
 
 
+class EvenlyWords(VerbSentence, frozen=True):
+    """The words of parts of a range that are equally long."""
+
+    words: Annotated[
+        s.Name,
+        UnionClause("=", places=(WORD,), count=3, example="= [low, medium, high]"),
+    ]
+
+
+class AppliesWords(VerbSentence, frozen=True):
+    """What one value belongs to, and the length of a spring that it holds for [m]."""
+
+    spread: Annotated[s.Name, NameClause("to", places=(Placeholder("SPREAD", words=SPREADS),))]
+    length: Annotated[float | None, NumberClause("of", LENGTH, what="length of a spring")]
+
+
+class OtherwiseWords(VerbSentence, frozen=True):
+    """The word where no rule speaks."""
+
+    word: Annotated[s.Name, NameClause("is", places=(Placeholder("WORD"),))]
+
+
+EVENLY_KIND, APPLIES_KIND, OTHERWISE_KIND = map(
+    SentenceKind, ((EvenlyWords,), (AppliesWords,), (OtherwiseWords,))
+)
 _EVENLY = written(
-    "evenly", "Divides the range into equal parts, one for each word.",
-    "evenly = [WORD, WORD, WORD]", begins=" = [",
+    "evenly", "Divides the range into equal parts, one for each word.", EvenlyWords,
+    begins=" = [",
 )  # fmt: skip
 _QUANTITY_ENTRIES = by_name(
     _EVENLY,
     written(
         "applies", "The object that one value belongs to: a spring, a node, or the whole body.",
-        "applies to SPREAD of LENGTH",
+        AppliesWords,
     ),
-    written("otherwise", "The fallback word if no rule fires.", "otherwise is WORD"),
+    written("otherwise", "The fallback word if no rule fires.", OtherwiseWords),
 )  # fmt: skip
-_WORDS = "WORD from NUMBER to NUMBER until NUMBER"
+
+
+class PlateauBetween(VerbSentence, frozen=True):
+    """A word in the middle of a range."""
+
+    word: Word
+    low: Annotated[s.Expression, ValueClause("from", place="NUMBER")]
+    high: Annotated[s.Expression, ValueClause("to", place="NUMBER")]
+
+
+class PlateauUntil(VerbSentence, frozen=True):
+    """The first word of a range."""
+
+    word: Word
+    high: Annotated[s.Expression, ValueClause("until", place="NUMBER")]
+
+
+class PlateauFrom(VerbSentence, frozen=True):
+    """The last word of a range."""
+
+    word: Word
+    low: Annotated[s.Expression, ValueClause("from", place="NUMBER")]
+
+
+class ShapedWord(VerbSentence, frozen=True):
+    """A word with a shape of its own."""
+
+    word: Word
+    shape: Annotated[
+        s.Expression, ValueClause("=", places=(Placeholder("SHAPE"),), place="SHAPE")
+    ]
+
+
+PLATEAUS = SentenceKind(
+    (PlateauBetween, PlateauUntil, PlateauFrom),
+    ("soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",),
+    wrong="wrong form of a plateau",
+)
+SHAPED = SentenceKind((ShapedWord,))
+
+
+class PropertyWords(VerbSentence, frozen=True):
+    """A property and its range."""
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="property"),))]
+    low: Annotated[
+        s.Expression,
+        ValueClause("from", what="range", place="NUMBER", example="from 0 to 1"),
+    ]
+    high: Annotated[s.Expression, ValueClause("to", what="end of the range", place="NUMBER")]
+    is_log: Annotated[bool, FlagPart("on log scale", about="Use the logarithm of the values.")]
+
+
+class QuantityWords(PropertyWords, frozen=True):
+    """A quantity and its range."""
+
+    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="quantity"),))]
+
+
+_FREE = (*PLATEAUS.forms, *SHAPED.forms)
+HEADS = {
+    "property": SentenceKind((PropertyWords,)), "quantity": SentenceKind((QuantityWords,)),
+}  # fmt: skip
 declare(
     "property", "A property that describes a tissue: a range, and words for its parts.", 11,
-    forms=("property NAME from NUMBER to NUMBER on log scale",),
-    example="property NAME from 0 to 1 { … }", block=block(by_name(_EVENLY), _WORDS),
-    names="scales",
+    sentences=HEADS["property"].forms, example="property NAME from 0 to 1 { … }",
+    block=block(by_name(_EVENLY), *_FREE), names="scales",
 )  # fmt: skip
 declare(
     "quantity",
     "A physical quantity that rules conclude: a range, and words for its parts.", 12,
-    forms=("quantity NAME from NUMBER to NUMBER on log scale",),
-    example="quantity NAME from 1 N/m to 9 N/m { … }", block=block(_QUANTITY_ENTRIES, _WORDS),
-    names="scales",
+    sentences=HEADS["quantity"].forms, example="quantity NAME from 1 N/m to 9 N/m { … }",
+    block=block(_QUANTITY_ENTRIES, *_FREE), names="scales",
 )  # fmt: skip
 
 
@@ -60,21 +160,31 @@ class QuantityScale(Struct, frozen=True):
 
     Attributes:
         length: Spring length that values hold for [m]; None: for every length.
-        otherwise: The phrase that holds where no rule speaks; None without one.
+        otherwise: What holds where no rule speaks; None without it.
     """
 
     named: NamedScale
     spread: Spread
     length: float | None
-    otherwise: s.Sentence | None
+    otherwise: OtherwiseWords | None
+
+
+class _PlateauReader(SentenceReader):
+    """Reads a word that holds fully in a part of the range."""
+
+    def choose(self) -> VerbForm:
+        for form in self.forms:
+            if self.clauses.keys() == {word for word, *_ in form.clauses if word}:
+                return form
+        self.reject_form()
 
 
 class ScaleReader:
     """Reads one ``property`` or ``quantity`` block."""
 
-    def __init__(self, name: s.Name, item: s.Item, scope: Scope):
+    def __init__(self, kind: str, name: s.Name, item: s.Item, scope: Scope):
         assert isinstance(item, s.Block)
-        self.name = name
+        self.kind, self.name = kind, name
         self.block = item
         self.scope = scope
         self.findings = scope.findings
@@ -115,10 +225,10 @@ class ScaleReader:
             )
         return QuantityScale(named, spread, length, otherwise)
 
-    def _parts(self) -> tuple[s.Sentence | None, s.Sentence | None, list[s.Item]]:
+    def _parts(self) -> tuple[s.Sentence | None, OtherwiseWords | None, list[s.Item]]:
         """Return the sentences with "applies" and "otherwise", if any, and the words."""
         applies: s.Sentence | None = None
-        otherwise: s.Sentence | None = None
+        otherwise: OtherwiseWords | None = None
         words: list[s.Item] = []
         for item in self.block.items:
             match item:
@@ -128,12 +238,8 @@ class ScaleReader:
                     hint = proposal(f"applies to {item.value.span.text}")
                     message = '"applies" is followed by "to", not by "="'
                     self.findings.reject("TIS312", message, item.span, hint=hint)
-                case s.Sentence(name=s.Name(key="otherwise")) if item.phrase is not None:
-                    otherwise = item
-                case s.Assign(name=s.Name(key="otherwise"), value=value) if not isinstance(
-                    value, s.Call
-                ):
-                    schema.refuse_sign(item, self.scope, example="otherwise is WORD")
+                case s.Sentence() | s.Assign() if item.name.key == "otherwise":
+                    otherwise = self._said("otherwise", OTHERWISE_KIND, item)
                 case s.Sentence(clauses=()) if hint := schema.chosen(item, ("otherwise",)):
                     message = '"otherwise" is followed by "is" and a word'
                     self.findings.reject("TIS312", message, item.span, hint=hint)
@@ -154,13 +260,10 @@ class ScaleReader:
 
     def _applies(self, item: s.Sentence) -> tuple[Spread, float | None]:
         quantity = QUANTITIES[self.name.key]
-        words = {clause.word: clause for clause in item.clauses}
-        target = words["to"].value if "to" in words else None
-        if (
-            not isinstance(target, s.Name)
-            or target.key not in quantity.spreads
-            or set(words) - {"to", "of"}
-        ):
+        said: AppliesWords = self._said("applies", APPLIES_KIND, item)
+        key = said.spread.key
+        spread: Spread | None = next((one for one in quantity.spreads if key == one), None)
+        if spread is None:
             choices = list(quantity.spreads) + (
                 ["each spring of 1 mm"] if quantity.scales else []
             )
@@ -169,20 +272,16 @@ class ScaleReader:
                 f"{self.name.text} must apply to one of: {', '.join(choices)}",
                 item.span,
             )
-        length = None
-        if "of" in words:
-            if not quantity.scales:
-                self.findings.reject(
-                    "TIS305",
-                    f"{self.name.text} does not depend on the length of a spring",
-                    words["of"].span,
-                )
-            value = self.scope.number(words["of"].value)
-            self.scope.expect(
-                value, LENGTH, words["of"].value.span, what="the length of a spring"
+        if said.length is not None and not quantity.scales:
+            self.findings.reject(
+                "TIS305",
+                f"{self.name.text} does not depend on the length of a spring",
+                item.clauses[-1].span,
             )
-            length = float(value.amount)
-        return next(spread for spread in quantity.spreads if spread == target.key), length
+        return spread, said.length
+
+    def _said(self, entry: str, kind: SentenceKind, item: s.Assign | s.Sentence) -> Any:
+        return SentenceReader(entry, kind, item, self.scope).get()
 
     # --- the scale ----------------------------------------------------------------------------
 
@@ -205,30 +304,13 @@ class ScaleReader:
         return NamedScale(self.name.text, scale, dimension, self.block.head)
 
     def _axis(self) -> tuple[Axis, Dimension]:
-        words = {clause.word: clause for clause in self.block.clauses}
-        if (
-            not {"from", "to"} <= set(words)
-            or set(words) - {"from", "to", "on"}
-            or len(words) < len(self.block.clauses)
-        ):
-            self.findings.reject(
-                "TIS312",
-                "write a range as: from 0 to 1, or from 1 N to 9 N on log scale",
-                self.block.head,
-            )
-        low, high = (self.scope.number(words[word].value) for word in ("from", "to"))
-        self.scope.expect(
-            high, low.dimension, words["to"].value.span, what="the end of the range"
-        )
-        log = "on" in words
-        if log and words["on"].value.span.text.lower() != "log scale":
-            self.findings.reject(
-                "TIS305", 'only "on log scale" is allowed here', words["on"].span
-            )
+        reader = SentenceReader(self.kind, HEADS[self.kind], self.block, self.scope)
+        said: PropertyWords = reader.get()
+        low, high = self.scope.number(said.low), self.scope.number(said.high)
+        self.scope.expect(high, low.dimension, said.high.span, what="the end of the range")
+        ends = float(low.amount), float(high.amount)
         try:
-            return Axis(
-                self.name.text, float(low.amount), float(high.amount), log=log
-            ), low.dimension
+            return Axis(self.name.text, *ends, log=said.is_log), low.dimension
         except ValueError as error:
             self.findings.reject("TIS308", str(error), self._range())
 
@@ -239,14 +321,8 @@ class ScaleReader:
 
     def _words(self, items: Sequence[s.Item], axis: Axis, dimension: Dimension) -> Scale:
         match items:
-            case [s.Assign(name=s.Name(key="evenly"), value=s.Listing(items=names))]:
-                words = [name for name in names if isinstance(name, s.Name)]
-                if len(words) < len(names):
-                    self.findings.reject(
-                        "TIS312",
-                        "evenly needs a list of words: [soft, medium, hard]",
-                        items[0].span,
-                    )
+            case [s.Assign(name=s.Name(key="evenly")) as item]:
+                words = self._said("evenly", EVENLY_KIND, item).words.listed
                 self._once([(word.text, word.span) for word in words])
                 return evenly(axis, [word.key for word in words])
             case [s.Sentence(), *_]:
@@ -288,35 +364,22 @@ class ScaleReader:
             self.findings.reject(
                 "TIS306", "plateaus and other shapes cannot be mixed", item.span
             )
-        numbers = {
-            clause.word: self._number(clause.value, dimension) for clause in item.clauses
-        }
-        match sorted(numbers):
-            case ["until"]:
-                return Plateau(item.name.key, None, numbers["until"])
-            case ["from"]:
-                return Plateau(item.name.key, numbers["from"], None)
-            case ["from", "to"]:
-                return Plateau(item.name.key, numbers["from"], numbers["to"])
-            case _:
-                self.findings.reject(
-                    "TIS312",
-                    "write plateaus as: "
-                    "soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",
-                    item.span,
-                )
+        said: Any = _PlateauReader("", PLATEAUS, item, self.scope).get()
+        ends = (getattr(said, name, None) for name in ("low", "high"))
+        numbers = (None if end is None else self._number(end, dimension) for end in ends)
+        return Plateau(said.word.key, *numbers)
 
     def _shape(self, item: s.Item, dimension: Dimension) -> tuple[str, Shape]:
-        if (
-            not isinstance(item, s.Assign)
-            or not isinstance(item.value, s.Call)
-            or item.value.function.key not in SHAPES
-        ):
+        said: ShapedWord | None = None
+        if isinstance(item, s.Assign):
+            said = self._said("", SHAPED, item)
+        call = said.shape if said is not None else None
+        if said is None or not isinstance(call, s.Call) or call.function.key not in SHAPES:
             self.findings.reject(
                 "TIS312", f"a word must be a shape: {', '.join(SHAPES)}", item.span
             )
-        kind, span = item.value.function.key, item.value.span
-        nodes = [argument.value for argument in item.value.arguments]
+        kind, span = call.function.key, call.span
+        nodes = [argument.value for argument in call.arguments]
         form = SHAPES[kind]
         is_whole = (
             len(nodes) % 2 == 0 if kind == "points" else len(nodes) == form.count(",") + 1
@@ -324,7 +387,7 @@ class ScaleReader:
         if not is_whole:
             self.findings.reject("TIS312", f"write a {kind} as {kind}{form}", span)
         try:
-            return item.name.key, self._build(kind, nodes, dimension)
+            return said.word.key, self._build(kind, nodes, dimension)
         except ValueError as error:
             self.findings.reject("TIS308", f"{kind}{form}: {error}", span)
 

@@ -1,6 +1,7 @@
 """Vocabularies: hedges, scales and rules of a program, turned into rule bases."""
 
 from collections.abc import Mapping
+from typing import Annotated
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -19,11 +20,14 @@ from tissuec.fuzzy.sets import Word
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared
 from tissuec.scene.reading import schema
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import by_name, entry, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import block, declare
 from tissuec.scene.words.phrases import NamedScale, read_hedge, read_word
 from tissuec.scene.words.scales import QuantityScale, ScaleReader
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ConcludedClause, ConditionClause, NumberClause
 
 #: What each choice of operators is for.
 _OPERATORS = {
@@ -38,9 +42,24 @@ OPERATOR_ENTRIES = by_name(
         for name, words in CHOICES.items()
     )
 )
+
+
+class RuleWords(VerbSentence, frozen=True):
+    """A rule, and its weight without a unit."""
+
+    condition: Annotated[s.Expression, ConditionClause("", place="CONDITION")]
+    conclusions: Annotated[
+        tuple[s.Conclusion, ...], ConcludedClause("then", place="QUANTITY is WORD")
+    ]
+    weight: Annotated[
+        float | None, NumberClause("weighing", NUMBER, what="weight of a rule", place="NUMBER")
+    ]
+
+
+_RULE = SentenceKind((RuleWords,))
 _IF = written(
-    "if", "A rule from words of properties to words of quantities.",
-    "if CONDITION then QUANTITY is WORD weighing NUMBER", repeats=True, begins=" ",
+    "if", "A rule from words of properties to words of quantities.", *_RULE.forms,
+    repeats=True, begins=" ",
 )  # fmt: skip
 _ENTRIES = {**OPERATOR_ENTRIES, "if": _IF}
 declare(
@@ -82,8 +101,8 @@ def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
     findings = scope.findings
     failures = findings.failures
 
-    def scale(declared: Declared) -> ScaleReader:
-        return ScaleReader(declared.name, declared.item, scope)
+    def scale(kind: str, declared: Declared) -> ScaleReader:
+        return ScaleReader(kind, declared.name, declared.item, scope)
 
     concluded = {
         key: _concluded(declared.item) for key, declared in declarations.of("rules").items()
@@ -103,8 +122,8 @@ def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
 
     words = Vocabulary(
         declarations.read_each("hedge", lambda d: read_hedge(d.item, scope), findings),
-        declarations.read_each("property", lambda d: scale(d).property(), findings),
-        declarations.read_each("quantity", lambda d: scale(d).quantity(), findings),
+        declarations.read_each("property", lambda d: scale("property", d).property(), findings),
+        declarations.read_each("quantity", lambda d: scale("quantity", d).quantity(), findings),
         {},
     )
     if findings.failures > failures:
@@ -166,17 +185,8 @@ class RulesReader:
 
     def _quantity(self, scale: QuantityScale) -> ConcludedQuantity:
         otherwise = None
-        if scale.otherwise is not None and scale.otherwise.phrase is not None:
-            phrase = scale.otherwise.phrase
-            if phrase.kind != "word":
-                self.findings.reject("TIS312", "otherwise needs one word", phrase.span)
-            otherwise = read_word(
-                phrase.words[0],
-                scale.named,
-                self.vocabulary.hedges,
-                self.scope,
-                in_conclusion=True,
-            )
+        if scale.otherwise is not None:
+            otherwise = self._concluded(scale.otherwise.word, scale.named)
         return ConcludedQuantity(scale.named.scale.axis, otherwise)
 
     def _operator(self, item: s.Item, chosen: dict[str, str]) -> None:
@@ -186,24 +196,18 @@ class RulesReader:
     # --- rules --------------------------------------------------------------------------------
 
     def _rule(self, item: s.Rule) -> Rule:
-        condition = self._condition(item.condition)
-        conclusions = tuple(self._conclusion(part) for part in item.conclusions)
-        weight = 1.0
-        for clause in item.clauses:
-            if clause.word != "weighing":
-                self.findings.reject(
-                    "TIS303", f'"{clause.word}" is not allowed in a rule', clause.span
-                )
-            value = self.scope.number(clause.value)
-            self.scope.expect(value, NUMBER, clause.value.span, what="the weight of a rule")
-            weight = float(value.amount)
-            if not 0.0 < weight <= 1.0:
-                self.findings.reject(
-                    "TIS308",
-                    f"the weight of a rule must be above 0 and at most 1, not {weight:g}",
-                    clause.value.span,
-                    hint="leave it out for a weight of 1",
-                )
+        reader = SentenceReader("if", _RULE, item, self.scope)
+        said: RuleWords = reader.get()
+        condition = self._condition(said.condition)
+        conclusions = tuple(self._conclusion(part) for part in said.conclusions)
+        weight = 1.0 if said.weight is None else said.weight
+        if not 0.0 < weight <= 1.0:
+            self.findings.reject(
+                "TIS308",
+                f"the weight of a rule must be above 0 and at most 1, not {weight:g}",
+                reader.clauses["weighing"].value.span,
+                hint="leave it out for a weight of 1",
+            )
         return Rule(condition, conclusions, weight)
 
     def _condition(self, node: s.Expression) -> c.Condition:
@@ -264,10 +268,11 @@ class RulesReader:
         if part.phrase.kind != "word":
             self.findings.reject("TIS312", "a rule must conclude one word", part.phrase.span)
         scale = self.vocabulary.quantities[key].named
-        word = read_word(
-            part.phrase.words[0], scale, self.vocabulary.hedges, self.scope, in_conclusion=True
-        )
-        return Conclusion(key, word)
+        return Conclusion(key, self._concluded(part.phrase.words[0], scale))
+
+    def _concluded(self, name: s.Name, scale: NamedScale) -> Word:
+        hedges = self.vocabulary.hedges
+        return read_word(name, scale, hedges, self.scope, in_conclusion=True)
 
 
 def find_property(name: s.Name, vocabulary: Vocabulary, rules: str, scope: Scope) -> NamedScale:
