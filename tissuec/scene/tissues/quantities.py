@@ -68,7 +68,7 @@ class LeftToRules(VerbSentence, frozen=True):
     ]  # fmt: skip
 
 
-class LeftOut(VerbSentence, frozen=True):
+class NoLimit(VerbSentence, frozen=True):
     """A limit that there is not."""
 
     word: Annotated[str, ChoiceClause("is", {"none": "No limit."})]
@@ -142,7 +142,7 @@ class TissueQuantity(Struct, frozen=True):
         """The entry of a tissue that gives it a number."""
         of = " or ".join(self.spreads)
         about = f"{self.about}\n\n{describe(self.dimension)}, of {of}"
-        none = () if self.none is None else (LeftOut,)
+        none = () if self.none is None else (NoLimit,)
         return written(
             self.name, about, self.number, LeftToRules, *none,
             dimension=self.dimension, begins=" = ",
