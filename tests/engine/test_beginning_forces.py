@@ -129,7 +129,7 @@ def exact(force):
     """Return the positions of SciPy in the frames [m], shape (frame, node, 3)."""
     compiled = compiled_scene(scene(force, "dop853"))
     network, plan = compiled.network, compiled.plan
-    found = reference(network, plan, sample_times(plan), method="DOP853", rtol=1e-7)
+    found = reference(network, plan, sample_times(plan), method="DOP853", rtol=1e-6)
     return found.position[:, : network.body_nodes]
 
 

@@ -215,7 +215,7 @@ output { trajectory every 3 ms; energy every 3 ms; pressure of duct every 3 ms }
 
 def test_pressures_and_fluids_are_the_same_on_threads(tmp_path, threads_in_small_nets):
     path = tmp_path / "scene.tis"
-    fine = MOVING.replace("rings = 5; sides = 6", "rings = 90; sides = 48")
+    fine = MOVING.replace("rings = 5; sides = 6", "rings = 52; sides = 42")
     path.write_text(fine.replace("duration = 30 ms", "duration = 9 ms"), encoding="utf-8")
     same_on_threads(path, 2)
 

@@ -52,7 +52,7 @@ def scene(
 
 
 #: By how much scenes are hastened for the reference, which takes long; slowly with -m slow.
-HASTES = (2.5, pytest.param(1.0, marks=pytest.mark.slow))
+HASTES = (8.0, pytest.param(1.0, marks=pytest.mark.slow))
 
 
 def hastened(text, factor):

@@ -216,7 +216,7 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
 def test_threads_change_no_bit(threads_in_small_nets):
     script = """at 0 s: fix low
       from 0 s to 0.2 ms: move high by (0.5, 0, 0.2) mm using smooth profile"""
-    text = scene(ONE, side=100, cells=70, script=script, duration="0.2 ms",
+    text = scene(ONE, side=66, cells=46, script=script, duration="0.2 ms",
                  method="integrator is velocity verlet; step = 0.02 ms")  # fmt: skip
     compiled = compiled_scene(text.replace("every 5 ms", "every 0.2 ms"))
     same_on_two_threads(compiled, "force of high")

@@ -29,7 +29,6 @@ from tests.inelastic.yielding import (
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out, same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
-from tissuec.engine import threads
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.network import ELEMENTS
 
@@ -198,11 +197,10 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
     same_when_resumed(compiled, "force of high", 6)
 
 
-def test_threads_change_no_bit(monkeypatch):
-    monkeypatch.setattr(threads, "LEAST_SPRINGS", 5000)
+def test_threads_change_no_bit(threads_in_small_nets):
     script = """at 0 s: fix low
       from 0 s to 0.2 ms: move high by (3, 0, 2) mm using smooth profile"""
-    text = scene(MIXED, size="100, 95, 85", top="84.9 mm", script=script, duration="0.2 ms",
+    text = scene(MIXED, size="60, 60, 60", top="59.9 mm", script=script, duration="0.2 ms",
                  body="fibres = (1, 0, 1)",
                  method="integrator is velocity verlet; step = 0.02 ms")  # fmt: skip
     compiled = compiled_scene(text.replace("every 5 ms", "every 0.2 ms"))

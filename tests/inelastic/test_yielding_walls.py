@@ -278,7 +278,7 @@ def test_threads_change_no_bit(threads_in_small_nets):
     script = """at 0 s: fix low
       from 0 s to 0.2 ms: move high by (0.5, 0, 0.2) mm using smooth profile"""
     memory = MIXED.replace("500 Pa", "10 Pa")
-    text = scene(memory, side=100, cells=70, script=script, duration="0.2 ms", body=FIBRED,
+    text = scene(memory, side=66, cells=46, script=script, duration="0.2 ms", body=FIBRED,
                  method="integrator is velocity verlet; step = 0.02 ms")  # fmt: skip
     compiled = compiled_scene(text.replace("every 5 ms", "every 0.2 ms"))
     one = same_on_two_threads(compiled, "force of high")

@@ -63,9 +63,12 @@ WEIGHTS = {
 }
 
 
-@pytest.mark.parametrize("of", [lambda f: f, compiled], ids=["Python", "compiled"])
+@pytest.mark.parametrize(
+    ("of", "current"),
+    [(lambda f: f, 0), (compiled, 0), (compiled, 1)],
+    ids=["Python", "compiled", "compiled, the other place"],
+)
 @pytest.mark.parametrize("chosen", WEIGHTS)
-@pytest.mark.parametrize("current", [0, 1])
 def test_rows_are_combined_by_their_weights(of, chosen, current, work):
     for_x = WEIGHTS[chosen](len(work.rows), work.end_row)
     for_v = np.roll(for_x, 1)

@@ -106,7 +106,7 @@ def breaks(text):
     return ruptures(outcome)
 
 
-@pytest.mark.parametrize("cells", [1, 10])
+@pytest.mark.parametrize("cells", [1, 4])
 def test_all_elements_of_a_cube_break_at_its_breaking_strain(cells):
     ((time, event),) = breaks(drawn_evenly(cells, "breaking strain = 30 %"))
     assert time == pytest.approx(0.3, rel=1e-9)
@@ -126,7 +126,7 @@ def stress_at(stretch, steep=1.0):
     return float(stress / stretch + bulk * (stretch - 1.0))
 
 
-@pytest.mark.parametrize("cells", [1, 10])
+@pytest.mark.parametrize("cells", [1, 4])
 @pytest.mark.parametrize("law", ["", "solid law is exponential { stiffening = 2 };"])
 def test_all_elements_of_a_cube_break_at_its_strength(cells, law):
     along = 1.4
@@ -247,7 +247,14 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
     breaks_alike_when_resumed(compiled())
 
 
-@pytest.mark.parametrize("method", ["dop853", "velocity verlet", "esdirk43", "rkc2"])
+@pytest.mark.parametrize(
+    "method",
+    [
+        "dop853",
+        "esdirk43",
+        *(pytest.param(m, marks=pytest.mark.slow) for m in ("velocity verlet", "rkc2")),
+    ],
+)
 def test_what_is_observed_changes_nothing(method):
     entry = f"integrator is {method}"
     times, ends = [], []
@@ -283,7 +290,7 @@ def test_elements_break_at_rest_too():
 
 
 def test_the_reference_breaks_the_same_elements_at_the_same_times():
-    found = compiled(script="at 40 ms: end the run", ramp="60 ms", output="energy every 5 ms")
+    found = compiled(script="at 8 ms: end the run", ramp="14 ms", output="energy every 1 ms")
     ruptured = the_reference_breaks_alike(found)
     assert ruptured.run == 1 and ruptured.error < 1e-7
 

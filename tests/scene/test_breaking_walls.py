@@ -246,6 +246,7 @@ def test_methods_agree_on_the_time_of_ruptures():
     assert np.ptp(first_ruptures(compiled)) < 1e-5
 
 
+@pytest.mark.slow  # loads are compared in tests/forces, and elements that break below
 def test_the_reference_breaks_the_same_triangles_at_the_same_times():
     found = compiled(ramp="30 ms", duration="20 ms", output="energy every 5 ms")
     assert the_reference_breaks_alike(found).error < 1e-6

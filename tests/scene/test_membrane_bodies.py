@@ -310,7 +310,7 @@ tissue cloth { Young's modulus = 30 kPa; density = 1 g/cm^3; retardation time = 
 body wall {
   mesh is sheet {
     corner = (0, 0, 0) cm; first edge = (35, 0, 0) cm; second edge = (0, 35, 0) cm
-    columns = 72; rows = 72
+    columns = 48; rows = 48
   }
   tissue is cloth; thickness = 2 mm; made of elements
 }

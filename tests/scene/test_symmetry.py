@@ -215,7 +215,7 @@ def test_all_modes_of_a_part_keep_to_the_planes():
 
 
 def test_the_reference_agrees():
-    text = cube("x", duration="12 ms").replace("1e-9", "1e-6")
+    text = cube("x", duration="5 ms").replace("1e-9", "1e-6")
     found = validate(compiled_scene(text), method="DOP853", rtol=None, progress=Mock())
     assert found.verdict == "kept", found.reasons
 
