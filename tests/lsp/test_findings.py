@@ -114,7 +114,7 @@ def ask_everything(documents, path, text, offset, chance):
         place = min(place, len(view.source.text))
         completion.complete(view, place)
         hover(view, place)
-        navigation.definition(view, place)
+        navigation.definitions(view, place)
     tokens(text)
     navigation.outline(view.structure)
     list(navigation.folds(view))
@@ -159,7 +159,7 @@ def test_next_to_nothing_is_borne(text):
     view, offset = asked(f"{text}‸")
     completion.complete(view, offset)
     hover(view, offset)
-    assert navigation.definition(view, offset) is None
+    assert navigation.definitions(view, offset) == []
 
 
 def test_a_keystroke_is_answered_at_once():

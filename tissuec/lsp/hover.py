@@ -67,10 +67,10 @@ def _meaning(view: View, offset: int, compiled: "Compiled | None") -> Hover | No
         return Hover(f"{code(part.text)}: {about}", part.start, part.stop) if about else None
     if phrase is None or not phrase.parts:
         return None
-    named = view.symbol_at(offset)
-    if named is not None:
-        symbol, start, stop = named
-        return Hover(_of_symbol(view, symbol, phrase, compiled), start, stop)
+    if found := view.symbols_at(offset):
+        _, start, stop = view.symbol_at(offset) or (None, phrase.start, phrase.stop)
+        texts = (_of_symbol(view, symbol, phrase, compiled) for symbol in found)
+        return Hover("\n\n---\n\n".join(texts), start, stop)
     if phrase.term is None:
         return None
     return Hover(_of_term(view, phrase), phrase.start, phrase.stop)

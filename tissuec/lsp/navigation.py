@@ -29,19 +29,15 @@ class Place(Struct, frozen=True):
     stop: int
 
 
-def definition(view: View, offset: int) -> Place | None:
+def definitions(view: View, offset: int) -> list[Place]:
     """Return where the name at an offset is declared, or the file that is used there."""
-    found = view.symbol_at(offset)
-    if found is not None:
-        return _place(found[0].span)
-    part = view.structure.lexeme_at(offset)
-    if part is None or part.kind != STRING:
-        return None
-    phrase = view.phrase_at(offset)
-    if phrase is None or phrase.expected.files != "use":
-        return None
+    if found := view.symbols_at(offset):
+        return [place for one in found if (place := _place(one.span)) is not None]
+    part, phrase = view.structure.lexeme_at(offset), view.phrase_at(offset)
+    if part is None or part.kind != STRING or phrase is None or phrase.expected.files != "use":
+        return []
     path = used_file(view, part.text.strip('"'))
-    return Place(path, 0, 0) if path else None
+    return [Place(path, 0, 0)] if path else []
 
 
 def used_file(view: View, wanted: str) -> Path | None:

@@ -171,10 +171,10 @@ def _item(
     )
 
 
-def _definition(server: Session, parameters: lsp.DefinitionParams) -> lsp.Location | None:
+def _definition(server: Session, parameters: lsp.DefinitionParams) -> list[lsp.Location]:
     found = server.at(parameters)
-    place = navigation.definition(found[1], found[2]) if found else None
-    return server.location(place) if place else None
+    places = navigation.definitions(found[1], found[2]) if found else []
+    return [server.location(place) for place in places]
 
 
 def _references(server: Session, parameters: lsp.ReferenceParams) -> list[lsp.Location]:

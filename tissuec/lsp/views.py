@@ -1,5 +1,6 @@
 """Meanings of names in an open text, as far as it and its imports can be read."""
 
+import re
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +20,7 @@ from tissuec.lsp.symbols import Symbol, symbols_of
 from tissuec.lsp.terms import BlockKind
 from tissuec.scene.model import Tissue
 from tissuec.scene.program.imports import Program, load
+from tissuec.scene.program.repetition import REPEAT
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.resolve import resolve_words
@@ -131,10 +133,27 @@ class View(Struct, frozen=True, eq=False, dict=True):
                 return symbol
         if phrase.term is not None and not (expected.names and self._is_own(key)):
             return None
-        kinds = expected.names
-        if set(kinds) & set(ONE_NAMESPACE):
-            kinds = (*kinds, *ONE_NAMESPACE)
+        kinds = _kinds_of(phrase)
         return self.named(kinds, key, phrase.block) if kinds else None
+
+    def symbols_at(self, offset: int) -> list[Symbol]:
+        """Return what the name at an offset means: several declarations if it has an index.
+
+        In ``repeat i in [left, right]``, "i tube" means "left tube" and "right tube".
+        """
+        if (hit := self.symbol_at(offset)) is not None:
+            return [hit[0]]
+        phrase = self.phrase_at(offset)
+        if phrase is None or phrase.term is not None or not phrase.expected.names:
+            return []
+        heads = self.structure.at(phrase.start).chain
+        indices = {head.words[1] for head in heads if head.words[:1] == [REPEAT]}
+        words = phrase.key.split(" ")
+        if indices.isdisjoint(words):
+            return []
+        pattern = " ".join(".+" if word in indices else re.escape(word) for word in words)
+        found = self.seen_from(phrase.block, *_kinds_of(phrase))
+        return [one for one in found if re.fullmatch(pattern, one.key)]
 
     def _is_own(self, key: str) -> bool:
         """Return whether a text declares a number of its own under the name of a constant."""
@@ -186,6 +205,12 @@ class View(Struct, frozen=True, eq=False, dict=True):
             part.kind == COMMENT and part.start < offset
             for part in self.structure.lexemes_around(offset)
         )
+
+
+def _kinds_of(phrase: Phrase) -> tuple[str, ...]:
+    """Return the kinds of names that a phrase can refer to."""
+    kinds = phrase.expected.names
+    return (*kinds, *ONE_NAMESPACE) if set(kinds) & set(ONE_NAMESPACE) else kinds
 
 
 def view_of(documents: OpenDocuments, path: Path) -> View | None:
