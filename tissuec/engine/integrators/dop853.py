@@ -31,10 +31,10 @@ def _dense(of_velocity: bool) -> Floats:
         result = start + TABLEAU.for_v[RESULT]
         further = np.hstack([D.sum(axis=1, keepdims=True), D @ A])
     terms = [change, start - change, 2.0 * change - start - result, *further]
-    powers, factor = np.zeros((7, len(change))), np.polynomial.Polynomial([0.0, 1.0])
+    powers, factor = np.zeros((7, len(change))), np.array([0.0, 1.0])
     for k, term in enumerate(terms):
-        powers[: k + 1] += np.outer(factor.coef[1:], term)
-        factor *= np.polynomial.Polynomial([1.0, -1.0] if k % 2 == 0 else [0.0, 1.0])
+        powers[: k + 1] += np.outer(factor[1:], term)
+        factor = np.convolve(factor, [1.0, -1.0] if k % 2 == 0 else [0.0, 1.0])
     return powers
 
 
