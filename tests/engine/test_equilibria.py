@@ -16,6 +16,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.mechanics import newton
 from tissuec.script.plan import EQUILIBRIUM, STATIC
 from tissuec.validate.engine_run import observe
 from tissuec.validate.reference import reference
@@ -162,6 +163,33 @@ def test_without_another_equilibrium_the_run_ends_with_the_time(tmp_path):
     # The largest force is 100 N/m 10 mm / e = 0.367879 N.
     assert "stopped at 367.8" in str(failure.value)
     assert "there is no equilibrium near the previous one" in str(failure.value)
+
+
+def test_a_search_beyond_a_limit_point_ends_soon(monkeypatch):
+    """A balloon of neo-Hookean rubber bears 2 G t/R (7^(-1/6) - 7^(-7/6)), and no more."""
+    scene = """language 1
+    tissue rubber { Young's modulus = 100 kPa; Poisson's ratio = 0.49
+      density = 1000 kg/m^3 }
+    body balloon { mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+      tissue is rubber; thickness = 0.1 mm }
+    environment { gravity = (0, 0, 0) m/s^2; contact is off }
+    script { from 0 s to 1 s: press inside of balloon with 1 kPa using ramp }
+    simulate { duration = 1 s; integrator is equilibrium }
+    """
+    steps = []
+    asked = newton.direction
+    monkeypatch.setattr(
+        newton, "direction", lambda *each, **more: steps.append(1) or asked(*each, **more)
+    )
+    compiled = compiled_scene(scene)
+    outcome, _ = carry_out(compiled.network, compiled.plan)
+    shear = 100e3 / (2.0 * 1.49)
+    most = 2.0 * shear * 0.1 / 10.0 * (7.0 ** (-1 / 6) - 7.0 ** (-7 / 6))
+    # The surface of the mesh is 7 % smaller than the sphere, and flat triangles bear more.
+    assert outcome.state.time * 1e3 == pytest.approx(most, rel=0.08)
+    # About 20 halvings lead there; the last search is a patient one.
+    taken = outcome.statistics.accepted + outcome.statistics.rejected
+    assert len(steps) <= 10 * taken + 100
 
 
 def test_springs_rupture_when_their_tension_reaches_the_strength():

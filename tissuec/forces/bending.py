@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
 _COLUMNS = ("nodes", "stiffness", "damping", "drawn", "squares")
-# How e, x_k - x_i and x_l - x_i depend on the four nodes.
-_SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
 class Hinges(WalledField, frozen=True):
@@ -121,8 +119,7 @@ class Hinges(WalledField, frozen=True):
         parts = _normals(position[self.nodes])
         _, by_a, by_b = self._weight(*parts[3:])
         bent, grown = (
-            np.einsum("pi,hpxqy,qj->hixjy", _SPANS, each, _SPANS)
-            for each in (_second(*parts), self._bent(*parts, by_a, by_b))
+            _by_nodes(each) for each in (_second(*parts), self._bent(*parts, by_a, by_b))
         )
         return bent, grown
 
@@ -167,7 +164,7 @@ class Hinges(WalledField, frozen=True):
             second += (held * self.stiffness)[:, None, None, None, None] * self._bent(
                 *parts, by_a, by_b
             )
-            values += np.einsum("pi,hpxqy,qj->hixjy", _SPANS, second, _SPANS)
+            values += _by_nodes(second)
         return assembled(values, number[self.nodes], size)
 
     def damping_matrices(
@@ -178,7 +175,7 @@ class Hinges(WalledField, frozen=True):
             return None
         parts, moved = _normals(position[self.nodes]), velocity[self.nodes]
         slopes, (weight, by_a, by_b) = _slopes(*parts), self._weight(*parts[3:])
-        second = np.einsum("pi,hpxqy,qj->hixjy", _SPANS, _second(*parts), _SPANS)
+        second = _by_nodes(_second(*parts))
         speed = np.einsum("hix,hix->h", slopes, moved)
         swelling = _swelling(*parts[:3], by_a, by_b)
         faster = np.einsum("hixjy,hjy->hix", second, moved)
@@ -351,6 +348,16 @@ def _swelling(e: Floats, q: Floats, r: Floats, by_a: Floats, by_b: Floats) -> Fl
     by_k, by_l = upper * _of_square(q, e), lower * _of_square(r, e)
     by_j = upper * _of_square(e, q) + lower * _of_square(e, r)
     return np.stack([-by_j - by_k - by_l, by_j, by_k, by_l], axis=-2)
+
+
+def _by_nodes(second: Floats) -> Floats:
+    """Return derivatives by the nodes, shape (hinge, 4, 3, 4, 3), from those of ``_second``."""
+    found = np.zeros((len(second), 4, 3, 4, 3))
+    found[:, 1:, :, 1:] = second
+    # All three vectors start at the first node.
+    found[:, 1:, :, 0] = -second.sum(axis=3)
+    found[:, 0] = -found[:, 1:].sum(axis=1)
+    return found
 
 
 def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:

@@ -229,10 +229,10 @@ class Plates(ElementField, frozen=True):
         found = np.einsum("tij,tiax,tjby->taxby", self._beside, by_z, by_z, optimize=True)
         twice = self._own * weight * cosine - moment * sine * p
         mixed = self._own * sine + moment * cosine * slope
-        found += np.einsum("ti,tiax,tiby->taxby", twice, slopes, slopes)
-        half = np.einsum("ti,tiax,tiby->taxby", mixed, slopes, swelling)
+        found += _products(twice, slopes, slopes)
+        half = _products(mixed, slopes, swelling)
         found += half + half.transpose(0, 3, 4, 1, 2)
-        found -= np.einsum("ti,tiax,tiby->taxby", moment * sine, swelling, swelling)
+        found -= _products(moment * sine, swelling, swelling)
         bent, grown = map(self._spread_out, self.hinges.second_derivatives(position))
         turning = self._own * weight * sine + moment * cosine * p
         growing = self._own * (1.0 - cosine) + moment * sine * slope
@@ -288,6 +288,19 @@ class Plates(ElementField, frozen=True):
             lower=np.ascontiguousarray(self.squares[..., 1]),
             room=np.zeros((3, 28)),
         )
+
+
+def _products(factor: Floats, left: Floats, right: Floats) -> Floats:
+    """Return Σ_i f_i a_i b_iᵀ, shape (triangle, 6, 3, 6, 3).
+
+    Args:
+        factor: f, shape (triangle, 3).
+        left, right: a and b, shape (triangle, 3, 6, 3).
+    """
+    count = len(factor)
+    first = (factor[..., None, None] * left).reshape(count, 3, 18)
+    found = first.swapaxes(1, 2) @ right.reshape(count, 3, 18)
+    return found.reshape(count, 6, 3, 6, 3)
 
 
 def _share(weight: Floats) -> Floats:

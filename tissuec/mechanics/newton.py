@@ -28,21 +28,33 @@ NEAR = 1e-2  # of the largest force: from here on K is exact
 SHIFT = 1e-9  # of the largest entry of K, where K may be singular
 ROUNDS = 200
 HALVINGS = 30
+LEAVES = 2  # rounds in succession after which forces have grown: x leaves what was near
 SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
 
 
-def descend(balance: Balance, x: Floats, rounds: int = ROUNDS) -> tuple[Floats, bool]:
+def descend(
+    balance: Balance,
+    x: Floats,
+    rounds: int = ROUNDS,
+    far: float = np.inf,
+    worse: int = ROUNDS,
+) -> tuple[Floats, bool]:
     """Return the result of Newton's method [m], shape (free, 3), and whether it balances.
 
     Args:
         rounds: Steps at most.
+        far: Way of a node from the start at which the search ends [m].
+        worse: How often in succession the largest force may grow.
     """
-    hopes = balance.has_elements
+    hopes, grown, before = balance.has_elements, 0, np.inf
     for _ in range(rounds):
         bars = balance.bars(x)
         force = balance.force(bars)
         if is_balanced(balance, bars, force):
             return polished(balance, x, bars, force), True
+        grown, before = grown + 1 if greatest(force) > before else 0, greatest(force)
+        if grown > worse:
+            break
         balance.freeze(bars)
         near = greatest(force) <= NEAR * balance.largest(bars)
         neutral = NeutralMotions.of(balance, x)
@@ -53,10 +65,14 @@ def descend(balance: Balance, x: Floats, rounds: int = ROUNDS) -> tuple[Floats, 
         if step is None:
             matrices = (True, False) if near else (False,)
             step = direction(balance, bars, neutral, force, matrices=matrices)
-        found = None if step is None else downhill(balance, x, bars, force, step)
+        if step is None:
+            return x, False
+        found = downhill(balance, x, bars, force, step, expands=grown > LEAVES)
         if found is None:
             return x, False
         x = found
+        if not greatest(x - balance.start) <= far:
+            break
     return x, False
 
 
@@ -123,12 +139,19 @@ def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
 
 
 def downhill(
-    balance: Balance, x: Floats, bars: Bars, force: Floats, step: Floats
+    balance: Balance,
+    x: Floats,
+    bars: Bars,
+    force: Floats,
+    step: Floats,
+    *,
+    expands: bool = False,
 ) -> Floats | None:
     """Return the positions along a step at which the energy is lower [m], shape (free, 3).
 
     Args:
         step: Displacement of each free node [m], shape (free, 3).
+        expands: Whether the step is doubled while the energy falls on.
 
     Returns:
         The positions, None if the energy falls nowhere along the step.
@@ -143,6 +166,14 @@ def downhill(
         there = x + part * step
         after, rounding = balance.energy(there, balance.bars(there))
         if after - energy <= -SLOPE * part * slope + rounding:
-            return there
+            break
         part *= 0.5
-    return None
+    else:
+        return None
+    while expands and 2.0 * part * size <= reach:
+        further = x + 2.0 * part * step
+        energy, _ = balance.energy(further, balance.bars(further))
+        if not energy < after:
+            break
+        there, after, part = further, energy, 2.0 * part
+    return there

@@ -24,8 +24,10 @@ from tissuec.model.network import Floats
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
-FAR = 100.0  # times the size of the net: where it continues without end
-SOON = 80  # rounds of Newton's method from nearby, where contact makes it converge linearly
+FAR, NEARBY = 100.0, 1.0  # times the size of the net: where a search ends
+# Of Newton's method from nearby: rounds, as contact makes it converge linearly; rounds in
+# succession after which forces have grown, as they do without an equilibrium ahead.
+SOON, WORSE = 80, 8
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 
 
@@ -159,9 +161,11 @@ def _equilibrium(
     """
     remarks: tuple[Remark, ...] = ()
     longest = float(balance.bars(x).length.max(initial=0.0))
-    far = FAR * max(float(np.ptp(balance.start, axis=0).max()), longest) or np.inf
+    size = max(float(np.ptp(balance.start, axis=0).max()), longest)
+    far = (FAR if patiently else NEARBY) * size or np.inf
     for _ in range(TURNS if patiently else 1):
-        x, found = descend(balance, x, ROUNDS if patiently else SOON)
+        limits = (ROUNDS, far) if patiently else (SOON, far, WORSE)
+        x, found = descend(balance, x, *limits)
         if found:
             return x, remarks
         if not patiently or not greatest(x - balance.start) <= far:
