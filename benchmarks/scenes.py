@@ -18,8 +18,7 @@ from msgspec import Struct
 
 from benchmarks.publishing import json_option, publish, tell
 from benchmarks.rivals.offers import RIVALS
-from tissuec.analysis.bench.bench import BenchResult, bench, bench_report, seconds
-from tissuec.analysis.bench.points import MeasuredPoint
+from tissuec.analysis.bench import BenchResult, MeasuredPoint, bench, bench_report, seconds
 from tissuec.core.markdown import table
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request

@@ -14,7 +14,7 @@ from pathlib import Path
 import tissuec
 from tissuec.core.files import write_file
 from tissuec.core.resources import library
-from tissuec.view.atlas.page import render
+from tissuec.view.report.atlas import render
 
 ROOT = Path(__file__).resolve().parent.parent
 TITLE = "Atlas of tissues"

@@ -37,8 +37,8 @@ from tissuec.view import plots
 from tissuec.view.plots.axes import clusters, mark_events
 from tissuec.view.plots.curves import look
 from tissuec.view.plots.net import draw_skin, draw_springs, tension_colours
+from tissuec.view.plots.page import STYLES
 from tissuec.view.plots.projection import Projection
-from tissuec.view.plots.styles import STYLES
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 BLUE, RED, GREEN = palette.SERIES[:3]

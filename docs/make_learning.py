@@ -25,7 +25,7 @@ from tissuec.core.markdown import fenced, replace_places
 from tissuec.core.report import as_text
 from tissuec.learn.fit.learning import LearnProgress, learn
 from tissuec.learn.fit.outcome import Learnt
-from tissuec.learn.report.learnt import differences, drifts, learnt_parts
+from tissuec.learn.report import differences, drifts, learnt_parts
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 

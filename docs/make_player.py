@@ -18,7 +18,7 @@ from tissuec.core.resources import library
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.request import Request
-from tissuec.view.player.animation import write_gif
+from tissuec.view.player.files import write_gif
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import render
 from tissuec.view.player.picture import Painter

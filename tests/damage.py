@@ -29,7 +29,7 @@ import h5py
 import numpy as np
 
 import tissuec
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 
 #: A scene with all that a result can hold: tools, threads, joints, sets, regions, laws, memory.
 SCENE = """language 1

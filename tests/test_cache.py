@@ -4,14 +4,14 @@ import os
 
 import pytest
 
-from tissuec.core import cache
+from tissuec.core import keeping
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="owners and links as on POSIX")
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: tmp_path)
     return tmp_path
 
 
@@ -20,8 +20,8 @@ def made(content=b"made"):
 
 
 def test_what_is_made_once_is_kept(folder):
-    assert cache.recalled("kernels/a.o", made()) == b"made"
-    assert cache.recalled("kernels/a.o", made(b"again")) == b"made"
+    assert keeping.recalled("kernels/a.o", made()) == b"made"
+    assert keeping.recalled("kernels/a.o", made(b"again")) == b"made"
     assert [one.name for one in (folder / "kernels").iterdir()] == ["a.o"]
 
 
@@ -29,7 +29,7 @@ def test_what_is_made_once_is_kept(folder):
 def test_it_is_kept_for_this_user_alone_whatever_the_mask(folder):
     before = os.umask(0o002)
     try:
-        cache.recalled("a.o", made())
+        keeping.recalled("a.o", made())
     finally:
         os.umask(before)
     assert (folder / "a.o").stat().st_mode & 0o777 == 0o600
@@ -38,30 +38,30 @@ def test_it_is_kept_for_this_user_alone_whatever_the_mask(folder):
 @POSIX
 @pytest.mark.parametrize("mode", [0o620, 0o602, 0o666])
 def test_what_others_may_have_written_is_made_anew(folder, mode):
-    cache.recalled("a.o", made(b"theirs"))
+    keeping.recalled("a.o", made(b"theirs"))
     (folder / "a.o").chmod(mode)
-    assert cache.recalled("a.o", made()) == b"made"
-    assert cache.recalled("a.o", made(b"again")) == b"made"  # private from now on
+    assert keeping.recalled("a.o", made()) == b"made"
+    assert keeping.recalled("a.o", made(b"again")) == b"made"  # private from now on
 
 
 @POSIX
 def test_what_another_user_owns_is_made_anew(folder, monkeypatch):
-    cache.recalled("a.o", made(b"theirs"))
+    keeping.recalled("a.o", made(b"theirs"))
     monkeypatch.setattr(os, "getuid", lambda: (folder / "a.o").stat().st_uid + 1)
-    assert cache.recalled("a.o", made()) == b"made"
+    assert keeping.recalled("a.o", made()) == b"made"
 
 
 @POSIX
 def test_a_link_is_not_followed(folder):
-    cache.recalled("theirs.o", made(b"theirs"))
+    keeping.recalled("theirs.o", made(b"theirs"))
     (folder / "a.o").symlink_to("theirs.o")
-    assert cache.recalled("a.o", made()) == b"made"
+    assert keeping.recalled("a.o", made()) == b"made"
 
 
 @POSIX
 def test_a_pipe_is_not_waited_for(folder):
     os.mkfifo(folder / "a.o")
-    assert cache.recalled("a.o", made()) == b"made"
+    assert keeping.recalled("a.o", made()) == b"made"
 
 
 @POSIX
@@ -74,18 +74,18 @@ def test_a_folder_that_is_a_link_is_not_used(tmp_path, monkeypatch):
     monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: link)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    assert cache.cache_folder.__wrapped__() == tmp_path / f"tissuec-cache-{os.getuid()}"
+    assert keeping.cache_folder.__wrapped__() == tmp_path / f"tissuec-cache-{os.getuid()}"
 
 
 def test_what_was_not_used_for_the_longest_time_goes(folder, monkeypatch):
     """As with formulas that have other numbers in each run."""
-    monkeypatch.setattr(cache, "MOST", 10)
+    monkeypatch.setattr(keeping, "MOST", 10)
     for number in range(10):
-        cache.recalled(f"kernels/{number}.o", made())
+        keeping.recalled(f"kernels/{number}.o", made())
         os.utime(folder / "kernels" / f"{number}.o", (number, number))
     left = folder / "kernels" / "left by a kill"
     left.mkdir()
     os.utime(left, (0, 0))
-    cache.recalled("kernels/new.o", made())
+    keeping.recalled("kernels/new.o", made())
     kept = {one.name for one in (folder / "kernels").iterdir()}
     assert kept == {"6.o", "7.o", "8.o", "9.o", "new.o"}

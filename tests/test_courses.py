@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from tests.hand_net import chain, span, start
-from tissuec.core.interpolation import monotone_slopes
+from tissuec.core.arrays import monotone_slopes
 from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation
 from tissuec.model.profiles import TimeProfile

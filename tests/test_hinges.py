@@ -16,7 +16,7 @@ from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle
 from tissuec.meshes.generators.tube import Tube
 from tissuec.model.topology import springs_between
-from tissuec.validate.forces.folding import Folding
+from tissuec.validate.forces.bending import Folding
 
 SIZE = 0.01
 TUBE = Tube(

@@ -17,7 +17,7 @@ from tests.modules import nodes, trees
 from tests.test_cli import OSCILLATOR
 from tests.test_cli import tissuec as command
 from tissuec.core.files import OutputFile, final_place, replacing, write_file
-from tissuec.results.errors import PlaceError
+from tissuec.results import PlaceError
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="links and permissions as on POSIX")
 SCENE = OSCILLATOR.replace("duration = 0.5 s", "duration = 0.2 s")

@@ -10,7 +10,7 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
-from tissuec.view.summaries.origins import cost
+from tissuec.view.scene_summary import cost
 
 SCENE = """language 1
 tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }

@@ -10,7 +10,7 @@ from tissuec.compiled import loading
 from tissuec.core import progress
 from tissuec.core.progress import RunProgress, compiling
 from tissuec.learn.fit.learning import LearnProgress
-from tissuec.learn.report.learnt import Passes
+from tissuec.learn.report import Passes
 
 
 class Terminal(io.StringIO):

@@ -8,8 +8,7 @@ from msgspec.structs import replace
 
 from benchmarks.stability.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
 from benchmarks.stability.known import find_known
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline, OutOfTime
+from tissuec.analysis.bench_solvers import BenchProblem, Deadline, OutOfTime
 from tissuec.core.source import Source
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording

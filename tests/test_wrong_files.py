@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 from tissuec.cli import group
 from tissuec.core.errors import CompileError
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.program.imports import read_source
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         TissueWarning,
     )
     from tissuec.core.version import __version__
-    from tissuec.results.errors import PlaceError, ResultError
+    from tissuec.results import PlaceError, ResultError
     from tissuec.view.notebook import Trajectory
     from tissuec.view.study_table import StudyTable, read_table
 
@@ -72,7 +72,7 @@ _HOMES = {
         "start",
         "study",
     ),
-    "tissuec.results.errors": ("PlaceError", "ResultError"),
+    "tissuec.results": ("PlaceError", "ResultError"),
     "tissuec.core.version": ("__version__",),
     "tissuec.view.notebook": ("Trajectory",),
     "tissuec.view.study_table": ("StudyTable", "read_table"),

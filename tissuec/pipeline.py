@@ -9,7 +9,7 @@
 
 ``validate.validation`` compares a run with SciPy, ``learn.fit.learning`` fits parameters to
 data, and ``studies.study`` runs a scene many times; all start from ``Compiled``. What is found
-becomes a ``core.report.Report``, of a run in ``view.summaries.run``; ``cli.common`` prints it.
+becomes a ``core.report.Report``, of a run in ``view.run_summary``; ``cli.common`` prints it.
 """
 
 from collections.abc import Callable, Mapping
@@ -296,7 +296,7 @@ def _writer(
 
 def _check_blocks(compiled: Compiled, path: Path) -> None:
     """Check that blocks can be written; PlaceError."""
-    from tissuec.results.errors import PlaceError
+    from tissuec.results import PlaceError
     from tissuec.results.paraview import check_blocks
 
     if not len(compiled.plan.output.frames):

@@ -10,7 +10,7 @@ import click
 
 from benchmarks.rivals.offers import RIVALS
 from benchmarks.rivals.ratios import with_ratios
-from tissuec.analysis.bench.bench import bench_report
+from tissuec.analysis.bench import bench_report
 from tissuec.cli import run_guarded
 from tissuec.cli.bench import bench_options, measured
 from tissuec.cli.common import Command, Settings

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.rivals.driven import DrivenSolver, check_solution
 from benchmarks.rivals.kernel import Kernel
-from tissuec.analysis.bench.solver import Deadline
+from tissuec.analysis.bench_solvers import Deadline
 from tissuec.model.network import Floats
 
 METHODS = ("BDF", "Adams")

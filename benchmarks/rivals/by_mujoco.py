@@ -15,8 +15,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from benchmarks.rivals.walk import state_at_start
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline, SolverFailed, SolverRun
+from tissuec.analysis.bench_solvers import BenchProblem, Deadline, SolverFailed, SolverRun
 from tissuec.mechanics.state import State
 from tissuec.model.topology import join_nodes_of
 

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.rivals.driven import DrivenSolver, check_solution
 from benchmarks.rivals.kernel import Kernel
-from tissuec.analysis.bench.solver import Deadline
+from tissuec.analysis.bench_solvers import Deadline
 from tissuec.model.network import Floats
 
 EXPLICIT = ("RK23", "RK45", "DOP853")

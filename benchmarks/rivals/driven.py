@@ -8,8 +8,7 @@ from msgspec import Struct
 from benchmarks.rivals.kernel import Kernel
 from benchmarks.rivals.scales import MotionScales
 from benchmarks.rivals.walk import walk
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline, SolverFailed, SolverRun
+from tissuec.analysis.bench_solvers import BenchProblem, Deadline, SolverFailed, SolverRun
 from tissuec.model.network import Floats
 
 FINEST = 1e-13

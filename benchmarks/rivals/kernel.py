@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from scipy import sparse
 
-from tissuec.analysis.bench.solver import Deadline
+from tissuec.analysis.bench_solvers import Deadline
 from tissuec.compiled.loading import address
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.integrators import INTEGRATORS

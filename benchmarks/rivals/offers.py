@@ -5,9 +5,8 @@ from importlib.util import find_spec
 
 from benchmarks.rivals import by_cvode, by_mujoco, by_scipy
 from benchmarks.rivals.scales import MotionScales
-from tissuec.analysis.bench.bench import Rivals
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import BenchSolver
+from tissuec.analysis.bench import Rivals
+from tissuec.analysis.bench_solvers import BenchProblem, BenchSolver
 from tissuec.model.network import Floats
 
 JUDGES = ("DOP853", "Radau")  # of SciPy, for a second opinion

@@ -7,8 +7,7 @@ from math import exp, log
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.analysis.bench.bench import BenchResult, seconds
-from tissuec.analysis.bench.points import MeasuredPoint
+from tissuec.analysis.bench import BenchResult, MeasuredPoint, seconds
 from tissuec.core.report import FactTable, Part, Report
 from tissuec.script.plan import AUTOMATIC
 

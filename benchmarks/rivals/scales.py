@@ -4,7 +4,7 @@ import numpy as np
 from msgspec import Struct
 
 from benchmarks.rivals.kernel import Kernel
-from tissuec.analysis.bench.problem import BenchProblem
+from tissuec.analysis.bench_solvers import BenchProblem
 from tissuec.model.network import Floats
 
 

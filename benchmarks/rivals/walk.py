@@ -7,8 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from benchmarks.rivals.kernel import Kernel
-from tissuec.analysis.bench.problem import BenchProblem, PositionRecorder
-from tissuec.analysis.bench.solver import SolverRun
+from tissuec.analysis.bench_solvers import BenchProblem, PositionRecorder, SolverRun
 from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.run_state import RunState
 from tissuec.engine.kernel_inputs import KernelInputs

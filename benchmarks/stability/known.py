@@ -8,9 +8,14 @@ from msgspec import Struct
 from benchmarks.rivals.offers import judges_of
 from benchmarks.stability.cells import TOLERANCE
 from benchmarks.stability.looking import shaken
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
-from tissuec.analysis.bench.truth import BestSolution, Unknown, find_truth
+from tissuec.analysis.bench import BestSolution, Unknown, find_truth
+from tissuec.analysis.bench_solvers import (
+    BenchProblem,
+    Deadline,
+    EngineSolver,
+    OutOfTime,
+    SolverFailed,
+)
 
 FINEST = 1e-6  # the reference is made for this tolerance
 SHAKEN = 1e-10  # of the largest displacement: how far a twin begins from the reference

@@ -7,8 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from benchmarks.rivals.walk import state_at_start
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline
+from tissuec.analysis.bench_solvers import BenchProblem, Deadline
 from tissuec.model.network import Floats
 from tissuec.script.plan import Plan
 from tissuec.validate.engine_run import Observed, observe

@@ -16,8 +16,13 @@ from benchmarks.rivals.walk import state_at_start
 from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.looking import Look, look
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
+from tissuec.analysis.bench_solvers import (
+    BenchProblem,
+    Deadline,
+    EngineSolver,
+    OutOfTime,
+    SolverFailed,
+)
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.engine.execution.companion import FINER

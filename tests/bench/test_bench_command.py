@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from tests.validate.scenes import rod
-from tissuec.analysis.bench.solver import EngineSolver
+from tissuec.analysis.bench_solvers import EngineSolver
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 

@@ -5,7 +5,7 @@ import pytest
 from benchmarks.rivals.offers import RIVALS
 from benchmarks.rivals.ratios import LEVELS, ratios
 from benchmarks.scenes import NETS, SCENES, Scene
-from tissuec.analysis.bench.bench import bench
+from tissuec.analysis.bench import bench
 from tissuec.pipeline import compile_request
 from tissuec.script.plan import AUTOMATIC
 

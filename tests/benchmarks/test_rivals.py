@@ -16,10 +16,14 @@ from benchmarks.rivals.by_scipy import EXPLICIT, IMPLICIT, SciPySolver
 from benchmarks.rivals.ratios import time_at
 from benchmarks.rivals.scales import MotionScales
 from tests.validate.scenes import rod
-from tissuec.analysis.bench.bench import chosen
-from tissuec.analysis.bench.points import MeasuredPoint
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import Deadline, EngineSolver, OutOfTime, SolverFailed
+from tissuec.analysis.bench import MeasuredPoint, chosen
+from tissuec.analysis.bench_solvers import (
+    BenchProblem,
+    Deadline,
+    EngineSolver,
+    OutOfTime,
+    SolverFailed,
+)
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request

@@ -12,8 +12,7 @@ from benchmarks.stability import grid, looking, verdict
 from benchmarks.stability.cells import TOLERANCE, Cell, all_cells, tube
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.verdict import Court
-from tissuec.analysis.bench.problem import BenchProblem
-from tissuec.analysis.bench.solver import EngineSolver
+from tissuec.analysis.bench_solvers import BenchProblem, EngineSolver
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.pipeline import compile_request

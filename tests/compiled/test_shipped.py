@@ -13,7 +13,7 @@ from tissuec.compiled.binding import Binder
 from tissuec.compiled.bundles import BUNDLES
 from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
 from tissuec.compiled.sources import SOURCES, digest_of_sources
-from tissuec.core import cache
+from tissuec.core import keeping
 from tissuec.core.resources import PACKAGE
 from tissuec.engine.codegen.contents import bundles
 
@@ -28,7 +28,7 @@ define double @twice(double %x) {
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Return the folder of the cache, empty at first."""
-    monkeypatch.setattr(cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: tmp_path)
     return tmp_path / "kernels"
 
 
@@ -106,9 +106,9 @@ def test_damaged_machine_code_is_made_anew(folder, damage):
 
 
 def test_it_does_without_a_cache(folder, monkeypatch):
-    monkeypatch.setattr(cache, "cache_folder", lambda: None)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: None)
     assert twice() == 42.0
     folder.write_text("in the way")
-    monkeypatch.setattr(cache, "cache_folder", lambda: folder.parent)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: folder.parent)
     assert twice() == 42.0
     assert not shutil.rmtree(folder, ignore_errors=True)

@@ -10,9 +10,9 @@ from tests.whole_runs import (
     same_on_threads,
     same_when_resumed,
 )
-from tissuec.engine import listing
+from tissuec.engine import stepper
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.listing import ContactListing
+from tissuec.engine.stepper import ContactListing
 from tissuec.forces.contact import Contact
 
 RUBBED_IN_FRAMES = RUBBED.replace("output {", "output { trajectory every 1 ms;")
@@ -21,7 +21,7 @@ RUBBED_IN_FRAMES = RUBBED.replace("output {", "output { trajectory every 1 ms;")
 def listed_nearby(monkeypatch):
     """Have pairs listed nearby, and again after few steps, and spare no places."""
     for name, value in {"MANY": 0, "NARROW": 0.01, "OFTEN": 10, "SELDOM": 20}.items():
-        monkeypatch.setattr(listing, name, value)
+        monkeypatch.setattr(stepper, name, value)
     monkeypatch.setattr("tissuec.engine.kernel_inputs.FEW", 2)
     return watched(monkeypatch)
 
@@ -65,7 +65,7 @@ def test_results_are_the_same_however_far_lists_reach(method, monkeypatch):
         "tolerance = 1e-4", f"tolerance = 1e-3; integrator is {method}"
     )
     with monkeypatch.context() as patch:
-        patch.setattr(listing, "MANY", 10**9)
+        patch.setattr(stepper, "MANY", 10**9)
         pairs, _ = watched(patch)
         expected, before = arrays(text)
     fewer, kept = listed_nearby(monkeypatch)
@@ -95,11 +95,11 @@ def test_threads_do_the_same_with_short_lists(monkeypatch):
 
 def test_lists_reach_further_where_they_are_left_soon_and_less_where_late():
     one = ContactListing(at=1.0, share=0.25, is_tried=True)
-    assert one.end(2.0, listing.OFTEN - 1, 5000) and one.share == 0.5
-    assert one.end(2.0, listing.OFTEN, 5000) and one.share == 0.5
-    assert one.end(2.0, listing.SELDOM + 1, 10) and one.share == 0.5
-    assert one.end(2.0, listing.SELDOM + 1, 5000) and one.share == 0.25
+    assert one.end(2.0, stepper.OFTEN - 1, 5000) and one.share == 0.5
+    assert one.end(2.0, stepper.OFTEN, 5000) and one.share == 0.5
+    assert one.end(2.0, stepper.SELDOM + 1, 10) and one.share == 0.5
+    assert one.end(2.0, stepper.SELDOM + 1, 5000) and one.share == 0.25
     # A single step leaves them.
     assert one.end(1.0, 0, 5000) and one.share == 1.0
     assert not one.end(1.0, 0, 5000)
-    assert not one.narrow(5000) and not ContactListing().narrow(listing.MANY)
+    assert not one.narrow(5000) and not ContactListing().narrow(stepper.MANY)

@@ -6,7 +6,7 @@ import pytest
 from tests.contact.scenes import gap_of_balance, play
 from tests.contact.test_faces import GEL, deformed, forces, forces_of_an_energy, slab
 from tests.validate.scenes import compiled_scene
-from tissuec.forces.contact_sides import kept_outside
+from tissuec.forces.contact_pairs import kept_outside
 from tissuec.geometry.inside import inside, winding_numbers
 from tissuec.geometry.nearest import TRIANGLE, places
 from tissuec.geometry.neighbours import nearest_triangles

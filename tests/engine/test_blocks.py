@@ -9,8 +9,8 @@ import tissuec
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import same_on_threads
 from tissuec.compiler.prediction import state_at_start
-from tissuec.engine import chunks
-from tissuec.engine.chunks import BLOCK_NODES, LEAST_BLOCKS, parts_of
+from tissuec.engine import threads
+from tissuec.engine.threads import BLOCK_NODES, LEAST_BLOCKS, parts_of
 
 HEAD = """language 1
 environment { gravity = (0, 0, -9.81) m/s^2; contact is off }
@@ -94,7 +94,7 @@ def test_parts_add_up_to_the_field(scene):
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_every_number_is_the_same_to_the_last_bit(scene, threads_in_small_nets, monkeypatch):
     one = same_on_threads(HEAD + scene, 2, 5).position[:]
-    monkeypatch.setattr(chunks, "LEAST_BLOCKS", 10**9)
+    monkeypatch.setattr(threads, "LEAST_BLOCKS", 10**9)
     whole = tissuec.run(HEAD + scene, companion="off").position[:]
     moved = np.abs(whole - whole[0]).max()
     # Each of up to 100 steps rounds coordinates of up to 35 cm, to 6e-17 m.

@@ -9,7 +9,7 @@ from tests.validate.scenes import compiled_scene
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.stage_matrix import StageMatrix
-from tissuec.mechanics.conjugate_gradients import PRECISION
+from tissuec.mechanics.stiffness import PRECISION
 
 SCENE = """language 1
 tissue gel {{

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 import tissuec
 from tests.hand_net import make_net
 from tests.validate.scenes import compiled_scene
-from tissuec.core import processors
+from tissuec.core.workers import workers
 from tissuec.engine import spring_runs, threads
 from tissuec.engine.engine import Engine
 from tissuec.engine.execution.companion import threads_beside
@@ -181,4 +181,4 @@ def test_a_companion_beside_the_run_gets_half_of_the_processors(mode, threads, m
 
 
 def test_at_least_one_processor_is_permitted():
-    assert processors.permitted() >= 1
+    assert workers.permitted() >= 1

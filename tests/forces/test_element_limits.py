@@ -9,7 +9,7 @@ from tests.forces.test_elements import LAWS, SHEAR, SPAN, deformed, fibres_of, m
 from tissuec.forces.element_limits import ElementLimits
 from tissuec.forces.element_limits_kernel import greatest, grown
 from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_prestretch import Prestretch
+from tissuec.forces.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean, SolidExponential
 from tissuec.validate.forces.elements import ElementSolid

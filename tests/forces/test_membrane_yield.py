@@ -41,8 +41,7 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
-from tissuec.forces.membrane_branches import MembraneBranches
-from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
+from tissuec.forces.membrane_memory import MembraneBranches, MembraneYield, PlasticPlane
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.solid.stretches import Hencky
 from tissuec.validate.forces.membranes import MembraneWall

@@ -10,10 +10,9 @@ from tissuec.forces.plates import Plates
 from tissuec.matter.plate import patches
 from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.generators import Mesh
-from tissuec.meshes.generators.sheet import Sheet
-from tissuec.meshes.generators.sphere import Sphere
+from tissuec.meshes.generators.sheet_and_sphere import Sheet, Sphere
 from tissuec.meshes.generators.tube import Tube
-from tissuec.validate.forces.plates import PlateBending
+from tissuec.validate.forces.bending import PlateBending
 
 SPAN = Span(Source("scene", ""), 0, 0)
 RIGIDITY = 2e-6  # [N m]

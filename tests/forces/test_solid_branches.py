@@ -19,9 +19,8 @@ from tests.forces.remembering import (
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
 from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_branches import SolidBranches
-from tissuec.forces.solid_prestretch import Prestretch
-from tissuec.forces.solid_strain import SolidStrain
+from tissuec.forces.solid_memory import SolidBranches
+from tissuec.forces.solid_strain import Prestretch, SolidStrain
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import MooneyRivlin
 from tissuec.validate.forces.elements import ElementSolid

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 import tissuec
 from tests.forces.solid_cases import CASES, answers, lattice, text_of
-from tissuec.mechanics import newton
+from tissuec.mechanics import settling
 
 KNOWN = json.loads(
     (Path(__file__).parent / "solid_references.json").read_text(encoding="utf-8")
@@ -83,13 +83,13 @@ def test_newtons_method_ends_with_the_exact_matrix(step, drawn, monkeypatch):
 
     Far from the origin, places have fewer digits behind the point.
     """
-    exacts, own = [], newton.direction
+    exacts, own = [], settling.direction
 
     def counted(*arguments, matrices: tuple[bool, ...]):
         exacts.append(matrices[0])
         return own(*arguments, matrices=matrices)
 
-    monkeypatch.setattr(newton, "direction", counted)
+    monkeypatch.setattr(settling, "direction", counted)
     case = CASES["cube, ν = 0.3"]
     text = text_of(case, lattice(case, 2), (step,)).replace(NEAR, drawn)
     if drawn == FAR:

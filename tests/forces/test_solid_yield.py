@@ -21,10 +21,8 @@ from tests.forces.remembering import (
 from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
 from tests.forces.test_solid_branches import TIMES, given_way
 from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_branches import SolidBranches
-from tissuec.forces.solid_prestretch import Prestretch
-from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
-from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
+from tissuec.forces.solid_memory import PlasticDeformation, SolidBranches, SolidYield
+from tissuec.forces.solid_strain import EnergySlopes, Prestretch, SolidStrain
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.elements import ElementSolid

@@ -7,15 +7,16 @@ from itertools import pairwise, product
 import pytest
 
 from tissuec.fuzzy.coverage import coverage
-from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.rulebase import Inference, NoRule, RuleBase
 from tissuec.fuzzy.rules import (
+    CHOICES,
     And,
     ConcludedQuantity,
     Conclusion,
     Conflict,
     Is,
     Not,
+    Operators,
     Or,
     Rule,
     conflicts,

@@ -16,9 +16,18 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from tissuec.fuzzy.centroid import centre_of_gravity
-from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.rulebase import NoRule, RuleBase
-from tissuec.fuzzy.rules import And, ConcludedQuantity, Conclusion, Is, Not, Or, Rule
+from tissuec.fuzzy.rules import (
+    CHOICES,
+    And,
+    ConcludedQuantity,
+    Conclusion,
+    Is,
+    Not,
+    Operators,
+    Or,
+    Rule,
+)
 from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import Word, points
 

@@ -7,7 +7,6 @@ import pytest
 
 from tests.growth import calls
 from tissuec.fuzzy.hedges import PowerHedge, Shift, hedged
-from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rulebase import Inference, NoRule, RuleBase
 from tissuec.fuzzy.rules import (
     And,
@@ -15,6 +14,7 @@ from tissuec.fuzzy.rules import (
     Conclusion,
     Is,
     Not,
+    Operators,
     Or,
     Rule,
     canonical,

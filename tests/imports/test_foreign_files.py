@@ -8,8 +8,8 @@ import pytest
 
 from tests.imports.organs import box_of_hexahedra, write_feb, write_obj, write_vtk
 from tests.imports.test_imported import imported, refusal
+from tissuec.geometry.divisions import CrossingError, triangles_of
 from tissuec.geometry.edges import Edges, volume
-from tissuec.geometry.polygons import CrossingError, triangles_of
 from tissuec.meshes.repair import FACES
 
 CORNERS = 20.0 * np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1),

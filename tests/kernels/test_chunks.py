@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.hand_net import make_net
-from tissuec.engine import chunks
+from tissuec.engine import threads
 from tissuec.engine.integrators import INTEGRATORS, iterative
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import springs_kernel
@@ -18,7 +18,7 @@ ESDIRK = INTEGRATORS["esdirk43"]
 @pytest.fixture
 def few(monkeypatch):
     """Let chunks have few nodes."""
-    monkeypatch.setattr(chunks, "NODES", 512)
+    monkeypatch.setattr(threads, "NODES", 512)
 
 
 @pytest.fixture(params=[1, 2, 7])

@@ -8,9 +8,8 @@ import pytest
 
 from tests.engine.running import Bench, block
 from tissuec.engine import spring_runs
-from tissuec.engine.chunks import BLOCK_NODES, chunks_of
 from tissuec.engine.spring_runs import FAR, packed, places_of
-from tissuec.engine.threads import ThreadTeam
+from tissuec.engine.threads import BLOCK_NODES, ThreadTeam, chunks_of
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces import runs_kernel as kernel
 from tissuec.kernels.records import Operations

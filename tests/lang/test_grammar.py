@@ -8,7 +8,7 @@ import pytest
 from lark import Lark
 from lark.exceptions import LarkError
 
-from tissuec.core import cache
+from tissuec.core import keeping
 from tissuec.lang import grammar, parse_table
 from tissuec.lang.builder import Builder
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING
@@ -86,7 +86,7 @@ def test_a_table_is_read_as_it_was_written(tmp_path, monkeypatch):
 
 
 def test_a_corrupt_cache_file_is_built_anew(tmp_path, monkeypatch, built):
-    monkeypatch.setattr(cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: tmp_path)
     grammar.load_parser(Builder())
     (path,) = tmp_path.iterdir()
     whole = path.read_bytes()
@@ -97,12 +97,12 @@ def test_a_corrupt_cache_file_is_built_anew(tmp_path, monkeypatch, built):
 
 
 def test_without_a_cache_folder_the_grammar_is_built_in_memory(monkeypatch, built):
-    monkeypatch.setattr(cache, "cache_folder", lambda: None)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: None)
     assert grammar.load_parser(Builder()).terminals
 
 
 def test_a_changed_grammar_has_another_cache_file(tmp_path, monkeypatch, built):
-    monkeypatch.setattr(cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(keeping, "cache_folder", lambda: tmp_path)
     grammar.load_parser(Builder())
     text = grammar.grammar_text() + "\n// changed\n"
     monkeypatch.setattr(grammar, "grammar_text", lambda: text)

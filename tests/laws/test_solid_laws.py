@@ -8,8 +8,7 @@ from tissuec.laws.formula import Variable, exp
 from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.laws.uniaxial import OfTension
-from tissuec.validate.forces.solid_laws import slopes_of
-from tissuec.validate.forces.trees import derived
+from tissuec.validate.forces.solid_laws import derived, slopes_of
 
 SAMPLES = {
     "neo hookean": {},

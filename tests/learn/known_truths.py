@@ -18,7 +18,7 @@ from msgspec import Struct
 import tissuec
 from tissuec.learn.fit.learning import Unlearnable, learn
 from tissuec.learn.fit.outcome import Learnt
-from tissuec.learn.report.learnt import is_identified
+from tissuec.learn.report import is_identified
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 

@@ -9,8 +9,8 @@ import pytest
 from tests.learn.test_learning import FIT, START, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.checkpoint import KeptSearch
 from tissuec.learn.fit.learning import Unlearnable, learn
+from tissuec.learn.fit.search import KeptSearch
 from tissuec.learn.fit.session import prepare
 
 HEAD = "t_s,node,x_mm,y_mm,z_mm\n"
@@ -101,7 +101,7 @@ def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path, monkeyp
     def singular(*_):
         raise RuntimeError("the matrix is singular")
 
-    monkeypatch.setattr("tissuec.learn.derivatives.implicit.stage_matrix", singular)
+    monkeypatch.setattr("tissuec.learn.derivatives.methods.stage_matrix", singular)
     model.choose = None  # the method stays
     model.freeze(np.zeros(1))
     with pytest.raises(Diverged, match="no solution was found for the step"):

@@ -14,7 +14,7 @@ from tissuec.forces.derivatives import ForceDerivatives, numbers_of
 from tissuec.forces.foundation import Bed
 from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
 from tissuec.forces.foundation_kernel import hold
-from tissuec.learn.parameters.fields import derivatives_of
+from tissuec.learn.parameters.numbers import derivatives_of
 
 #: A bag of 42 nodes: a wall that resists bending, encloses a volume and lies on a foundation.
 BAG = """language 1

@@ -14,11 +14,10 @@ from tissuec.engine.integrators.dirk import Dirk
 from tissuec.engine.integrators.explicit import Explicit
 from tissuec.engine.integrators.tableaus import runge_kutta
 from tissuec.learn.derivatives.event_recording import EventRecorder
-from tissuec.learn.derivatives.kernels import compiled_laws
-from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.matrices import compiled_laws
+from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.motion import Motion
-from tissuec.learn.parameters.fields import every_field
-from tissuec.learn.parameters.numbers import NETWORK, STATE, NumberOrder
+from tissuec.learn.parameters.numbers import NETWORK, STATE, NumberOrder, every_field
 
 METHODS = {
     "velocity verlet": 1e-3, "rkn4": 2e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from tissuec.core.errors import CompileError
 from tissuec.learn.data.reading import read_experiment
-from tissuec.learn.derivatives.kernels import compiled_laws
+from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.derivatives.static_model import StaticModel

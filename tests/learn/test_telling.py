@@ -7,9 +7,8 @@ import pytest
 
 from tests.learn.learnings import BLIND, compiled_of, estimates, learnt, learnt_of
 from tissuec.core.report import as_text
-from tissuec.learn.fit.expectations import errors_of, joined, judged
-from tissuec.learn.fit.outcome import Fitted
-from tissuec.learn.report.learnt import (
+from tissuec.learn.fit.outcome import Fitted, errors_of, joined, judged
+from tissuec.learn.report import (
     as_dict,
     differences,
     drifts,
@@ -18,7 +17,7 @@ from tissuec.learn.report.learnt import (
     numbers_of,
     uncertainty,
 )
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.moving import WordsModel
 
 GUM = """tissue gum {
   spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg; prestress = 0 %

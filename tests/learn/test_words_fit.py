@@ -10,8 +10,7 @@ import pytest
 from tests.learn.measured_gels import LEARN, request_of, tissues, vocabulary
 from tissuec.core.errors import CompileError
 from tissuec.core.resources import library
-from tissuec.learn.words_fit.fitting import fit_words, reread_words
-from tissuec.learn.words_fit.model import LEAST, VocabularyModel
+from tissuec.learn.words_fit import LEAST, VocabularyModel, fit_words, reread_words
 from tissuec.pipeline import read_vocabulary_fits, read_words
 from tissuec.scene.request import Request
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from tests.learn.wordy import SETTING, scene_of, words_of
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.moving import WordsModel
 
 HEAD = """language 1
 property hardness from 0 to 1 { evenly = [soft, medium, hard] }

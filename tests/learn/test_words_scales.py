@@ -8,7 +8,7 @@ import pytest
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import Gaussian
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.learn.vocabulary.scales import FLOOR, WIDEST, Knots
 
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.core.source import Source
 from tissuec.lang.printer import format_source
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.learn.vocabulary.texts import TextEdit, apply
 from tissuec.learn.vocabulary.used import request_of, reread
 from tissuec.pipeline import check_request

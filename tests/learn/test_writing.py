@@ -11,10 +11,10 @@ from tissuec.core.errors import TissueError
 from tissuec.core.source import Source
 from tissuec.core.units import LENGTH, MASS, NUMBER, STIFFNESS, parse_unit
 from tissuec.lang.printer import format_source
-from tissuec.learn.presets.laws import digits, exact
-from tissuec.learn.presets.laws import learnt as learnt_text
 from tissuec.learn.presets.preset import compose, place
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.presets.tissues import digits, exact
+from tissuec.learn.presets.tissues import learnt as learnt_text
+from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.pipeline import check_request, compile_request, read_words
 from tissuec.scene.request import Request
 

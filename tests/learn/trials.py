@@ -13,8 +13,8 @@ from tissuec.core.units import FORCE, LENGTH, STIFFNESS
 from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
-from tissuec.learn.derivatives.kernels import compiled_laws
-from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.matrices import compiled_laws
+from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.motion import Motion
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.parameters.parametrisation import Parametrisation

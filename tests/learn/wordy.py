@@ -9,7 +9,7 @@ from tests.view.explorer.vocabularies import vocabulary
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER, show
 from tissuec.lang.words import RESERVED
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.scene.model import Scene
 from tissuec.scene.program.imports import load
 from tissuec.scene.reading.findings import Findings

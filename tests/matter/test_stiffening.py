@@ -11,9 +11,9 @@ from tissuec.core.source import Source
 from tissuec.learn.derivatives.refusals import refusal as refusal_of
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.parameters.parametrisation import Parametrisation
-from tissuec.learn.presets.drafts import drafts_of
-from tissuec.learn.presets.tissues import FORMS, TissueWriter
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.presets.tissues import PRESET_FORMS as FORMS
+from tissuec.learn.presets.tissues import TissueWriter, drafts_of
+from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.pipeline import check_request, compile_request, read_words
 from tissuec.scene.request import Request
 

@@ -9,8 +9,7 @@ from scipy.interpolate import CubicSpline
 from tissuec.geometry.edges import volume
 from tissuec.geometry.elements import SHAPES, Measures
 from tissuec.meshes.generators.centreline import Centreline, natural_spline
-from tissuec.meshes.generators.round_solids import Cylinder
-from tissuec.meshes.generators.thick_tube import ThickTube
+from tissuec.meshes.generators.round_solids import Cylinder, ThickTube
 from tissuec.meshes.generators.tube import Tube
 
 BEND, INNER, OUTER = 0.04, 0.004, 0.008

@@ -5,8 +5,8 @@ import pytest
 
 from tests.matter.shapes import as_obj, surface
 from tissuec.core.fields import LocatedFile
+from tissuec.geometry.divisions import OPPOSITE, volumes
 from tissuec.geometry.edges import Edges
-from tissuec.geometry.tetrahedra import OPPOSITE, volumes
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
 from tissuec.meshes.finer import FinePart, GroupedSurface, divided, sites

@@ -15,11 +15,11 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import wishes
 from tissuec.pipeline import compile_request, simulate
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.blocks.fields import fields_of
 from tissuec.results.blocks.file import write_blocks
 from tissuec.results.blocks.layout import Names
 from tissuec.results.blocks.pieces import BlockFrames, write_series
-from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.instruments.meshes import mesh_of
 from tissuec.results.paraview import blocks_path
 from tissuec.results.trajectory import Trajectory

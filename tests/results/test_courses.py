@@ -8,9 +8,8 @@ import pytest
 
 import tissuec
 from tissuec.results.instruments.courses import courses, scissors_of, solids
-from tissuec.results.instruments.grips import rotations
+from tissuec.results.instruments.grips import Scenery, rotations
 from tissuec.results.instruments.meshes import KINDS, mesh_of, placed
-from tissuec.results.instruments.scenery import Scenery
 from tissuec.results.moments import Moments
 
 BAR = """language 1

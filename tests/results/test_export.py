@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.results.export import (
     frame_shape,
     table_data,

@@ -21,7 +21,7 @@ from tissuec.view.player.node_values import read_fields
 from tissuec.view.player.options import Options
 from tissuec.view.player.packing import Pack, Quantization, pack_fields
 from tissuec.view.player.reading import read_film
-from tissuec.view.plots.frame_numbers import FrameNumbers
+from tissuec.view.plots.frame_contents import FrameNumbers
 from tissuec.view.plots.frames import FramesPlot, Shown
 
 SCENE = """language 1

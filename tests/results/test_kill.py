@@ -21,7 +21,7 @@ CHILD = """if True:
     from tissuec.laws import LINEAR
     from tissuec.model.network import Network
     from tissuec.model.springs import Springs
-    from tissuec.results.errors import ResultError
+    from tissuec.results import ResultError
     from tissuec.results.recording import LogChannel, Recording
     from tissuec.results.writer import ResultWriter
 

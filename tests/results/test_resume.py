@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from tests.results.conftest import SCENE, SURFACES, example_of_a_tube
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.resuming import find_checkpoint
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter

@@ -11,7 +11,7 @@ from tissuec.core.source import Source
 from tissuec.geometry.surfaces import SURFACES as FAMILY
 from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.pipeline import compile_request, simulate
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.export import export_surface, surface_shape
 from tissuec.results.info import summary
 from tissuec.results.paraview import view_paths

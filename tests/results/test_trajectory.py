@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from tests.results.conftest import CUT, example_of_a_tube
-from tissuec.results import layout
-from tissuec.results.checksums import sums_as_text, sums_of_text
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError, layout
+from tissuec.results.datasets import sums_as_text, sums_of_text
 from tissuec.results.info import summary
 from tissuec.results.schema import SUMS
 from tissuec.results.trajectory import Trajectory

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.manifest import PACKAGES
 from tissuec.results.recording import ENERGIES, LogChannel
 from tissuec.results.store import GrowingDataset

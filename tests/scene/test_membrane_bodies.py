@@ -14,7 +14,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.engine.chunks import parts_of
+from tissuec.engine.threads import parts_of
 from tissuec.forces.membranes import Membranes
 from tissuec.forces.plates import Plates
 from tissuec.forces.volume import Enclosure

@@ -7,9 +7,8 @@ from tests.matter.elastic import scene as piece
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out
 from tissuec.core.errors import CompileError
-from tissuec.geometry.surfaces.patches import refine_grid
 from tissuec.geometry.surfaces.skin import BodySkin
-from tissuec.geometry.surfaces.splines import through_nodes
+from tissuec.geometry.surfaces.splines import refine_grid, through_nodes
 
 MATTER = "Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 2 ms"
 SPRINGS = "spring constant = 1 N/m; viscosity = 1 N*s/m; mass = 1 g"

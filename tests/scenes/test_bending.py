@@ -17,7 +17,7 @@ from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
 from tissuec.meshes.generators import MESHES
-from tissuec.meshes.generators.bending import across_edges
+from tissuec.meshes.generators.joining import across_edges
 
 FRAME = """language 1
 tissue gum {{ spring constant = {constant}; viscosity = 0.01 N*s/m; mass = 10 mg; {tissue} }}

@@ -13,7 +13,7 @@ from tests.study.scenes import CHAIN, SCENE, carried_out
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.analysis.convergence import order_of, orders
-from tissuec.studies.analysis.sobol import sobol_indices
+from tissuec.studies.analysis.sensitivity import sobol_indices
 from tissuec.studies.table import FactorHead, StudyTable, rows_of
 
 #: Of the Ishigami function with a = 7 and b = 0.1, first order and total, in closed form.

@@ -15,7 +15,7 @@ from tissuec.core.version import __version__
 from tissuec.core.workers.processes import Processes
 from tissuec.core.workers.workers import OwnProcess
 from tissuec.engine.execution.companion import Companion
-from tissuec.results.errors import PlaceError
+from tissuec.results import PlaceError
 from tissuec.studies.journal import Journal
 from tissuec.studies.study import run_study
 from tissuec.studies.table_files import read_table

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from tests import damage
 from tests.study.tables import HEAD, ROWS, table
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.studies.table import Column, rows_of
 from tissuec.studies.table_text import as_csv, head_lines, row_line
 from tissuec.view.study_table import StudyTable, read_table

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene, rod, silent
-from tissuec.validate.compare import force_groups, support_forces
+from tissuec.validate.compare import (
+    Miss,
+    between_events,
+    force_groups,
+    match,
+    missed,
+    support_forces,
+)
 from tissuec.validate.engine_run import observe
-from tissuec.validate.events import Miss, between_events, match, missed
 from tissuec.validate.reference import reference
 from tissuec.validate.uncertainty import known_reference, relative_positions
 

@@ -17,7 +17,7 @@ from tissuec.laws.formula import apply, exp
 from tissuec.validate.forces.contact import ContactForce, nearest
 from tissuec.validate.forces.jets import JetForce, points_of
 from tissuec.validate.forces.laws import ReferenceLaws
-from tissuec.validate.forces.volumes import VolumeField
+from tissuec.validate.forces.pressure import VolumeField
 
 SPRINGS = {
     "tension only": {},

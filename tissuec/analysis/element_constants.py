@@ -1,7 +1,7 @@
 """Elastic constants of elements at rest, from their material parameters.
 
 A family of fibres with the modulus β along the unit vector a adds β a a a a to the stiffness
-(``matter.fibres``). This holds in tension only, as fibres bear no compression.
+(``matter.solid``). This holds in tension only, as fibres bear no compression.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.matter.elasticity import Elasticity, frames_of_triangles, of_plane_stress, of_space
-from tissuec.matter.fibres import Fibres
+from tissuec.matter.solid import Fibres
 from tissuec.model.network import Floats, Grid
 
 _ALIKE = 1e-9  # rounding

@@ -12,7 +12,7 @@ from tissuec.cli.common import Command, SceneOptions, Settings, scene_options
 from tissuec.core.report import FAILED, Report, failed
 
 if TYPE_CHECKING:
-    from tissuec.analysis.bench.bench import BenchResult, Rivals
+    from tissuec.analysis.bench import BenchResult, Rivals
 
 F = TypeVar("F", bound=Callable[..., Any])
 TOLERANCES = "1e-2,1e-3,1e-4,1e-5,1e-6,1e-8"
@@ -87,7 +87,7 @@ def command(settings: Settings, **options: Any) -> Report:
     text or the command line is wrong.
     """
     use_one_thread()  # before NumPy is loaded
-    from tissuec.analysis.bench.bench import NONE, bench_report
+    from tissuec.analysis.bench import NONE, bench_report
 
     return measured(settings, NONE, bench_report, **options)
 
@@ -125,8 +125,7 @@ def measured(
 
         need_matplotlib()  # before all the work
         check_suffix(plot)
-    from tissuec.analysis.bench.bench import bench
-    from tissuec.analysis.bench.truth import Unknown
+    from tissuec.analysis.bench import Unknown, bench
     from tissuec.pipeline import compile_request
 
     compiled, warnings = compile_request(given.request(scene))

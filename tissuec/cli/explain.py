@@ -61,7 +61,7 @@ def command(
     from tissuec.compiler.provenance import as_dict
     from tissuec.pipeline import compile_request, read_words
     from tissuec.scene.reading.graded import mentions_graded
-    from tissuec.view.summaries.origins import graded_sections, origins_of
+    from tissuec.view.scene_summary import graded_sections, origins_of
 
     request = given.request(Path(subject))
     words, warnings = read_words(request)
@@ -78,14 +78,14 @@ def command(
         document["graded"] = [*map(as_data, ranges)]
     if compiled is not None and with_bodies:
         from tissuec.analysis.bodies import properties_of  # late: it needs SciPy
-        from tissuec.view.summaries import bodies
+        from tissuec.view import scene_summary
 
         properties = properties_of(compiled)
-        parts += map(bodies.body_section, properties)
-        document["bodies"] = [*map(bodies.as_dict, properties)]
+        parts += map(scene_summary.body_section, properties)
+        document["bodies"] = [*map(scene_summary.as_dict, properties)]
     if compiled is not None and with_plan:
         from tissuec.compiler.prediction import predict  # late: it imports the engine
-        from tissuec.view.summaries.origins import plan_sections
+        from tissuec.view.scene_summary import plan_sections
 
         plan = predict(compiled)
         parts += plan_sections(plan)

@@ -84,7 +84,7 @@ def command(
     tissuec lab my_tissues.tis --tissue scar --out measured
     tissuec lab matter --page atlas.html
     """
-    from tissuec.analysis.lab.report import as_dict
+    from tissuec.analysis.lab.rows import as_dict
     from tissuec.pipeline import read_words
 
     if page is not None:
@@ -119,20 +119,20 @@ def _examined(
     settings: Settings,
 ) -> "Examination":
     """Return the results of a tissue; show each row once it is measured."""
-    from tissuec.analysis.lab import laboratory, report
+    from tissuec.analysis.lab import laboratory, rows
 
-    settings.show(report.head(tissue))
+    settings.show(rows.head(tissue))
     found = laboratory.examine(
         request, tissue, spacing=spacing, thickness=thickness,
-        listener=lambda row: settings.show(report.shown_row(row)),
+        listener=lambda row: settings.show(rows.shown_row(row)),
     )  # fmt: skip
-    settings.show(report.end(found))
+    settings.show(rows.end(found))
     return found
 
 
 def _write_page(found: "list[Examination]", page: Path, title: str) -> Path:
     """Write the page about tissues; by default, its title names them."""
-    from tissuec.view.atlas.page import render
+    from tissuec.view.report.atlas import render
 
     write_file(page, render(found, title or ", ".join(one.tissue.name for one in found)))
     return page
@@ -169,7 +169,7 @@ def _chosen(
 
 def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
     """Write tables, and with matplotlib a picture of the curves; yield the files."""
-    from tissuec.analysis.lab.report import as_dict, write_tables
+    from tissuec.analysis.lab.rows import as_dict, write_tables
     from tissuec.view.plots import draw
     from tissuec.view.plots.formats import save
     from tissuec.view.plots.page import need_matplotlib

@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.core.source import Source
     from tissuec.core.workers.workers import Workers
-    from tissuec.learn.fit.expectations import DemandVerdict
-    from tissuec.learn.fit.outcome import Learnt
+    from tissuec.learn.fit.outcome import DemandVerdict, Learnt
     from tissuec.scene.learning.model import VocabularyFit
     from tissuec.scene.request import Request
     from tissuec.script.fit_problem import FitProblem
@@ -248,11 +247,11 @@ class _Task(Struct, frozen=True):
 
 def _fit_data(task: _Task, compiled: "Compiled", problem: "FitProblem") -> Report:
     """Fit parameters or words to measured data."""
-    from tissuec.learn.fit.expectations import judged
     from tissuec.learn.fit.learning import learn, rehearsal
+    from tissuec.learn.fit.outcome import judged
     from tissuec.learn.fit.session import prepare
     from tissuec.learn.presets.preset import compose, place
-    from tissuec.learn.report.learnt import (
+    from tissuec.learn.report import (
         Passes,
         as_dict,
         differences,
@@ -306,7 +305,7 @@ def _doubt(
         strict: Whether what a note doubts is a failure.
         identified: Whether to take parameters as identified.
     """
-    from tissuec.learn.report.learnt import is_identified
+    from tissuec.learn.report import is_identified
 
     if learnt.failure:
         return learnt.failure
@@ -356,9 +355,9 @@ def _fit_words(task: _Task, fit: "VocabularyFit") -> Report:
         sources_of,
     )
     from tissuec.learn.presets.preset import place
-    from tissuec.learn.report.fitted_words import as_dict, fitted_parts
-    from tissuec.learn.report.learnt import Passes, judged_parts, unified
-    from tissuec.learn.words_fit.fitting import fit_words
+    from tissuec.learn.report import Passes, fitted_parts, judged_parts, unified
+    from tissuec.learn.report import fitted_as_dict as as_dict
+    from tissuec.learn.words_fit import fit_words
     from tissuec.pipeline import read_words
 
     order, request, target = task.order, task.request, task.target

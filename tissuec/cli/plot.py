@@ -13,7 +13,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.report import Fact, Report
 from tissuec.view.plots import PLOTS, USUAL
 from tissuec.view.plots.options import Option, options_of
-from tissuec.view.plots.styles import STYLES, style_named
+from tissuec.view.plots.page import STYLES, style_named
 
 SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
 

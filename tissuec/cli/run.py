@@ -18,8 +18,8 @@ from tissuec.cli.common import (
     scene_options,
 )
 from tissuec.core.errors import CompileError, TissueError
-from tissuec.core.precision import PRECISIONS, SINGLE
 from tissuec.core.report import STOPPED, WRONG_TEXT, Report, failed
+from tissuec.results import PRECISIONS, SINGLE
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -151,7 +151,7 @@ class _Storage(NamedTuple):
 
     def of(self, compiled: "Compiled") -> "Compiled":
         """Return a scene with this storage; PlaceError if it stores no frames."""
-        from tissuec.results.errors import PlaceError
+        from tissuec.results import PlaceError
 
         output = compiled.plan.output
         if not self.is_asked_for:
@@ -232,9 +232,9 @@ def _run(path: Path, target: Path, order: _RunOrder, settings: Settings) -> Repo
     """Return the report on a scene that is run."""
     from tissuec.core.progress import RunProgress, compiling
     from tissuec.pipeline import compile_request, simulate
-    from tissuec.results.errors import PlaceError
+    from tissuec.results import PlaceError
     from tissuec.results.places import make_folder
-    from tissuec.view.summaries.run import run_report
+    from tissuec.view.run_summary import run_report
 
     scene, shown = str(path), settings.shows_progress
     try:

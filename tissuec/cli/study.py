@@ -84,7 +84,7 @@ def command(
     130 interrupted.
     """
     from tissuec.core.workers.selection import workers_of
-    from tissuec.results.errors import PlaceError
+    from tissuec.results import PlaceError
     from tissuec.studies.report import StudyProgress, study_report
     from tissuec.studies.study import prepare, run_study
 

@@ -1,8 +1,10 @@
 """``tissuec view``: Play results in a browser page, or draw them as pictures."""
 
+import re
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -18,12 +20,12 @@ from tissuec.cli.common import (
     keep_input,
     show_page,
 )
-from tissuec.cli.field_range import field_range
 from tissuec.core.errors import TissueError, counted, shown_size
 from tissuec.core.files import replacing, write_file
+from tissuec.core.prefixes import shown_units
 from tissuec.core.report import Part, Report
-from tissuec.core.units import TIME, show
-from tissuec.view.player.fields import TISSUE, known_fields
+from tissuec.core.units import NUMBER, TIME, Unit, UnitError, parse_unit, show
+from tissuec.view.player.fields import TISSUE, NodeField, known_fields
 from tissuec.view.player.options import COLOURS, Options
 from tissuec.view.section import read_plane
 
@@ -322,7 +324,7 @@ def _check_section(
     film: "PlayerData", trajectory: "Trajectory", wish: "ViewOptions"
 ) -> list[Part]:
     """Check that a section meets bodies when they are shown; return notes on hollow bodies."""
-    from tissuec.view.section.film_section import check_plane
+    from tissuec.view.section.cross_section import check_plane
 
     plane, time = wish.options.section, wish.options.time
     if plane is None:
@@ -341,7 +343,7 @@ def _check_section(
 def _check_extras(pictures: dict[str, Path]) -> None:
     """Raise TissueError for missing packages before any work is done."""
     if "mp4" in pictures:  # first: the extra that brings it brings what the others need
-        from tissuec.view.player.animation import need_ffmpeg
+        from tissuec.view.player.files import need_ffmpeg
 
         need_ffmpeg()
     if pictures:
@@ -373,9 +375,9 @@ def _draw(
     wish: ViewOptions,
     settings: Settings,
 ) -> tuple[dict[str, Any], list[Part]]:
-    from tissuec.view.player.animation import write_gif, write_video
     from tissuec.view.player.drawn_nodes import DrawnNodes
     from tissuec.view.player.facts import thinning, title
+    from tissuec.view.player.files import write_gif, write_video
     from tissuec.view.player.node_values import chosen_field
     from tissuec.view.player.picture import Painter
     from tissuec.view.plots.formats import metadata
@@ -413,3 +415,59 @@ def _progress(settings: Settings) -> Callable[[int, int], None]:
         nl=False,
         err=True,
     )
+
+
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*((?!to\b)[^\s,\d.+…-][^,.…]*?)?\s*"
+_RANGE = re.compile(rf"{_NUMBER}(?:,|\.\.\.?|…|\bto\b){_NUMBER}", re.IGNORECASE)
+
+
+def field_range(text: str, field: NodeField) -> tuple[float, float]:
+    """Return the range that a text states, in the SI unit of a field.
+
+    The unit of the second number is that of the first one too, unless that has its own.
+
+    Args:
+        text: Such as "0,2 mm", "-5 %,5 %" or "0 .. 20 %".
+        field: The field.
+
+    Raises:
+        ValueError: It is none; says what to write.
+    """
+    example = f'write --range "0,{_round(field)}"'
+    found = _RANGE.fullmatch(text)
+    if found is None:
+        raise ValueError(f'"{text}" does not have the form LOW,HIGH; {example}')
+    low, high = (
+        _size(float(number), unit or found[4] or "", field, example)
+        for number, unit in ((found[1], found[2]), (found[3], found[4]))
+    )
+    if not low < high:
+        raise ValueError(f'the first number of "{text}" must be smaller than the second')
+    return low, high
+
+
+def _size(value: float, unit: str, field: NodeField, example: str) -> float:
+    if not unit and value != 0.0:
+        raise ValueError(f"a range of {field.name} needs a unit; {example}")
+    try:
+        given = parse_unit(unit) if unit else _own(field)
+    except UnitError as error:
+        raise ValueError(f"{error}; {example}") from error
+    if given.dimension != _own(field).dimension:
+        raise ValueError(f'"{unit}" is not a unit of {field.name}; {example}')
+    size = value * given.factor
+    if not isfinite(size):
+        raise ValueError(f"a number of this range is too large; {example}")
+    return size
+
+
+def _own(field: NodeField) -> Unit:
+    return parse_unit(field.unit) if field.unit else Unit(1.0, NUMBER)
+
+
+def _round(field: NodeField) -> str:
+    """Return a number with a unit that people use for a field."""
+    if not field.unit:
+        return "20 %"
+    small = [one.unit for one in shown_units(field.unit) if one.unit.startswith(("m", "k"))]
+    return f"2 {next((unit for unit in small if unit != field.unit), field.unit)}"

@@ -17,7 +17,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from tissuec.core.cache import recalled
+from tissuec.core.keeping import recalled
 from tissuec.core.resources import PACKAGE
 
 SHIPPED = PACKAGE / "compiled" / "shipped"

@@ -52,8 +52,7 @@ from tissuec.model.network import (
 )
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import NUMBERS, Springs
-from tissuec.results.names import members
-from tissuec.results.recording import NamedGroup
+from tissuec.results.recording import NamedGroup, members
 from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings

@@ -23,7 +23,7 @@ from tissuec.engine.method import (
 )
 from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
-from tissuec.engine.sample_buffer import SampleBuffer
+from tissuec.engine.run_arrays import SampleBuffer
 from tissuec.engine.saving import restore_control, restore_stepper, saved_choice, saved_engine
 from tissuec.engine.step_events import AcceptedStep, Survey, Watch
 from tissuec.engine.stepper import Stepper

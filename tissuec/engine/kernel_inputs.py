@@ -11,13 +11,11 @@ import numpy as np
 
 from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
-from tissuec.engine.acting_springs import ActingSprings
-from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
-from tissuec.engine.chunks import parts_of
+from tissuec.engine.acting import ActingSprings, knots, lengths, longest_step, pack_acts
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.layout import layout_of
 from tissuec.engine.operations import Features
-from tissuec.engine.threads import ThreadTeam
+from tissuec.engine.threads import ThreadTeam, parts_of
 from tissuec.engine.unknowns import (
     SolvingCost,
     cost_of_springs,
@@ -25,9 +23,8 @@ from tissuec.engine.unknowns import (
     unknown_solver,
 )
 from tissuec.forces import Field, acts_of
-from tissuec.forces.branches import table_of
 from tissuec.forces.load import Load
-from tissuec.forces.rest_length import reels
+from tissuec.forces.springs import reels, table_of
 from tissuec.kernels.records import (
     BoundaryConditions,
     ContactNodeTable,

@@ -13,9 +13,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
-from tissuec.engine.chunks import are_chunks, block_size
 from tissuec.engine.spring_runs import RunPlaces, are_shared, places_of
-from tissuec.engine.threads import useful
+from tissuec.engine.threads import are_chunks, block_size, useful
 from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.model.topology import lower_and_upper
 

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict, astuple
 
-from tissuec.engine.listing import ContactListing
 from tissuec.engine.method import MethodChange
 from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
 from tissuec.engine.method_trial import MethodTrial
-from tissuec.engine.stepper import Stepper
+from tissuec.engine.stepper import ContactListing, Stepper
 from tissuec.kernels.records import Progress
 from tissuec.mechanics.state import State
 

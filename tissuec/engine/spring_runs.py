@@ -5,7 +5,7 @@ lattices, tubes and sheets have many; short gaps are filled. They need no lists
 of nodes: all that belongs to a run lies in a row in memory.
 
 Runs end where a tile of ``forces.runs_kernel`` ends, for lower nodes as for upper ones. They
-are kept in blocks by their lower nodes: ``engine.chunks``.
+are kept in blocks by their lower nodes: ``engine.threads``.
 """
 
 from itertools import pairwise
@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
-from tissuec.engine.chunks import BLOCK_NODES, Places, are_several, block_size
+from tissuec.engine.threads import BLOCK_NODES, Places, are_several, block_size
 from tissuec.forces.runs_kernel import LANES, NO_SPRING, NO_STEP, SIZE, TILE
 from tissuec.kernels.records import Runs
 from tissuec.model.network import Floats, Indices

@@ -23,17 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, diags_array
 
-from tissuec.core.vectors import dot, norm
+from tissuec.core.arrays import dot, norm
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import Fill, SolvingCost
-from tissuec.forces.branches import flat, pulled
 from tissuec.forces.matrices import assembled
 from tissuec.forces.memory import ELIMINATION_SECONDS, Condensed, MemoryTangents
-from tissuec.forces.springs import SpringForce, reach
+from tissuec.forces.springs import SpringForce, flat, pulled, reach
 from tissuec.kernels.records import Net, Solver
-from tissuec.mechanics.conjugate_gradients import ConjugateGradients
 from tissuec.mechanics.state import State
-from tissuec.mechanics.stiffness import Factorization, Stiffness
+from tissuec.mechanics.stiffness import ConjugateGradients, Factorization, Stiffness
 from tissuec.model.network import Floats
 
 # Time of making the matrix, of each field in it besides, and of springs, per spring; of a

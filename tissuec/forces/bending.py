@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.core.vectors import cross, cross_matrices, dot
+from tissuec.core.arrays import cross, cross_matrices, dot
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
 from tissuec.forces.derivatives import ForceDerivatives

@@ -1,4 +1,4 @@
-"""Points that closed surfaces keep outside, as scalar loops; see ``forces.contact_sides``.
+"""Points that closed surfaces keep outside, as scalar loops; see ``forces.contact_pairs``.
 
 Shared arguments:
     k: Index of the point among those of the contact.

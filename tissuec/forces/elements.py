@@ -31,9 +31,9 @@ that of a liquid under the stress 2 η D, D being the rate of strain without its
 
     P = 2 η/J' dev sym(Ḟ cof Fᵀ) cof F,    J' = max(J, 1/5).
 
-In elements with prestretch F0 (``forces.solid_prestretch``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
+In elements with prestretch F0 (``forces.solid_strain``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
 acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept. Branches that relax
-are in ``forces.solid_branches``, and yielding in ``forces.solid_yield``.
+and yielding are in ``forces.solid_memory``.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -45,21 +45,28 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Items, acts_of
-from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.element_yield import yield_columns
+from tissuec.forces.element_memory import StoredTensors, branch_columns, yield_columns
 from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents, tangents_by_differences
-from tissuec.forces.solid_branches import RelaxingStress, SolidBranches, branch_tangents
-from tissuec.forces.solid_fibres import FibreFamily, SolidFibres
-from tissuec.forces.solid_prestretch import Prestretch
-from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
-from tissuec.forces.solid_yield import PlasticDeformation, SolidYield
-from tissuec.forces.stored_tensors import StoredTensors
-from tissuec.forces.yield_response import YieldResponse
+from tissuec.forces.solid_memory import (
+    PlasticDeformation,
+    RelaxingStress,
+    SolidBranches,
+    SolidYield,
+    YieldResponse,
+    branch_tangents,
+)
+from tissuec.forces.solid_strain import (
+    EnergySlopes,
+    FibreFamily,
+    Prestretch,
+    SolidFibres,
+    SolidStrain,
+)
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import (

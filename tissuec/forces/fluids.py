@@ -22,9 +22,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.core.arrays import counted_up
+from tissuec.core.arrays import counted_up, cross, cross_matrices
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import SECONDS, Items, Resisting
 from tissuec.forces.fluids_kernel import FluidTable, hold_fluids
 from tissuec.forces.kept_volumes import KeptVolumes

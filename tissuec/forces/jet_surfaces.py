@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross
+from tissuec.core.arrays import cross
 from tissuec.forces.volume import open_edges
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.model.network import BodyPart, Floats, Indices, Network

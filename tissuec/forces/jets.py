@@ -35,9 +35,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up
+from tissuec.core.arrays import counted_up, cross
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross
 from tissuec.forces import Field
 from tissuec.forces.jet_surfaces import MOST, JetSurface
 from tissuec.forces.jets_kernel import (

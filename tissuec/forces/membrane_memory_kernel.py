@@ -1,6 +1,6 @@
 """The memory of triangles of walls as loops: branches that relax, and plastic strain.
 
-For the equations see ``forces.membrane_branches`` and ``forces.membrane_yield``.
+For the equations see ``forces.membrane_memory`` and ``forces.membrane_memory``.
 """
 
 from math import sqrt
@@ -21,7 +21,7 @@ def remember(e: int, v: Floats, wall: MembraneTable) -> None:
     Args:
         e: Number of the triangle.
         v: Velocities of all nodes [m/s], flat; those of hidden ones keep P - 1 and Pp - 1.
-        wall: The triangles; see ``forces.membrane_branches`` and ``forces.membrane_yield``.
+        wall: The triangles; see ``forces.membrane_memory`` and ``forces.membrane_memory``.
     """
     state, i = wall.state, wall.yield_slot[e]
     state[12], state[13], state[14], state[15], state[16] = 1.0, 1.0, 0.0, 1.0, state[3]

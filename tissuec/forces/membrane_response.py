@@ -1,6 +1,6 @@
 """The response of walls that relax or yield to strain and to the tensors that they remember.
 
-The formulas are those of ``forces.membrane_yield`` and ``forces.membrane_branches``; here they
+The formulas are those of ``forces.membrane_memory`` and ``forces.membrane_memory``; here they
 are functions of F and of the tensors P alone, for differences of implicit steps.
 """
 
@@ -9,14 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.forces.membrane_branches import (
+from tissuec.forces.membrane_memory import (
     MembraneBranches,
+    MembraneYield,
+    PlasticPlane,
     RelaxingPlane,
     plane_inverses,
 )
 from tissuec.forces.membrane_strain import MembraneStrain, PlaneMatter
-from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
-from tissuec.forces.yield_response import NEVER
+from tissuec.forces.solid_memory import NEVER
 from tissuec.model.network import Floats
 
 

@@ -4,19 +4,17 @@ The energy of a triangle is a function of u = (A, D, f1, …, y): A = tr C and D
 plane, the squares f of the stretch along families of fibres, and y = log λ, λ being the stretch
 of its thickness. Where W_y = 0, the energy has the derivatives W_u by the others alone, and the
 second derivatives W_uu - W_uy W_yu / W_yy. (For the equations see ``forces.membranes``.) Where
-triangles yield (``forces.membrane_yield``), A' = tr(C P⁻¹) follows the fibres, and where
-branches are remembered that relax (``forces.membrane_branches``), B = tr(C W).
+triangles yield (``forces.membrane_memory``), A' = tr(C P⁻¹) follows the fibres, and where
+branches are remembered that relax (``forces.membrane_memory``), B = tr(C W).
 """
 
 from typing import Protocol
 
 import numpy as np
 
-from tissuec.forces.membrane_branches import RelaxingPlane
-from tissuec.forces.membrane_yield import PlasticPlane
+from tissuec.forces.membrane_memory import PlasticPlane, RelaxingPlane
 from tissuec.forces.membranes_kernel import CLOSE, LEAST_SQUARE, LONGEST, ROUNDS
-from tissuec.forces.solid_fibres import SolidFibres
-from tissuec.forces.solid_strain import EnergySlopes
+from tissuec.forces.solid_strain import EnergySlopes, SolidFibres
 from tissuec.laws.derivatives import DERIVATIVES, Derivative, energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices

@@ -19,7 +19,7 @@ is a fifth of the area, √D in J is its parabola there: triangles that are pres
 have finite forces, and open again.
 
 A prestressed triangle is drawn stretched by F0 = λ0 1 in its plane, or along an axis a of it by
-F0 = λ0 a ⊗ a + λ0^(-1/2) (1 - a ⊗ a), as solids are (``forces.solid_prestretch``); ∂N_a/∂X
+F0 = λ0 a ⊗ a + λ0^(-1/2) (1 - a ⊗ a), as solids are (``forces.solid_strain``); ∂N_a/∂X
 includes F0. The volume w without stress is that of a triangle that has the given thickness as
 drawn.
 
@@ -29,8 +29,7 @@ Green's strain and B = cof C Ė,
 
     S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
 
-Branches that relax are in ``forces.membrane_branches``, and yielding in
-``forces.membrane_yield``.
+Branches that relax and yielding are in ``forces.membrane_memory``.
 """
 
 from collections.abc import Callable, Iterator
@@ -40,24 +39,26 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import cross
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross
 from tissuec.forces import Items, acts_of
-from tissuec.forces.element_branches import branch_columns
 from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
-from tissuec.forces.element_yield import yield_columns
+from tissuec.forces.element_memory import StoredTensors, branch_columns, yield_columns
 from tissuec.forces.matrices import without_negative
-from tissuec.forces.membrane_branches import MembraneBranches, RelaxingPlane
 from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
+from tissuec.forces.membrane_memory import (
+    MembraneBranches,
+    MembraneYield,
+    PlasticPlane,
+    RelaxingPlane,
+)
 from tissuec.forces.membrane_record_kernel import STATE, MembraneTable
 from tissuec.forces.membrane_response import MembraneResponse
 from tissuec.forces.membrane_strain import MembraneStrain
-from tissuec.forces.membrane_yield import MembraneYield, PlasticPlane
 from tissuec.forces.membranes_kernel import relax_membranes, stretch_membranes
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents, tangents_by_differences
-from tissuec.forces.solid_fibres import SolidFibres
-from tissuec.forces.stored_tensors import StoredTensors
+from tissuec.forces.solid_strain import SolidFibres
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import DERIVATIVES
 from tissuec.laws.solid import SolidLaw

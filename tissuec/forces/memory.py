@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tissuec.forces.element_memory import StoredTensors
 from tissuec.forces.matrices import assembled
-from tissuec.forces.stored_tensors import StoredTensors
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:

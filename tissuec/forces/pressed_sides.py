@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross
+from tissuec.core.arrays import cross
 from tissuec.forces.pressed_faces import PressedFaces, WeightedTriangles, faces_of
 from tissuec.forces.rims import Crossing, Rims, are_parallel, planes_at, rims_of, within_planes
 from tissuec.model.network import BodyPart, Floats, Indices, Network

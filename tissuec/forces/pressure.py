@@ -19,8 +19,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import cross, cross_matrices
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import SECONDS, Field, Items
 from tissuec.forces.matrices import assembled
 from tissuec.forces.pressed_faces import PressedFaces

@@ -1,26 +1,52 @@
-"""Springs and dashpots with their laws and internal variables.
+"""Springs and dashpots: their laws, what they remember, and rest lengths that change in time.
 
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
 closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law, and what
 branches add (``branches``); it pulls a with T u and b with -T u. One of zero length has no
 direction and thus no tension. What a run evaluates in each step is in ``runs_kernel``,
 ``pairs_kernel`` and, for springs with laws, ``springs_kernel``.
+
+Springs with memory: branches that relax, and rest lengths that flow.
+
+A spring of elongation e = L - L0 - p, whose rest length has flowed by p, pulls with
+
+    T = S + g(w),    S = f(e) + Σ c1 (e - q),    w = L',
+    q' = (e - q) / τ,    p' = max(0, |S| - F) sign(S) / η.
+
+A branch is a spring c1 and a dashpot c1 τ in a row, beside the spring; q is what its dashpot
+gave way by. One of them makes the standard linear solid, several a Prony series. Above the
+yield force F the rest length flows with the viscosity η (E. C. Bingham, Fluidity and
+Plasticity, 1922), under spring and branches together, and beside the dashpot g. A branch
+stores ½ c1 (e - q)²; c1 (e - q) q' and S p' are lost, neither of them ever negative.
+
+Rest lengths that change in time: threads and joints that are tightened or loosened.
+
+Meanwhile the rest length of each spring follows a profile,
+
+    L0(t) = base + change s(t),
+
+and whoever draws does the work -∫ f(L - L0) dL0 on it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from math import inf, prod
 from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import dot, norm
+from tissuec.core.arrays import dot, norm
+from tissuec.core.source import Span
 from tissuec.forces import Resisting
-from tissuec.forces.branches import elongated, flat, pulled, tightened
+from tissuec.kernels.records import InternalVariables, RestLengthActuators
 from tissuec.kernels.spring_geometry import add_pulls, add_resistance, measure
-from tissuec.model.network import Floats
+from tissuec.laws.evaluation import Behaviour
+from tissuec.model.inelastic import Inelastic
+from tissuec.model.network import Floats, Indices
+from tissuec.model.profiles import TimeProfile
 from tissuec.model.springs import Springs
 
 
@@ -206,3 +232,143 @@ def reach(ends: NDArray[np.integer], values: Floats) -> Floats:
         values: Nodal vectors in any unit, shape (…, node, 3).
     """
     return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
+
+
+def flat(velocity: Floats) -> Floats:
+    """Return velocities of shape (…, node, 3) [m/s] as flat components, shape (…, 3 node)."""
+    return velocity.reshape(*velocity.shape[:-2], -1)
+
+
+def pulled(
+    behaviour: Behaviour, inelastic: Inelastic | None, stretch: Floats, velocity: Floats
+) -> Floats:
+    """Return the force S of springs with or without memory [N], shape (…, spring).
+
+    Args:
+        behaviour: Laws and numbers of the springs.
+        inelastic: Their branches and flow, None if there are none.
+        stretch: L - L0 [m], shape (…, spring).
+        velocity: Of all nodes [m/s], flat, shape (…, 3 node).
+    """
+    if inelastic is None:
+        return behaviour.pull(stretch)
+    variables = inelastic.variables(velocity)
+    e = stretch - variables[..., -1, :]
+    return behaviour.pull(e) + inelastic.pull(e, variables)
+
+
+def elongated(inelastic: Inelastic | None, stretch: Floats, velocity: Floats) -> Floats:
+    """Return the elongation e = L - L0 - p, p being the flow [m], shape (…, spring).
+
+    Args:
+        inelastic: Branches and flow of the springs, None if there are none.
+        stretch: L - L0 [m], shape (…, spring).
+        velocity: Of all nodes [m/s], flat, shape (…, 3 node).
+    """
+    return stretch if inelastic is None else stretch - inelastic.flowed(velocity)
+
+
+def tightened(
+    behaviour: Behaviour,
+    inelastic: Inelastic | None,
+    stretch: Floats,
+    closing: Floats,
+    velocity: Floats,
+) -> Floats:
+    """Return the tension S + g(e, w) of springs with or without memory [N], shape (…, spring).
+
+    Args:
+        behaviour: Laws and numbers of the springs.
+        inelastic: Their branches and flow, None if there are none.
+        stretch: L - L0 [m], shape (…, spring).
+        closing: w, the rate of lengthening [m/s], shape (…, spring).
+        velocity: Of all nodes [m/s], flat, shape (…, 3 node).
+    """
+    braking = behaviour.brake(elongated(inelastic, stretch, velocity), closing)
+    return pulled(behaviour, inelastic, stretch, velocity) + braking
+
+
+def table_of(inelastic: Inelastic, nodes: Indices, home: Floats) -> InternalVariables:
+    """Return the record that kernels read.
+
+    Args:
+        inelastic: Of the springs that act, with places of nodes.
+        nodes: Places of the nodes that variables are kept in, shape (m,).
+        home: Where these stay [m], shape (m, 3).
+    """
+    has = inelastic.slot >= 0
+    spring, branch = np.nonzero(has[:-1].T)
+    flowing = np.flatnonzero(has[-1])
+    flow = np.full(has.shape[1], -1)
+    flow[flowing] = len(spring) + np.arange(len(flowing))
+    chosen = np.append(branch, np.full(len(flowing), -1)), np.append(spring, flowing)
+    return InternalVariables(
+        first=np.concatenate([[0], np.cumsum(has[:-1].sum(axis=0))]).astype(np.int64),
+        constant=inelastic.constant[branch, spring],
+        pace=1.0 / inelastic.time[branch, spring],
+        flow=flow,
+        limit=inelastic.limit,
+        viscosity=inelastic.viscosity,
+        slot=inelastic.slot[chosen],
+        rate=inelastic.rate[chosen],
+        scale=1.0 / inelastic.rate[chosen],
+        change=np.zeros(len(chosen[0])),
+        nodes=nodes,
+        home=home,
+    )
+
+
+class ChangingRestLengths(Struct, frozen=True, eq=False):
+    """Springs that are drawn in or paid out.
+
+    Attributes:
+        springs: Shape (n,).
+        base, change: What makes their rest lengths [m], shape (n,).
+        span: The sentence.
+    """
+
+    springs: Indices
+    base: Floats
+    change: Floats
+    profile: TimeProfile
+    span: Span
+
+    def rest(self, time: float) -> Floats:
+        """Return the rest lengths at a time [m], shape (n,)."""
+        return self.base + self.profile.at(time)[0] * self.change
+
+    def rate(self, time: float) -> Floats:
+        """Return the rates of the rest lengths [m/s], shape (n,)."""
+        return self.profile.at(time)[1] * self.change
+
+    def rate_of(self, spring: int, time: float) -> float:
+        """Return the rate of one rest length [m/s], 0 for a spring that is none of these."""
+        return float(self.rate(time)[self.springs == spring].sum())
+
+    def lengthened(self, spring: int, by: float) -> "ChangingRestLengths":
+        """Return the same with one spring longer by a length [m], if it is one of these."""
+        return replace(self, base=self.base + by * (self.springs == spring))
+
+
+def reels(
+    parts: Sequence[ChangingRestLengths], row: Indices, ends: Indices, first_act: int
+) -> RestLengthActuators:
+    """Return springs whose rest lengths change as tables.
+
+    Args:
+        parts: What changes, in the order of the acts.
+        row: Where the engine keeps each spring, -1 for those that do not act, shape (spring,).
+        ends: Nodes of each spring as the engine keeps them, shape (spring, 2).
+        first_act: Number of the profile of the first part among the acts.
+    """
+    springs = np.concatenate([*(part.springs for part in parts), np.zeros(0, dtype=np.int64)])
+    acts = np.repeat(first_act + np.arange(len(parts)), [len(part.springs) for part in parts])
+    acting = row[springs] >= 0
+    return RestLengthActuators(
+        spring=row[springs][acting],
+        low=ends[springs, 0][acting],
+        high=ends[springs, 1][acting],
+        base=np.concatenate([*(part.base for part in parts), np.zeros(0)])[acting],
+        change=np.concatenate([*(part.change for part in parts), np.zeros(0)])[acting],
+        act=acts[acting].astype(np.int64),
+    )

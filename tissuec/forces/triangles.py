@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross
+from tissuec.core.arrays import cross
 from tissuec.forces import SECONDS, Field, Items
 from tissuec.forces.matrices import assembled
 from tissuec.geometry.edge_supports import SupportedTriangles

@@ -29,10 +29,9 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.core.arrays import counted_up
+from tissuec.core.arrays import counted_up, cross, cross_matrices
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross, cross_matrices
 from tissuec.forces import Items, Resisting
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.kept_volumes import KeptVolumes

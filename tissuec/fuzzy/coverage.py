@@ -13,9 +13,8 @@ from itertools import pairwise
 
 from msgspec import Struct
 
-from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import Rule, atoms, degree
+from tissuec.fuzzy.rules import Operators, Rule, atoms, degree
 from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import NEGLIGIBLE, AnyShape
 

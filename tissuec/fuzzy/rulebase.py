@@ -16,19 +16,19 @@ from typing import Literal
 from msgspec import Struct, field
 from msgspec.structs import force_setattr
 
-from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
-from tissuec.fuzzy.duals import fsum, snapped
-from tissuec.fuzzy.gradual import (
+from tissuec.fuzzy.centroid import (
     Saying,
     Stretching,
+    centre_of_gravity,
     gradual_mean,
     progress,
     stretched,
     stretching,
     unstretched,
+    weighted_mean,
 )
-from tissuec.fuzzy.operators import Operators
-from tissuec.fuzzy.rules import ConcludedQuantity, Is, Rule, atoms, degree, negations
+from tissuec.fuzzy.duals import fsum, snapped
+from tissuec.fuzzy.rules import ConcludedQuantity, Is, Operators, Rule, atoms, degree, negations
 from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import FAINTEST, NEGLIGIBLE, AnyShape, Powered, Shape
 

@@ -12,7 +12,7 @@ lines become A d, and normals of planes A⁻ᵀ n.
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.vectors import cross_matrices
+from tissuec.core.arrays import cross_matrices
 from tissuec.model.network import Floats
 
 _ROUNDING = 1e-15  # a cosine or sine of less is that of a quarter turn

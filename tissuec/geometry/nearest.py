@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import dot
+from tissuec.core.arrays import dot
 from tissuec.geometry.edges import Floats, Indices
 
 CAPSULE, PLANE, TRIANGLE = range(3)

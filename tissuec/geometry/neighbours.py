@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up
-from tissuec.core.vectors import norm
+from tissuec.core.arrays import counted_up, norm
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import TRIANGLE, places

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross, dot
+from tissuec.core.arrays import cross, dot
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.geometry.nearest import TRIANGLE, places
 

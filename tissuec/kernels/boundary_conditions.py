@@ -1,7 +1,7 @@
 """Prescribed motions and time-dependent loads, evaluated from tables inside kernels.
 
 Between two knots of all profiles every profile is one curve, a polynomial or a sine:
-s(t) = Σ powerₖ uᵏ + amplitude sin(angular u), u = t - origin. ``engine.boundary_conditions``
+s(t) = Σ powerₖ uᵏ + amplitude sin(angular u), u = t - origin. ``engine.acting``
 writes these tables again for each stretch between knots, so that kernels need no cases.
 """
 

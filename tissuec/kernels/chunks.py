@@ -1,4 +1,4 @@
-"""Sums of spring forces in chunks of nodes, as scalar loops; see ``engine.chunks``."""
+"""Sums of spring forces in chunks of nodes, as scalar loops; see ``engine.threads``."""
 
 import numpy as np
 

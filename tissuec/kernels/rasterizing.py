@@ -8,7 +8,7 @@ from tissuec.kernels.records import Floats, Pixels, Rows, Stack
 def fill(
     corners: Stack, colour: Stack, opacity: Floats, picture: Pixels, nearness: Rows, hides: int
 ) -> None:
-    """Draw triangles in turn; see ``view.player.raster``.
+    """Draw triangles in turn; see ``view.player.shading``.
 
     Args:
         corners: Column and row [pixels] and nearness of each corner, shape (triangle, 3, 3).

@@ -132,7 +132,7 @@ class ContactPointTable(NamedTuple):
 
 
 class InternalVariables(NamedTuple):
-    """Internal variables of springs, first of branches; see ``tissuec.forces.branches``."""
+    """Internal variables of springs, first of branches; see ``tissuec.forces.springs``."""
 
     first: Integers  # branches of spring s are first[s]:first[s + 1], shape (spring + 1,)
     constant: Floats  # c1 [N/m], shape (branch,)
@@ -179,7 +179,7 @@ class Runs(NamedTuple):
 
 
 class Chunks(NamedTuple):
-    """Nodes in chunks, whose springs threads take at a time; see ``engine.chunks``."""
+    """Nodes in chunks, whose springs threads take at a time; see ``engine.threads``."""
 
     node: Integers  # nodes of chunk c are node[c]:node[c + 1], shape (chunk + 1,)
     low: NDArray[np.uint32]  # four times the lower nodes of springs, shape (spring,)
@@ -195,7 +195,7 @@ class Chunks(NamedTuple):
 class Fields(NamedTuple):
     """Fields that act on nodes, in parts: compiled functions, and their tables.
 
-    Parts of one group have no node in common; see ``engine.chunks``.
+    Parts of one group have no node in common; see ``engine.threads``.
     """
 
     first: Integers  # parts of group g are first[g]:first[g + 1], shape (group + 1,)

@@ -9,7 +9,7 @@ from lark import Lark, UnexpectedToken
 from lark.parsers.lalr_analysis import Shift
 from lark.parsers.lalr_parser_state import ParserState
 
-from tissuec.core.cache import recalled
+from tissuec.core.keeping import recalled
 from tissuec.lang import parse_table
 from tissuec.lang.parse_table import OPTIONS, grammar_text
 from tissuec.lang.tokens import Token

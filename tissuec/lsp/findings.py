@@ -13,11 +13,11 @@ from msgspec import Struct
 from tissuec.compiler.checks.coarse_bodies import coarse
 from tissuec.compiler.checks.nets import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler.compile import Compiled
-from tissuec.core.cache import cache_folder
 from tissuec.core.catalogue import reference
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.files import write_file
 from tissuec.core.hints import Edit
+from tissuec.core.keeping import cache_folder
 from tissuec.core.resources import library
 from tissuec.core.source import Span
 from tissuec.lsp.documents import Memory, OpenDocuments

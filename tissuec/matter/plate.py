@@ -47,10 +47,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross, dot, norm
+from tissuec.core.arrays import cross, dot, norm
 from tissuec.matter.surface import STEPS, cell_sides, in_plane, isotropic
 from tissuec.meshes.generators import Mesh
-from tissuec.meshes.generators.bending import around_edges
+from tissuec.meshes.generators.joining import around_edges
 from tissuec.model.network import Floats, Grid, Indices
 
 RIGIDITY = 3.0 / 32.0  # D / (E t³)

@@ -24,8 +24,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.matter.elasticity import evenly_as_tube, range_of_wall, young_around
-from tissuec.matter.fibres import Fibres
 from tissuec.matter.linear import elongations
+from tissuec.matter.solid import Fibres
 from tissuec.meshes.generators import Mesh
 from tissuec.meshes.stiffness_sharing import area_shares, grid_areas, node_areas
 from tissuec.model.network import Floats, Grid

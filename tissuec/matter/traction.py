@@ -8,16 +8,18 @@ volume V, Young's modulus E and Poisson's ratio ν stores
 (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 1951.)
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.matter.elasticity import VOIGT
-from tissuec.matter.fibres import Fibres
-from tissuec.matter.linear import elongations, solution, stiffness
-from tissuec.matter.solid import Solid
+from tissuec.matter.solid import Fibres, Solid
 from tissuec.model.network import Floats
+
+if TYPE_CHECKING:
+    pass
+from tissuec.matter.linear import elongations, solution, stiffness
 
 POISSON = 0.25  # of a solid of central springs
 #: Axes along which stresses of bending act, and along which they grow.

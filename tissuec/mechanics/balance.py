@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import norm
+from tissuec.core.arrays import norm
 from tissuec.forces.element_fields import ElementField
 from tissuec.forces.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour

@@ -19,10 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import dot, norm
 from tissuec.core.keeping import kept_on_owner
-from tissuec.core.vectors import dot, norm
-from tissuec.forces.branches import flat
-from tissuec.forces.springs import reach
+from tissuec.forces.springs import flat, reach
 from tissuec.mechanics.state import ALL, State
 from tissuec.model.network import Floats, Indices, Network
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Effect, Field, Nodal
 from tissuec.forces.load import Drag, Load, LoadTerm, Weight, total
-from tissuec.forces.rest_length import ChangingRestLengths
-from tissuec.forces.springs import SpringForce
+from tissuec.forces.springs import ChangingRestLengths, SpringForce
 from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in

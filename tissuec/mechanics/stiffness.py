@@ -1,17 +1,68 @@
-"""Stiffness matrices K = S + W Wᵀ: S is sparse, W has a column for each large enclosed volume.
+"""Stiffness matrices K = S + W Wᵀ, and solutions with them, by factors or without.
 
 The pressure of a volume acts between all nodes of its surface and would fill a sparse matrix.
 Solutions follow from those of S (M. A. Woodbury, 1950), and so do signs of eigenvalues: by the
 inertia of [[S, W], [Wᵀ, -1]], K has as many negative ones as S, less those of the Schur
 complement 1 + Wᵀ S⁻¹ W (E. V. Haynsworth, Linear Algebra Appl. 1:73, 1968).
+
+Solutions of large symmetric matrices without a factor, by conjugate gradients.
+
+The inverses of the diagonal blocks of nodes are the preconditioner. (M. R. Hestenes, E.
+Stiefel, J. Res. Nat. Bur. Stand. 49:409, 1952.)
 """
+
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from msgspec import Struct
+from scipy import sparse
 from scipy.sparse import csc_matrix, diags_array
+from scipy.sparse.linalg import splu
 
-from tissuec.mechanics.low_rank import LowRankFactor
 from tissuec.model.network import Floats
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
+
+class LowRankFactor:
+    """S + L Rᵀ, factorised.
+
+    Args:
+        matrix: S in any unit, shape (n, n).
+        left, right: L and R, shape (n, column); without columns, S alone is solved.
+        options: Of ``scipy.sparse.linalg.splu``.
+
+    Raises:
+        RuntimeError: S is singular.
+    """
+
+    def __init__(self, matrix: sparse.csc_matrix, left: Floats, right: Floats, **options: Any):
+        self._factor, self._right = splu(matrix, **options), right
+        self._is_wide = right.shape[1] > 0
+        self._spread = self._factor.solve(left) if self._is_wide else left
+        self._schur = np.eye(right.shape[1]) + right.T @ self._spread
+
+    @property
+    def soundness(self) -> float:
+        """Return the smallest pivot of S as a part of the largest."""
+        pivots = np.abs(self._factor.U.diagonal())
+        return float(pivots.min() / pivots.max())
+
+    def solve(self, vectors: Floats) -> Floats:
+        """Return the inverse times vectors in any unit, shape (n,) or (n, vector)."""
+        found = self._factor.solve(vectors)
+        if not self._is_wide:
+            return found
+        return found - self._spread @ np.linalg.solve(self._schur, self._right.T @ found)
+
+    def solve_transposed(self, vector: Floats) -> Floats:
+        """Return the transposed inverse times a vector in any unit, shape (n,)."""
+        if self._is_wide:
+            # Sᵀ y + R z = b with z = Lᵀ y, so that z = Lᵀ S⁻ᵀ (b - R z).
+            z = np.linalg.solve(self._schur.T, self._spread.T @ vector)
+            vector = vector - self._right @ z
+        return np.asarray(self._factor.solve(vector, "T"), dtype=float)  # pyright: ignore[reportCallIssue]  # the stub knows "N" only
 
 
 class Stiffness(Struct, frozen=True, eq=False):
@@ -67,3 +118,54 @@ class Factorization(LowRankFactor):
             return False  # rows were exchanged, so that signs say nothing
         negative = int((factor.U.diagonal() <= 0.0).sum())
         return negative == int((np.linalg.eigvalsh(self._schur) < 0.0).sum())
+
+
+PRECISION = 1e-3  # of the residual; the caller repeats this for the remainder
+ROUNDS = 500
+
+
+class ConjugateGradients:
+    """K⁻¹, for right-hand sides one at a time.
+
+    Args:
+        matrix: K in any unit, three rows for each node.
+    """
+
+    def __init__(self, matrix: Stiffness):
+        self._matrix = Stiffness(cast("csc_matrix", matrix.sparse.tocsr()), matrix.wide)
+        count = matrix.sparse.shape[0] // 3
+        entries = matrix.sparse.tocoo()
+        own = entries.row // 3 == entries.col // 3
+        block = np.zeros((count, 3, 3))
+        row, column = entries.row[own], entries.col[own]
+        np.add.at(block, (row // 3, row % 3, column % 3), entries.data[own])
+        self.is_definite = bool((np.linalg.eigvalsh(block) > 0.0).all())
+        self._inverse = np.linalg.inv(block) if self.is_definite else block
+
+    def solve(self, vector: Floats) -> Floats:
+        """Return K⁻¹ times a vector in any unit, shape (n,); NaN if that fails."""
+        found, residual = np.zeros_like(vector), vector.copy()
+        refined = self._refined(residual)
+        search, product = refined.copy(), _inner(refined, residual)
+        enough = PRECISION * PRECISION * product
+        for _ in range(ROUNDS):
+            if not product > enough:
+                return found
+            image = self._matrix(search)
+            bent = _inner(search, image)
+            if not bent > 0.0:
+                break
+            found += product / bent * search
+            residual -= product / bent * image
+            refined = self._refined(residual)
+            before, product = product, _inner(refined, residual)
+            search = refined + product / before * search
+        return np.full_like(vector, np.nan)
+
+    def _refined(self, vector: Floats) -> Floats:
+        return np.einsum("nij,nj->ni", self._inverse, vector.reshape(-1, 3)).ravel()
+
+
+def _inner(one: Floats, other: Floats) -> float:
+    """Return the inner product; BLAS would add in an order that depends on its threads."""
+    return float(np.add.reduce(one * other))

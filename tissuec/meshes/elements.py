@@ -10,11 +10,11 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import cross, norm
 from tissuec.core.errors import counted
-from tissuec.core.vectors import cross, norm
+from tissuec.geometry.divisions import volumes
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures
-from tissuec.geometry.tetrahedra import volumes
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from tissuec.core import units
 from tissuec.core.errors import counted
 from tissuec.core.hints import alternatives
+from tissuec.geometry.divisions import CrossingError, triangles_of
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.geometry.inside import Overlap, depths
-from tissuec.geometry.polygons import CrossingError, triangles_of
 from tissuec.meshes.formats import FormatError, MeshCells, RawMesh
 from tissuec.model.topology import pieces
 

@@ -17,9 +17,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross, dot, norm
+from tissuec.core.arrays import cross, dot, norm
+from tissuec.geometry.divisions import OPPOSITE, oriented
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.tetrahedra import OPPOSITE, oriented
 
 POOR = 0.05  # quality of tetrahedra that are reported
 _THIN, _BETTER = 0.1, 0.2  # which are left out, and around which nodes move

@@ -2,7 +2,7 @@
 
 A branch is a spring c1 and a dashpot c1 τ in a row, beside the spring; q is what its dashpot
 gave way by. Above the yield force F the rest length flows by p, with the viscosity η. For the
-equations see ``forces.branches``.
+equations see ``forces.springs``.
 
 The variables q and p are kept in the velocities of hidden nodes, three to a node, each times a
 ``rate``, so that they are stepped, stored and resumed like all other motion.

@@ -15,10 +15,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.results import hdf5
-from tissuec.results.checksums import DatasetSum, crc_of, sums_of_text
-from tissuec.results.datasets import TEXT, DatasetSpec
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError, hdf5
+from tissuec.results.datasets import TEXT, DatasetSpec, DatasetSum, crc_of, sums_of_text
 from tissuec.results.finite import all_numbers
 from tissuec.results.schema import SUMS
 

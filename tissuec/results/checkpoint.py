@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.version import __version__
 from tissuec.model.network import Network
-from tissuec.results import access
+from tissuec.results import ResultError, access
 from tissuec.results.access import Dataset, ResultGroup
 from tissuec.results.arrays import array_of
-from tissuec.results.errors import ResultError
 from tissuec.results.schema import CHECKPOINT, NETWORK
 from tissuec.results.store import Store, member_name
 

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.hints import alternatives
 from tissuec.results.export import find_log, moments_of, names_of
-from tissuec.results.frame_arrays import OverFrames
-from tissuec.results.frame_columns import MOTION
-from tissuec.results.logs import Log
+from tissuec.results.frame_columns import MOTION, OverFrames
 from tissuec.results.shapes import ExportedShape
+from tissuec.results.tables import Log
 from tissuec.results.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tissuec.core.files import replacing
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.journal import has_journal
 from tissuec.results.layout import check_replaceable
 from tissuec.results.paraview import check_views, write_views

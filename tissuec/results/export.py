@@ -14,10 +14,9 @@ from tissuec.core.files import replacing
 from tissuec.core.hints import alternatives
 from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.results.frame_columns import MOTION
 from tissuec.results.hdf5 import open_file
-from tissuec.results.logs import Log
 from tissuec.results.recording import Event
 from tissuec.results.shapes import (
     ExportedShape,
@@ -26,6 +25,7 @@ from tissuec.results.shapes import (
 )
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_table import SurfaceSeries
+from tissuec.results.tables import Log
 from tissuec.results.trajectory import Trajectory
 
 WRITTEN = 12  # significant digits of times that scenes say

@@ -1,18 +1,37 @@
-"""From the arrays of the whole network to checked frames of the recorded part."""
+"""The recorded part of the network in frames, and just before and after events.
 
-from collections.abc import Mapping
+The net just before and just after events, which frames at even distances in time miss.
+
+Between two frames, a reader may interpolate the motion; across a cut it must not. So the net is
+written twice at the time of an event, in a table of its own: frames keep the times that the
+scene asks for.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.results import access
+from tissuec.results.access import ResultGroup
+from tissuec.results.datasets import DatasetSpec
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.finite import check_finite, check_shape, check_times
-from tissuec.results.frame_columns import POSITION
+from tissuec.results.frame_columns import (
+    FRAME_ROWS,
+    MOTION,
+    POSITION,
+    FrameColumns,
+    Frames,
+    side_of,
+)
 from tissuec.results.mesh import Cells
 from tissuec.results.polydata import PolyDataFrames
-from tissuec.results.recording import Recording
+from tissuec.results.recording import EventSide, Recording
+from tissuec.results.schema import SIDES
+from tissuec.results.store import ColumnTable, Store
 from tissuec.results.tools import ToolTable
 
 
@@ -130,3 +149,174 @@ class FrameRecorder:
             places = self._mesh.drawn_triangles(self._cells)
             self._drawn = self._cells, self._mesh.faces[places]
         return self._drawn[1]
+
+
+MOST_EVENTS = 64
+"""Events at which the net is written; further ones are shown by frames alone."""
+
+
+class SideTable:
+    """Two rows for each event, before and after it, of what frames show.
+
+    The datasets are made with the first event: most scenes of the smallest kind have none.
+
+    Args:
+        store: The file.
+        network: The compiled scene.
+        columns: Of the frames.
+    """
+
+    def __init__(self, store: Store, network: Network, columns: FrameColumns):
+        self._store, self._network, self._frames = store, network, columns
+        self._sides = SideColumns(network, columns)
+        self._table: ColumnTable | None = None
+        self._last = -np.inf
+        if SIDES.path in store.file:
+            self._last = self._made().last("time")
+
+    def _made(self) -> ColumnTable:
+        if self._table is None:
+            self._table = ColumnTable(self._store, self._sides.datasets)
+        return self._table
+
+    def awaits(self, time: float, apart: float) -> bool:
+        """Return whether the sides of an event are still to be written.
+
+        Args:
+            time: Of the event [s].
+            apart: Least distance from the last event that was written [s].
+        """
+        count = 0 if self._table is None else self._table["time"].rows // 2
+        is_shown = self._frames.places("node").size > 0
+        return is_shown and count < MOST_EVENTS and time >= self._last + apart
+
+    def append(self, before: EventSide, after: EventSide) -> None:
+        """Add the net on both sides of an event.
+
+        Raises:
+            ValueError: A number is not finite.
+        """
+        times = np.array([before.time, after.time])
+        rows = {
+            one.key: self._of(one, [self._there(one, side) for side in (before, after)], times)
+            for one in self._frames.channels
+        }
+        rows["time"] = times
+        rows["alive"] = np.concatenate([np.packbits(side.alive) for side in (before, after)])
+        self._made().append(rows)
+        self._last = after.time
+
+    def _of(
+        self, channel: FieldChannel, sides: Sequence[Floats], times: Floats
+    ) -> NDArray[Any]:
+        """Return the checked numbers of what is recorded at both sides, row after row."""
+        data, recorded = np.stack(sides), self._sides.places(channel.at)
+        with np.errstate(over="ignore"):  # such a number is reported as not finite
+            numbers = data[:, recorded].astype(self._frames.kind)
+        check_finite(numbers, channel.name, times, self._network, recorded, channel.at)
+        return numbers.reshape(-1, *channel.row)
+
+    def _there(self, channel: FieldChannel, side: EventSide) -> Floats:
+        """Return the numbers of a channel, 0 of springs and triangles that are gone."""
+        if channel in MOTION:
+            return getattr(side, channel.name)
+        data = side.fields[channel.name]
+        if channel.at == "spring":
+            return np.where(side.alive, data, 0.0)
+        if channel.at != "triangle":
+            return data
+        found, mesh = np.zeros_like(data), self._frames.mesh
+        drawn = mesh.faces[mesh.drawn_triangles(mesh.cells(side.alive))]
+        found[drawn] = data[drawn]
+        return found
+
+
+class SideColumns:
+    """The columns of both sides of events, with the rows that are allocated at once.
+
+    Attributes:
+        datasets: By name.
+    """
+
+    def __init__(self, network: Network, frames: FrameColumns):
+        tools = np.arange(network.body_nodes, network.shown_nodes)
+        self._nodes = np.concatenate([frames.places("node"), tools])
+        self._frames, self._bytes = frames, network.spring_count // 8 + 1
+        self.datasets = {
+            "time": SIDES["time"],
+            "alive": SIDES["alive"].of(chunk=_rows_of_a_chunk(self._bytes)),
+        }
+        for one in frames.channels:
+            chunk = _rows_of_a_chunk(self.places(one.at).size)
+            self.datasets[one.key] = side_of(one).of(kind=frames.kind, chunk=chunk)
+
+    def places(self, at: Place) -> NDArray[np.integer]:
+        """Return the network numbers of what is recorded, shape (place,)."""
+        return self._nodes if at == "node" else self._frames.places(at)
+
+    def rows(self) -> Iterator[tuple[DatasetSpec, int]]:
+        """Yield the columns with the rows of each side."""
+        yield self.datasets["time"], 1
+        yield self.datasets["alive"], self._bytes
+        for one in self._frames.channels:
+            yield self.datasets[one.key], self.places(one.at).size
+
+
+def _rows_of_a_chunk(rows: int) -> int:
+    """Return the rows that are allocated at once for items of which a side has ``rows``."""
+    return max(1, min(2 * rows, FRAME_ROWS))
+
+
+class Sides:
+    """The net on both sides of events, read when it is asked for.
+
+    The rows of all arrays are in turn before and after an event.
+
+    Attributes:
+        times: Of the sides [s], shape (side,).
+        position, velocity: Of the recorded nodes, and behind them of the nodes of tools [m],
+            [m/s], shape (side, node, 3).
+        fields: Of fields by name, in their units, shape (side, node, …) likewise, or (side,
+            item) of all recorded springs, triangles and cells, 0 where these are gone.
+
+    Args:
+        file: The file.
+        network: Its network.
+        nodes: Number of recorded nodes.
+        channels: The fields that frames contain, with the number of recorded springs,
+            triangles or cells that have one.
+    """
+
+    def __init__(
+        self, file: ResultGroup, network: Network, nodes: int,
+        channels: Mapping[FieldChannel, int],
+    ):  # fmt: skip
+        self._file, self._network = file, network
+        self.times: Floats = np.zeros(0)
+        if SIDES.path in file:
+            self.times = access.array(file, SIDES["time"].path)
+        points = nodes + network.shown_nodes - network.body_nodes
+        self.position, self.velocity = (self._frames(one, points) for one in MOTION)
+        self.fields = {
+            one.name: self._frames(one, points if one.at == "node" else count)
+            for one, count in channels.items()
+        }
+
+    def _frames(self, channel: FieldChannel, rows: int) -> Frames | Floats:
+        if not len(self):
+            return np.zeros((0, rows, *channel.row))
+        data = access.dataset(self._file, side_of(channel).path)
+        return Frames(data, len(self), rows, channel.row)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def alive(self, side: int) -> NDArray[np.bool_]:
+        """Return which springs of the network exist, shape (spring,)."""
+        count = self._network.spring_count
+        size = -(-count // 8)
+        dataset = access.dataset(self._file, SIDES["alive"].path)
+        rows = dataset[side * size : (side + 1) * size]
+        if len(rows) < size:
+            access.damaged(self._file.file, f'"{dataset.path}" is incomplete')
+        return np.unpackbits(rows, count=count).astype(bool)

@@ -3,8 +3,8 @@
 from collections import Counter
 from typing import Any
 
-from tissuec.results.logs import Log
 from tissuec.results.surface_table import SurfaceSeries
+from tissuec.results.tables import Log
 from tissuec.results.trajectory import Trajectory
 
 

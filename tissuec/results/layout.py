@@ -9,8 +9,7 @@ import h5py
 
 from tissuec.core.files import OutputFile
 from tissuec.core.hints import nearby_file
-from tissuec.results import access
-from tissuec.results.errors import ForeignFileError, PlaceError, ResultError
+from tissuec.results import ForeignFileError, PlaceError, ResultError, access
 from tissuec.results.hdf5 import linked_file, open_file
 from tissuec.results.journal import JournaledFile, has_journal
 from tissuec.results.places import (

@@ -50,7 +50,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
 
     A triangle of the skin vanishes with the first of its edges that tears, or with the element
     that it belongs to: a cut opens the skin along the cut springs (see
-    ``tissuec/geometry/edge_supports.py`` for edges without springs).
+    ``tissuec/geometry/edges.py`` for edges without springs).
 
     Attributes:
         nodes: Network numbers of the nodes shown, shape (node,).

@@ -17,9 +17,9 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.model.network import Floats, Indices
 from tissuec.results.fields import FieldChannel
-from tissuec.results.frame_arrays import Numbers
-from tissuec.results.means import mean_at
+from tissuec.results.frame_columns import Numbers
 from tissuec.results.mesh import Cells
+from tissuec.results.volume_cells import mean_at
 
 if TYPE_CHECKING:
     from tissuec.results.surface_table import SurfaceSeries

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 
 from tissuec.core.files import replacing
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.hdf5 import external_link, open_file, set_attribute
 from tissuec.results.layout import BLOCKS, VIEW
 from tissuec.results.places import final_path

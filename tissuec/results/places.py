@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from tissuec.core.files import final_place
-from tissuec.results.errors import PlaceError
+from tissuec.results import PlaceError
 
 SUFFIX = ".vtkhdf"
 _MARK = ".partial"

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from tissuec.model.network import Network
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.checkpoint import Checkpoint, scene_digest
-from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import partial_path
 from tissuec.results.trajectory import Trajectory
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.files import write_file
 from tissuec.model.network import Indices
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.results.mesh import Cells
 
 _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from tissuec.model.network import Network
 from tissuec.results.datasets import DatasetSpec
 from tissuec.results.frame_columns import FrameColumns
+from tissuec.results.frames import MOST_EVENTS, SideColumns
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.schema import (
@@ -26,7 +27,6 @@ from tissuec.results.schema import (
     RECORDING,
     TOOL_FRAMES,
 )
-from tissuec.results.sides import MOST_EVENTS, SideColumns
 from tissuec.results.store import LARGE
 from tissuec.results.tables import ENERGY, datasets_of
 from tissuec.script.plan import Output, SurfaceOutput

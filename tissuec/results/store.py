@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.core.errors import shown_size
-from tissuec.results import access
-from tissuec.results.checksums import DatasetSum, crc_of, sums_as_text
-from tissuec.results.datasets import TEXT, DatasetSpec
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError, access
+from tissuec.results.datasets import TEXT, DatasetSpec, DatasetSum, crc_of, sums_as_text
 from tissuec.results.hdf5 import TEXT as H5_TEXT
 from tissuec.results.hdf5 import add_text, change_attribute, open_file
 from tissuec.results.journal import JournaledFile

@@ -22,8 +22,7 @@ from tissuec.results.datasets import DatasetSpec
 from tissuec.results.finite import check_finite, check_shape, check_times
 from tissuec.results.frame_columns import steps_of
 from tissuec.results.hdf5 import copy_to
-from tissuec.results.parts import CellTables, read_table
-from tissuec.results.polydata import write_head
+from tissuec.results.polydata import CellTables, read_table, write_head
 from tissuec.results.recording import SurfaceChannel
 from tissuec.results.schema import SURFACES
 from tissuec.results.store import ColumnTable, GrowingDataset, Store, member_name

@@ -12,7 +12,7 @@ import numpy as np
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.core.source import Source
 from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
-from tissuec.results import access
+from tissuec.results import ResultError, access
 from tissuec.results.access import ResultGroup
 from tissuec.results.arrays import (
     read_channels_of_frames,
@@ -22,19 +22,24 @@ from tissuec.results.arrays import (
 )
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.datasets import GroupSpec
-from tissuec.results.errors import ResultError
 from tissuec.results.fields import FieldChannel, Place
-from tissuec.results.frame_arrays import CellFrames, Frames, Numbers, OverFrames
-from tissuec.results.frame_columns import POSITION, VELOCITY, column_of
+from tissuec.results.frame_columns import (
+    POSITION,
+    VELOCITY,
+    CellFrames,
+    Frames,
+    Numbers,
+    OverFrames,
+    column_of,
+)
+from tissuec.results.frames import Sides
 from tissuec.results.layout import open_result
-from tissuec.results.logs import Log, Logs
 from tissuec.results.manifest import read_manifest, read_origins
 from tissuec.results.mesh import Cells, RecordedMesh
-from tissuec.results.names import members
-from tissuec.results.parts import read_cells
 from tissuec.results.places import temporary_folder
+from tissuec.results.polydata import read_cells
 from tissuec.results.promise import Doubt, Promise, doubts_of
-from tissuec.results.recording import Event, ExpectationResult, NamedGroup
+from tissuec.results.recording import Event, ExpectationResult, NamedGroup, members
 from tissuec.results.schema import (
     CELLS,
     COMPANION,
@@ -44,9 +49,8 @@ from tissuec.results.schema import (
     SCENE,
     TOOL_FRAMES,
 )
-from tissuec.results.sides import Sides
 from tissuec.results.surface_table import Surfaces
-from tissuec.results.tables import read_events
+from tissuec.results.tables import Log, Logs, read_events
 from tissuec.results.tools import HoldInterval, read_holds
 from tissuec.results.volume_cells import VolumeCells
 

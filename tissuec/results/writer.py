@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from tissuec.core.source import Source
 from tissuec.model.network import Indices, Network
-from tissuec.results import access
+from tissuec.results import ResultError, access
 from tissuec.results.arrays import (
     read_network,
     read_recording,
@@ -27,8 +27,7 @@ from tissuec.results.checkpoint import (
     truncate,
     write_checkpoint,
 )
-from tissuec.results.errors import ResultError
-from tissuec.results.frames import FrameRecorder
+from tissuec.results.frames import FrameRecorder, SideTable
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
@@ -43,7 +42,6 @@ from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames, add_views, remove_views
 from tissuec.results.recording import Event, EventSide, NamedGroup, Recording
 from tissuec.results.schema import COMPANION, ENERGIES, ERRORS, SCENE, SIDES
-from tissuec.results.sides import SideTable
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import DISTANCE, ENERGY, ERROR, EventTable, LogTable, log_tables

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from tissuec.core.precision import PRECISIONS, SINGLE
 from tissuec.core.units import TIME
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang import syntax as s
+from tissuec.results import PRECISIONS, SINGLE
 from tissuec.scene.reading.block_sentences import SentenceKind, as_entries
 from tissuec.scene.reading.parts import block, block_of, declare
 from tissuec.script.forms import VerbSentence

@@ -14,12 +14,15 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.quantities import ObservedExpression
 from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, TissueError
-from tissuec.core.processors import permitted
+from tissuec.core.workers.workers import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.checkpoint import scene_digest
+from tissuec.results.fields import FIELDS, always_recorded
 from tissuec.results.layout import reserved
+from tissuec.results.mesh import RecordedMesh
 from tissuec.results.recording import Event
+from tissuec.results.shapes import ExportedShape, net_shape
 from tissuec.scene.overrides.texts import Given
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
@@ -221,7 +224,6 @@ class SteppedRun:
             ImportError: PyVista is not installed; says what to install.
         """
         from tissuec.results.conversion import to_pyvista
-        from tissuec.stepping.present_shape import present_shape
 
         return to_pyvista(present_shape(self.compiled.scene.source.name, self.snapshot))
 
@@ -427,3 +429,31 @@ def _read_only(values: Floats) -> Floats:
     view = values.view()
     view.flags.writeable = False
     return view
+
+
+def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
+    """Return everything that frames could show, at the time of a snapshot.
+
+    Args:
+        title: What is drawn.
+        snapshot: At one time.
+    """
+    network = snapshot.state.network
+    nodes = np.arange(network.body_nodes)
+    ends = network.springs.ends[: network.first_mark]
+    springs = np.flatnonzero((ends < len(nodes)).all(axis=1))
+    cells = RecordedMesh.of(network, nodes, springs).cells(snapshot.state.alive)
+    points: dict[str, NDArray[Any]] = {
+        "position": snapshot.position[nodes],
+        "velocity": snapshot.velocity[nodes],
+    }
+    own: dict[str, tuple[slice, NDArray[Any]]] = {}
+    for channel in always_recorded():
+        numbers = FIELDS[channel.name].sample(snapshot)
+        if channel.at == "node":
+            points[channel.stored] = numbers[nodes]
+        elif channel.at == "spring":
+            own[channel.stored] = cells.line_rows, numbers[cells.springs]
+    points["node_id"] = network.node_ids[nodes]
+    ids = network.springs.ids[cells.springs]
+    return net_shape(title, float(snapshot.time), cells, points, own, ids)

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import counted
 from tissuec.core.files import OutputFile, final_place
-from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.scene.study.model import called
 from tissuec.studies.table import DIED, Row, StudyHead, rows_of

@@ -25,7 +25,7 @@ from tissuec.core.workers.workers import Lost, Workers
 from tissuec.engine.execution.signals import ending
 from tissuec.lang import syntax as s
 from tissuec.pipeline import compile_program
-from tissuec.results.errors import PlaceError
+from tissuec.results import PlaceError
 from tissuec.results.places import make_folder
 from tissuec.scene.program.declarations import without
 from tissuec.scene.program.imports import Program, load

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.files import replacing
 from tissuec.model.network import Floats
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.results.hdf5 import TEXT, open_file
 from tissuec.studies.table import Column, MeasureCurve, StudyHead, StudyTable
 

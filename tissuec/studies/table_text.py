@@ -18,7 +18,7 @@ from typing import Any
 import msgspec
 
 from tissuec.core.files import write_file
-from tissuec.results.errors import ResultError
+from tissuec.results import ResultError
 from tissuec.scene.study.model import Cell
 from tissuec.studies.table import MeasureHead, Row, StudyHead, StudyTable, rows_of, title
 

@@ -25,16 +25,14 @@ from tissuec.validate.contact_search import NearbyContact
 from tissuec.validate.field_matrices import FieldMatrices
 from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.activation import ActiveFibres
+from tissuec.validate.forces.bending import Folding, PlateBending
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.fluids import FluidField
-from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
 from tissuec.validate.forces.membranes import MembraneWall
-from tissuec.validate.forces.plates import PlateBending
-from tissuec.validate.forces.pressure import PressedSkin
-from tissuec.validate.forces.symmetry import MirroredForces
-from tissuec.validate.forces.volumes import VolumeField
+from tissuec.validate.forces.pressure import PressedSkin, VolumeField
+from tissuec.validate.forces.supports import MirroredForces
 from tissuec.validate.yielding import RelaxingFields, Yielding
 
 if TYPE_CHECKING:

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.forces import ForceFormula
+from tissuec.validate.forces.bending import Folding, PlateBending
 from tissuec.validate.forces.elements import ElementSolid
-from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.membranes import MembraneWall
-from tissuec.validate.forces.plates import PlateBending
-from tissuec.validate.forces.symmetry import MirroredForces
+from tissuec.validate.forces.supports import MirroredForces
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

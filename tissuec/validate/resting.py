@@ -23,7 +23,7 @@ from tissuec.model.network import ELEMENTS, Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
 from tissuec.validate.forces.activation import ActiveFibres
 from tissuec.validate.forces.pressure import PressedSkin
-from tissuec.validate.forces.symmetry import MirroredForces
+from tissuec.validate.forces.supports import MirroredForces
 from tissuec.validate.stepping import ReferenceFailure
 
 COARSE = 1e-5  # of the largest force: up to here the energy decides the direction

@@ -27,11 +27,10 @@ from tissuec.model.blocks import KINDS, SYMMETRY
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.end import without_end
 from tissuec.validate import compare
-from tissuec.validate.compare import QuantityError
-from tissuec.validate.engine_run import Observed, observe, output_times, thinned
-from tissuec.validate.events import (
+from tissuec.validate.compare import (
     Matching,
     Miss,
+    QuantityError,
     between_events,
     break_times,
     firing_times,
@@ -39,9 +38,9 @@ from tissuec.validate.events import (
     missed,
     near_ties,
 )
+from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.forces import FORMULAS
-from tissuec.validate.reference import FINEST, WITHOUT_PROMISE
-from tissuec.validate.reference_run import MINIMISERS
+from tissuec.validate.reference import FINEST, MINIMISERS, WITHOUT_PROMISE
 from tissuec.validate.solution import Reference
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import BETTER, EstimatedReference, Progress, known_reference

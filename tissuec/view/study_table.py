@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tissuec.studies.analysis.convergence import ObservedOrders
-    from tissuec.studies.analysis.effects import Effects
     from tissuec.studies.analysis.quantiles import Quantiles
-    from tissuec.studies.analysis.sobol import SobolIndices
+    from tissuec.studies.analysis.sensitivity import Effects, SobolIndices
 
 
 class StudyTable(studies.StudyTable, frozen=True, eq=False):
@@ -23,12 +22,12 @@ class StudyTable(studies.StudyTable, frozen=True, eq=False):
     def sobol_indices(self, measure: str) -> "SobolIndices":
         """Return which part of the variance of a measure comes from which factor.
 
-        See ``studies.analysis.sobol``.
+        See ``studies.analysis.sensitivity``.
 
         Raises:
             ValueError: The design is not "sobol indices", or too few runs have a value.
         """
-        from tissuec.studies.analysis.sobol import sobol_indices
+        from tissuec.studies.analysis.sensitivity import sobol_indices
 
         return sobol_indices(self, measure)
 
@@ -67,12 +66,12 @@ class StudyTable(studies.StudyTable, frozen=True, eq=False):
     def effects(self, measure: str) -> "Effects":
         """Return the value as written, and the range of a measure over each factor.
 
-        See ``studies.analysis.effects``.
+        See ``studies.analysis.sensitivity``.
 
         Raises:
             ValueError: The design is not "one at a time", or the scene as written has no value.
         """
-        from tissuec.studies.analysis.effects import effects
+        from tissuec.studies.analysis.sensitivity import effects
 
         return effects(self, measure)
 

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 
 from tests.hand_net import chain, make_net, span, start
-from tissuec.analysis.vibration import eigen, operator
+from tissuec.analysis.vibration import operator
 from tissuec.analysis.vibration.modes import modes_of
 from tissuec.analysis.vibration.operator import dissected
 from tissuec.forces import volume
@@ -25,7 +25,7 @@ ROUNDING = 1e-9  # relative, of eigenvalues no smaller than a millionth of the l
 def solver(request, monkeypatch):
     """Solve small nets in either way."""
     if request.param == "sparse":
-        monkeypatch.setattr(eigen, "DENSE", 0)
+        monkeypatch.setattr(operator, "DENSE", 0)
     return request.param
 
 
@@ -237,7 +237,7 @@ def test_signs_of_pivots_count_the_eigenvalues_below_a_shift(monkeypatch):
 def test_copies_of_a_frequency_are_all_found(monkeypatch):
     # Nine chains of their own, which differ in nothing: each frequency comes nine times in each
     # of three directions.
-    monkeypatch.setattr(eigen, "DENSE", 0)
+    monkeypatch.setattr(operator, "DENSE", 0)
     position = np.array([[i, 3 * k, 0] for k in range(9) for i in range(11)], dtype=float)
     ends = [(11 * k + i, 11 * k + i + 1) for k in range(9) for i in range(10)]
     net = make_net(position, ends, rest=0.0)  # springs of no rest length resist in all ways

@@ -7,7 +7,7 @@ from tests.hand_net import make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.run import run
-from tissuec.results.sides import MOST_EVENTS
+from tissuec.results.frames import MOST_EVENTS
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 

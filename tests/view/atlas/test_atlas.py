@@ -12,8 +12,8 @@ from tissuec.core.source import Source
 from tissuec.core.units import PRESSURE
 from tissuec.pipeline import read_words
 from tissuec.scene.request import Request
-from tissuec.view.atlas.chart import HEIGHT, WIDTH, chart, even, powers, thinned
-from tissuec.view.atlas.page import render
+from tissuec.view.report.atlas import render
+from tissuec.view.report.atlas_chart import HEIGHT, WIDTH, chart, even, powers, thinned
 
 TEXT = """language 1
 property softness from 0 to 1 { evenly = [soft, hard] }

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.view.compare.scenes import AMPLITUDE, OSCILLATOR
-from tissuec.results.logs import Jumps
-from tissuec.view.compare.curves import compare_logs
+from tissuec.results.tables import Jumps
+from tissuec.view.compare.over_time import compare_logs
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")  # idle sets
 

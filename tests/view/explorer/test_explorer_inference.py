@@ -11,8 +11,8 @@ from tests.view.explorer.vocabularies import facts, of_file, vocabulary
 from tissuec.core.prefixes import shown_units
 from tissuec.core.resources import library
 from tissuec.core.units import DIMENSION_NAMES, show, si_unit
-from tissuec.fuzzy.operators import CHOICES
 from tissuec.fuzzy.rulebase import Inference
+from tissuec.fuzzy.rules import CHOICES
 from tissuec.scene.tissues.conclusions import why
 
 SEEDS = range(60)

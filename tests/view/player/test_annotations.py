@@ -18,7 +18,7 @@ from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
 from tissuec.view.player.rules import RULES, shader_rules
 from tissuec.view.section import read_plane
-from tissuec.view.section.film_section import check_reach
+from tissuec.view.section.cross_section import check_reach
 from tissuec.view.section.plane import SectionPlane
 
 PLACES = """

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tissuec
+from tissuec.geometry.divisions import filling_tetrahedra, volumes
 from tissuec.geometry.edges import volume
-from tissuec.geometry.tetrahedra import filling_tetrahedra, volumes
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.view.player.cells import SolidCells, capped
 from tissuec.view.player.lifetimes import FOREVER, is_there

@@ -8,8 +8,8 @@ from tests.view.player.conftest import Show, grid
 from tissuec.analysis.result_scene import anatomy_of_result
 from tissuec.core.errors import TissueError
 from tissuec.mechanics.deformation import von_mises
+from tissuec.results.blocks.fields import CloudMoments, Facts
 from tissuec.results.blocks.layout import Cloud, blocks_of
-from tissuec.results.blocks.moment import CloudMoments, Facts
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.fields import known_fields

@@ -12,24 +12,25 @@ from scipy.spatial import ConvexHull
 from tests.view.player.conftest import Show, grid, without_springs
 from tissuec.core import palette
 from tissuec.core.errors import TissueError
-from tissuec.view.player.animation import (
+from tissuec.view.player.bodies import arrows, capsules, smooth_mesh
+from tissuec.view.player.camera import Camera
+from tissuec.view.player.files import (
     GIF_RATE,
     VIDEO_RATE,
     moments,
     need_ffmpeg,
+    png,
+    still,
     write_gif,
     write_video,
 )
-from tissuec.view.player.bodies import arrows, capsules, smooth_mesh
-from tissuec.view.player.camera import Camera
 from tissuec.view.player.film import InterpolatedFrame
 from tissuec.view.player.lifetimes import Timeline
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
-from tissuec.view.player.raster import Raster
 from tissuec.view.player.reading import read_film
 from tissuec.view.player.rules import dashed, ramp, rgb
-from tissuec.view.player.still import png, still
+from tissuec.view.player.shading import Raster
 from tissuec.view.plots.page import need_matplotlib
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")

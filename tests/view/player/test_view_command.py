@@ -11,7 +11,7 @@ from tests.every import every
 from tests.test_docs import tissuec
 from tests.test_progress import Terminal
 from tests.view.player.conftest import Show, grid
-from tissuec.cli.field_range import field_range
+from tissuec.cli.view import field_range
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.fields import known_fields
 from tissuec.view.player.options import Options

@@ -12,7 +12,7 @@ from tests.view.plots.test_kinds import KINDS, QUICK, subject, texts
 from tissuec.core.errors import TissueError
 from tissuec.view.plots import draw
 from tissuec.view.plots.formats import in_latex, save
-from tissuec.view.plots.styles import STYLES
+from tissuec.view.plots.page import STYLES
 
 NARROW, WIDE = "paper", "paper-wide"
 #: Figures that a column of 85 mm has room for.

@@ -9,9 +9,8 @@ from tests.view.plots.test_x_y import SWUNG
 from tissuec.core.errors import TissueError
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.plots import draw
-from tissuec.view.plots.envelope import common
 from tissuec.view.plots.quantities import LoggedQuantity
-from tissuec.view.plots.spectrum import spectrum_of
+from tissuec.view.plots.quantity_plots import common, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("unplaced")
 

@@ -9,7 +9,7 @@ from tissuec.core.errors import TissueError
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.plots import draw
 from tissuec.view.plots.quantities import LoggedQuantity, quantity
-from tissuec.view.plots.x_y import joined
+from tissuec.view.plots.quantity_plots import joined
 
 pytestmark = pytest.mark.usefixtures("unplaced")
 

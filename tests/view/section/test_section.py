@@ -7,7 +7,7 @@ import tissuec
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
 from tissuec.geometry.blade_sections import plane_section
-from tissuec.geometry.tetrahedra import filling_tetrahedra
+from tissuec.geometry.divisions import filling_tetrahedra
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.node_values import read_field
 from tissuec.view.player.options import Options
@@ -16,8 +16,7 @@ from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
 from tissuec.view.plots import draw
 from tissuec.view.section import read_plane
-from tissuec.view.section.cross_section import clipped
-from tissuec.view.section.film_section import check_plane, section
+from tissuec.view.section.cross_section import check_plane, clipped, section
 
 SCENE = """language 1
 use "matter/fat"

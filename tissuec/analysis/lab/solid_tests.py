@@ -20,9 +20,8 @@ from msgspec.structs import replace
 
 from tissuec.analysis.lab import homogeneous, indentation, motion
 from tissuec.analysis.lab.bench import TestBench, Unmeasured
-from tissuec.analysis.lab.cube import SIDE, Cube
 from tissuec.analysis.lab.examiner import OTHERS, Examiner, Listener, Values
-from tissuec.analysis.lab.homogeneous import CubeResponse
+from tissuec.analysis.lab.homogeneous import SIDE, Cube, CubeResponse
 from tissuec.analysis.lab.rows import SHARE, Examination, LabCurve, known_of
 from tissuec.analysis.lab.spring_tests import BY_LAYER
 from tissuec.analysis.lab.statics import TensionTest

@@ -16,14 +16,20 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, diags_array
 
-from tissuec.analysis.vibration.eigen import ZERO, NotFound, count_below, lowest
-from tissuec.analysis.vibration.operator import Operator, operator_of
+from tissuec.analysis.vibration.operator import (
+    ZERO,
+    NotFound,
+    Operator,
+    count_below,
+    lowest,
+    operator_of,
+)
 from tissuec.core.errors import SimulationError, counted
 from tissuec.core.units import FORCE, show
 from tissuec.forces.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
-from tissuec.mechanics.newton import greatest
 from tissuec.mechanics.rigid import Freedom, assembled, rigid_motions
+from tissuec.mechanics.settling import greatest
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 

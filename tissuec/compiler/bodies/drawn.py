@@ -318,7 +318,7 @@ def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope
 
 def _bending(body: Body, mesh: Mesh, findings: Findings) -> NDArray[np.int32]:
     """Return the pairs of nodes that bending springs join, shape (pair, 2)."""
-    from tissuec.meshes.generators.bending import bending_springs
+    from tissuec.meshes.generators.joining import bending_springs
 
     assert body.bending is not None
     try:

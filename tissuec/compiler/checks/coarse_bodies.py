@@ -8,10 +8,10 @@ from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.checks import thorough_check
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
+from tissuec.core.arrays import norm
 from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
-from tissuec.core.vectors import norm
 from tissuec.mechanics.state import State
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import BodyPart

@@ -10,9 +10,9 @@ from tissuec.compiler.checks import check
 from tissuec.compiler.checks.nets import MOST_AT_A_NODE
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
+from tissuec.core.arrays import norm
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import FORCE, STIFFNESS, TIME, show
-from tissuec.core.vectors import norm
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
 from tissuec.model.network import BodyPart, Network

@@ -8,9 +8,9 @@ from msgspec import Struct
 from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.observed import CompiledCondition
+from tissuec.core.arrays import norm
 from tissuec.core.errors import Diagnostic
 from tissuec.core.units import FORCE, LENGTH, TIME, show
-from tissuec.core.vectors import norm
 from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.model.topology import pieces
 from tissuec.script.measures import MEASURES

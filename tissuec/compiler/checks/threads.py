@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiler.checks import check
+from tissuec.core.arrays import cross, norm
 from tissuec.core.errors import Diagnostic
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
-from tissuec.core.vectors import cross, norm
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart

@@ -19,9 +19,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.threads import bonds
-from tissuec.core.arrays import counted_up
+from tissuec.core.arrays import counted_up, cross, norm
 from tissuec.core.units import AREAL_STIFFNESS, show
-from tissuec.core.vectors import cross, norm
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
 from tissuec.geometry.edges import Edges, TriangleIndex
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree

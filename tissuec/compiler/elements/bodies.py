@@ -23,10 +23,10 @@ from tissuec.compiler.materials.tissue_parts import (
     TissueParts,
     part_numbers,
 )
+from tissuec.core.arrays import cross
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws import MODULUS, STRAIN, stress_in
 from tissuec.laws.formula import Constant, replaced
@@ -35,7 +35,7 @@ from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.uniaxial import OfTension
 from tissuec.meshes.elements import TRIANGLE, node_shares
 from tissuec.meshes.generators import ElementMesh
-from tissuec.meshes.generators.thick_tube import ThickTube, along_and_around
+from tissuec.meshes.generators.round_solids import ThickTube, along_and_around
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
@@ -57,8 +57,7 @@ from tissuec.scene.tissues.quantities import (
 if TYPE_CHECKING:
     from tissuec.forces.elements import SolidMaterial
     from tissuec.forces.membranes import MembraneMaterial
-    from tissuec.forces.solid_fibres import SolidFibres
-    from tissuec.forces.solid_prestretch import Prestretch
+    from tissuec.forces.solid_strain import Prestretch, SolidFibres
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
@@ -133,8 +132,7 @@ class ElementReader:
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         from tissuec.forces.elements import SolidMaterial
-        from tissuec.forces.solid_branches import SolidBranches
-        from tissuec.forces.solid_yield import SolidYield
+        from tissuec.forces.solid_memory import SolidBranches, SolidYield
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
@@ -203,7 +201,7 @@ class ElementReader:
         added = np.nan_to_num(young * (modulus / young - 1.0))
         families = {"fibres": self.body.fibres, SECOND_FIBRES: self.body.second_fibres}
         along = [self._along(k, one) for k, one in families.items() if one is not None]
-        from tissuec.forces.solid_fibres import SolidFibres
+        from tissuec.forces.solid_strain import SolidFibres
 
         stiffening, spread = (self._each(name, 0.0) for name in OF_FIBRES)
         # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.
@@ -259,7 +257,7 @@ class ElementReader:
             return None
         if direction is None:
             direction = self._along_fibres(stressed[0])
-        from tissuec.forces.solid_prestretch import Prestretch
+        from tissuec.forces.solid_strain import Prestretch
 
         share = self.parts.at_elements(given, 0.0)
         # Without stress, lengths are shorter by this part, like those of springs.

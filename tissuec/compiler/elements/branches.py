@@ -15,8 +15,8 @@ from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.tissues.quantities import OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
-    from tissuec.forces.membrane_branches import MembraneBranches
-    from tissuec.forces.solid_branches import SolidBranches
+    from tissuec.forces.membrane_memory import MembraneBranches
+    from tissuec.forces.solid_memory import SolidBranches
 
 
 Kind = TypeVar("Kind", "SolidBranches", "MembraneBranches")

@@ -12,9 +12,9 @@ from tissuec.compiler.elements.bodies import BodyElements, ElementReader, turned
 from tissuec.compiler.elements.branches import branches_of
 from tissuec.compiler.elements.yielding import yielding_of
 from tissuec.compiler.materials.cutting_resistance import resistance_of_parts
+from tissuec.core.arrays import cross, norm
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
-from tissuec.core.vectors import cross, norm
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.imported import Imported
 from tissuec.model.blocks import FieldBlock
@@ -111,8 +111,7 @@ class MembraneReader(ElementReader):
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        from tissuec.forces.membrane_branches import MembraneBranches
-        from tissuec.forces.membrane_yield import MembraneYield
+        from tissuec.forces.membrane_memory import MembraneBranches, MembraneYield
         from tissuec.forces.membranes import MembraneMaterial
 
         material = MembraneMaterial(

@@ -1,10 +1,9 @@
 """From matter to springs: spring constants per pascal and masses per density.
 
-Solids get springs that pass the patch test (``matter.patch``) as nearly as they can. Those of a
-crystal are scaled to the Young's modulus that virtual tests in tension find, those of other
-nets calibrated by tests in tension and shear (``matter.calibration``). Surfaces get those of
-``matter.surface``, times the thickness of the body; threads and explicit nets are bars with a
-section.
+Solids get springs that pass the patch test as nearly as they can. Those of a crystal are scaled
+to the Young's modulus that virtual tests in tension find, those of other nets calibrated by
+tests in tension and shear (``matter.solid_springs``). Surfaces get those of ``matter.surface``,
+times the thickness of the body; threads and explicit nets are bars with a section.
 """
 
 from hashlib import sha256
@@ -20,13 +19,16 @@ from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.keeping import kept_by
 from tissuec.core.source import Span
-from tissuec.matter.block import POISSON_OF_BRACED, fitted_block, sample_of
-from tissuec.matter.calibration import calibrated
 from tissuec.matter.elasticity import wall_springs
-from tissuec.matter.fibres import Fibres
-from tissuec.matter.patch import fitted
 from tissuec.matter.plate import RIGIDITY, Plate, plate
-from tissuec.matter.solid import Solid
+from tissuec.matter.solid import Fibres, Solid
+from tissuec.matter.solid_springs import (
+    POISSON_OF_BRACED,
+    calibrated,
+    fitted,
+    fitted_block,
+    sample_of,
+)
 from tissuec.matter.surface import surface
 from tissuec.matter.traction import POISSON, Floppy, MeasuredStiffness, measured
 from tissuec.meshes.generators import Mesh, Threaded

@@ -1,7 +1,7 @@
 """Poisson's ratio: that of springs alone, and the effect of cells that keep their volume.
 
 Springs have both Lamé's constants alike, μ = λ, so that ν is n = 1/4 in a solid (and n = 1/3
-where nodes of two kinds shift against one another, see ``matter.block``). A body of
+where nodes of two kinds shift against one another, see ``matter.solid_springs``). A body of
 
     μ = E / (2 (1 + ν)),    λ = 2 μ ν / (1 - 2 ν)
 

@@ -13,12 +13,12 @@ from tissuec.compiler.output.smoothing import read_surface
 from tissuec.compiler.sets import Groups
 from tissuec.core.arrays import distinct
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
-from tissuec.core.precision import SINGLE
 from tissuec.core.source import Span
 from tissuec.core.units import FREQUENCY, TIME, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
+from tissuec.results import SINGLE
 from tissuec.scene.output import (
     BLOCKS,
     COMPRESS,

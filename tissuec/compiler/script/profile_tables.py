@@ -6,9 +6,9 @@ from typing import NoReturn
 
 import numpy as np
 
+from tissuec.core.arrays import monotone_slopes
 from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, insertion
-from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.text_tables.columns import GAP, BadRow, gap_mark
 from tissuec.core.text_tables.dialect import Dialect, is_count
 from tissuec.core.text_tables.table import TextTable

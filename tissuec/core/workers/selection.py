@@ -3,8 +3,7 @@
 from collections.abc import Callable
 
 from tissuec.core import arguments
-from tissuec.core.processors import permitted
-from tissuec.core.workers.workers import OwnProcess, Workers
+from tissuec.core.workers.workers import OwnProcess, Workers, permitted
 
 
 def workers_of(

@@ -1,9 +1,10 @@
-"""Workers: what applies one function to many items, somewhere.
+"""Workers: what applies one function to many items, somewhere; how many processors there are.
 
 What any worker returns depends on the item alone, so that results do not depend on who computed
 them, nor on how many there are.
 """
 
+import os
 from collections.abc import Callable, Generator, Sequence
 from threading import local
 from typing import Generic, Protocol, Self, TypeAlias, TypeVar
@@ -77,3 +78,10 @@ class CommonCache(local, Generic[Common, Result]):
         if self._made is None or self._made[0] is not common:
             self._made = common, self._make(common)
         return self._made[1]
+
+
+def permitted() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

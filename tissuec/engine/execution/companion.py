@@ -30,9 +30,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.arrays import evenly
-from tissuec.core.processors import permitted
 from tissuec.core.resources import PACKAGE
 from tissuec.core.units import LENGTH, show
+from tissuec.core.workers.workers import permitted
 from tissuec.engine.execution.finer_run import (
     LEAST,
     MOST,

@@ -33,8 +33,8 @@ from tissuec.script.verbs import LoggedEvent
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine
+    from tissuec.engine.equilibria import Phases
     from tissuec.engine.method import Interruption, Pause, Statistics
-    from tissuec.engine.phases import Phases
     from tissuec.engine.quasistatic import QuasiStatic
 
 Kind = Literal["done", "diverged", "stuck", "interrupted"]
@@ -167,7 +167,7 @@ class RunLoop:
     def _enter_phases(self) -> None:
         """Have the engine step static intervals, too, also those that no plan foresaw."""
         from tissuec.engine.engine import Engine
-        from tissuec.engine.phases import Phases
+        from tissuec.engine.equilibria import Phases
 
         if isinstance(self.engine, Engine):
             self.engine = Phases(self.engine, self.recorder.times, self.recorder.record)

@@ -1,6 +1,6 @@
 """Springs that follow a curve: exponential, or through measured points of force or stress.
 
-Points are joined without overshoot; see ``core.interpolation``. The nominal stress is by
+Points are joined without overshoot; see ``core.arrays``. The nominal stress is by
 definition the force per area as drawn.
 """
 
@@ -11,8 +11,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
+from tissuec.core.arrays import monotone_slopes
 from tissuec.core.fields import Real, Several
-from tissuec.core.interpolation import monotone_slopes
 from tissuec.laws import REST, SPRING_LAWS, STRAIN, C, E, of_stress
 from tissuec.laws.formula import Formula, Spline, exp
 

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from tissuec.core.errors import counted
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, parse_unit
-from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.experiment import Series, nodes_of, owners
-from tissuec.learn.data.rows import nearest_rows
+from tissuec.learn.data.rows import Complaints, first_few, nearest_rows
 from tissuec.model.network import Floats, Indices, Network, numbers_in
-from tissuec.results import access
+from tissuec.results import ForeignFileError, ResultError, access
 from tissuec.results.access import Dataset, ResultGroup
-from tissuec.results.errors import ForeignFileError, ResultError
 from tissuec.results.hdf5 import open_file
 from tissuec.results.trajectory import Trajectory
 from tissuec.script.fit_problem import Fit

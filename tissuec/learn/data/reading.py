@@ -12,8 +12,8 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.files import open_regular, read_rest
 from tissuec.core.hints import nearby_file
 from tissuec.core.units import TIME, show
-from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.experiment import Experiment, Series
+from tissuec.learn.data.rows import Complaints
 from tissuec.learn.data.tables import read_table
 from tissuec.model.network import Network
 from tissuec.script.fit_problem import Data, DataAxis, Fit, FitProblem

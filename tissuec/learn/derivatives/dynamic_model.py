@@ -9,7 +9,7 @@ from tissuec.kernels.derivative_records import Values
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.event_recording import EventRecorder
 from tissuec.learn.derivatives.event_schedule import EventSchedule
-from tissuec.learn.derivatives.method_choice import ChosenMethod
+from tissuec.learn.derivatives.methods import ChosenMethod
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged, Motion, SampledStates
 from tissuec.learn.derivatives.observables import Observable, StateView, pull, push

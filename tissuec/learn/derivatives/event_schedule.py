@@ -20,17 +20,17 @@ from tissuec.forces import Field, acts_of
 from tissuec.forces.derivatives import with_numbers
 from tissuec.forces.load import Load
 from tissuec.kernels.derivative_records import ActingFields, Links, SpringMemory, Values
-from tissuec.learn.parameters.fields import (
+from tissuec.learn.parameters.numbers import (
     NO_MEMORY,
     ActingNumbers,
     Fields,
+    NumberOrder,
     acting_numbers,
     derivatives_of,
     memory_of,
     numbers,
     remembering,
 )
-from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import SPRINGS, Floats, Indices, Network
 

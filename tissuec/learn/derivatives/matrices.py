@@ -1,14 +1,22 @@
-"""Matrices of implicit steps and equilibria: derivatives of accelerations by the state."""
+"""Compiled derivatives of accelerations, and the matrices of implicit steps and equilibria."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from tissuec.kernels.derivative_records import Links, NodeState
-from tissuec.learn.derivatives.kernels import blocks
+from tissuec.compiled.calls import Shipped
+from tissuec.compiled.laws import partial_address
+from tissuec.compiled.record_tables import tabulated
+from tissuec.engine.integrators import derivatives_kernel as steps
+from tissuec.forces import accelerations_derivatives_kernel as accelerations
+from tissuec.forces import springs_derivatives_kernel as springs
+from tissuec.kernels.derivative_records import Laws, Links, NodeState
+from tissuec.laws import Law
+from tissuec.laws.partial import ARGUMENTS
 from tissuec.learn.derivatives.stepping import LegForces
-from tissuec.mechanics.low_rank import LowRankFactor
+from tissuec.mechanics.stiffness import LowRankFactor
 from tissuec.model.network import Floats, Indices
 
 
@@ -94,3 +102,33 @@ def _between(links: Links, blocks: Floats) -> sparse.csr_matrix:
     size = 3 * len(inverse)
     parts = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
     return sparse.csr_matrix(sparse.coo_matrix(parts, shape=(size, size)))
+
+
+def _shipped(function: Callable[..., None]) -> Shipped:
+    return Shipped(function, "derivatives")
+
+
+acceleration = _shipped(accelerations.acceleration)
+blocks = _shipped(springs.blocks)
+pull_back = _shipped(accelerations.pull_back)
+push_forward = _shipped(accelerations.push_forward)
+begin_dues = _shipped(steps.begin_dues)
+combine_stage = _shipped(steps.combine_stage)
+enter_stage = _shipped(steps.enter_stage)
+leave_step = _shipped(steps.leave_step)
+step_back = _shipped(steps.step_back)
+step_change = _shipped(steps.step_change)
+step_forward = _shipped(steps.step_forward)
+weigh_stage = _shipped(steps.weigh_stage)
+
+
+def compiled_laws(laws: tuple[Law, ...], constants: int) -> Laws:
+    """Return laws as kernels call them.
+
+    Args:
+        laws: The first is the linear one.
+        constants: How many of their constants may change.
+    """
+    curved = len(laws) > 1
+    places = {name: partial_address(name, laws, constants) for name in ARGUMENTS if curved}
+    return tabulated(Laws(curved, **places))

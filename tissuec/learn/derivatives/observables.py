@@ -17,10 +17,9 @@ from tissuec.kernels.derivative_records import (
     Values,
 )
 from tissuec.learn.derivatives.event_schedule import Leg, acting_fields, present_fields
-from tissuec.learn.derivatives.kernels import acceleration, pull_back
+from tissuec.learn.derivatives.matrices import acceleration, pull_back
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.parameters.fields import NO_MEMORY, memory_of, remembering
-from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.learn.parameters.numbers import NO_MEMORY, NumberOrder, memory_of, remembering
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import Fit
 from tissuec.script.measures import Subject

@@ -13,7 +13,7 @@ from msgspec.structs import fields
 from tissuec.compiler.compile import Compiled
 from tissuec.forces import Field
 from tissuec.learn.parameters.blocks import ParameterBlock
-from tissuec.learn.parameters.fields import derivatives_of, every_field, preserves
+from tissuec.learn.parameters.numbers import derivatives_of, every_field, preserves
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.learn.parameters.substitution import STEP, recompiled
 from tissuec.model.blocks import name_of_force

@@ -16,16 +16,20 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
 from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
 from tissuec.learn.data.experiment import Series
-from tissuec.learn.derivatives.displacement_control import TravelledDistance
 from tissuec.learn.derivatives.equilibria import (
     EquilibriumStage,
     StaticResponse,
+    TravelledDistance,
     Unbalanced,
     UnresistedMotion,
     stands,
 )
-from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
-from tissuec.learn.derivatives.matrices import derivatives
+from tissuec.learn.derivatives.matrices import (
+    acceleration,
+    derivatives,
+    pull_back,
+    push_forward,
+)
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.observables import Observable, StateView, pull, push
 from tissuec.learn.derivatives.refusals import refusal

@@ -20,15 +20,14 @@ from tissuec.core.workers.workers import OwnProcess, Workers
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.assessment import assess, estimates, relative_error
 from tissuec.learn.fit.bootstrap import Resampled, intervals
-from tissuec.learn.fit.checkpoint import KeptSearch, key_of
 from tissuec.learn.fit.evaluations import Evaluator, LostWorkersError, StartError
-from tissuec.learn.fit.horizons import HORIZONS
 from tissuec.learn.fit.identifiability import Identifiability
 from tissuec.learn.fit.noise import NoiseDraws
+from tissuec.learn.fit.optimiser import HORIZONS
 from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.rule_revision import CandidateScene, revised, with_texts
-from tissuec.learn.fit.search import Search, SearchState
+from tissuec.learn.fit.search import KeptSearch, Search, SearchState, key_of
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats

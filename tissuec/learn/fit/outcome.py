@@ -1,7 +1,8 @@
-"""Results of learning, with their evidence, as values and as text."""
+"""Results of learning with their evidence, and expectations about their errors."""
 
-from collections.abc import Mapping
-from math import ceil, isfinite, log10
+from collections.abc import Iterable, Mapping, Sequence
+from math import ceil, isfinite, log10, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.units import NUMBER, Dimension, show
 from tissuec.model.network import Floats
-from tissuec.script.fit_problem import Adjust, FitProblem
+from tissuec.script.fit_problem import Adjust, Demand, Errors, FitProblem
 
 
 class Estimates(Struct, frozen=True, eq=False):
@@ -153,3 +154,60 @@ def interval(
 def percent(part: float) -> str:
     """Return a part of 1 as "3.1 %"."""
     return f"{100.0 * part:.3g} %"
+
+
+HELD_OUT, ALL = "held out", "data"
+
+
+class DemandVerdict(NamedTuple):
+    """Whether an expectation holds, and the measured value."""
+
+    demand: Demand
+    holds: bool
+    measured: str
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Return the verdict as plain data."""
+        expect = self.demand.span.one_line
+        return {"expect": expect, "holds": self.holds, "measured": self.measured}
+
+
+def judged(learnt: Learnt) -> list[DemandVerdict]:
+    """Return a verdict on each ``expect error(…)`` of a learn block."""
+    return verdicts_of(learnt.fit_problem.demands, errors_of(learnt.fitted))
+
+
+def verdicts_of(demands: Iterable[Demand], errors: Errors) -> list[DemandVerdict]:
+    """Return a verdict on each expectation.
+
+    Args:
+        demands: The expectations.
+        errors: Relative errors by name, as ``errors_of`` returns them.
+    """
+    return [DemandVerdict(one, one.holds(errors), one.describe(errors)) for one in demands]
+
+
+def errors_of(fitted: Sequence[Fitted]) -> dict[str, float]:
+    """Return the errors by the name of each file, "data" and "held out".
+
+    "data" is all that was learnt from. A file whose last part is held out has both of its parts
+    under its name. Where nothing belongs to a name, it is not there.
+    """
+    parts = {
+        ALL: [one for one in fitted if not one.held_out],
+        HELD_OUT: [one for one in fitted if one.held_out],
+        **{file: [one for one in fitted if one.file == file] for file in _files(fitted)},
+    }
+    return {name: joined(some) for name, some in parts.items() if some}
+
+
+def joined(fitted: Iterable[Fitted]) -> float:
+    """Return the error of several experiments: root of the mean square, by their numbers."""
+    some = list(fitted)
+    total = sum(one.count for one in some)
+    return sqrt(sum(one.count * one.error**2 for one in some) / max(total, 1))
+
+
+def _files(fitted: Iterable[Fitted]) -> list[str]:
+    return list(dict.fromkeys(one.file for one in fitted))

@@ -13,15 +13,15 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
-from tissuec.learn.derivatives.kernels import compiled_laws
-from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.matrices import compiled_laws
+from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.model import Model
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
-from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.model.network import Floats
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request

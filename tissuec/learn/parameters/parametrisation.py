@@ -22,8 +22,7 @@ from tissuec.forces.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import Entries, ParameterBlock, Prior, block_of
-from tissuec.learn.parameters.fields import Fields, every_field, numbered
-from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.learn.parameters.numbers import Fields, NumberOrder, every_field, numbered
 from tissuec.learn.parameters.substitution import Compilations, Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.reading.findings import Findings

@@ -17,8 +17,7 @@ from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.learning.laws import force_with_params
 from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
-from tissuec.learn.parameters.fields import every_field
-from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder
+from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder, every_field
 from tissuec.model.inelastic import TIMES, VISCOSITY
 from tissuec.model.network import Floats
 from tissuec.scene.model import Body, Joint, Region, Scene, Tissue, WrittenForce, WrittenLaw

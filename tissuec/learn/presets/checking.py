@@ -7,9 +7,7 @@ from pathlib import Path
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
-from tissuec.learn.presets.drafts import Draft, LearntNumber
-from tissuec.learn.presets.laws import changed_constants
-from tissuec.learn.presets.tissues import WHOLE
+from tissuec.learn.presets.tissues import WHOLE, Draft, LearntNumber, changed_constants
 from tissuec.pipeline import check_request, read_words
 from tissuec.scene.model import AssignedQuantity, Tissue
 from tissuec.scene.program.imports import Files, read_source

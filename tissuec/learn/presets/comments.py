@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tissuec.core.version import __version__
-from tissuec.learn.fit.expectations import judged
-from tissuec.learn.fit.outcome import Estimates, Learnt, interval, percent, shown
+from tissuec.learn.fit.outcome import Estimates, Learnt, interval, judged, percent, shown
 from tissuec.scene.request import Request
 
 WIDTH = 96

@@ -13,7 +13,7 @@ from tissuec.learn.presets.comments import entry, mark
 from tissuec.learn.presets.preset import Preset
 from tissuec.learn.presets.vocabularies import free_name, is_of_words, marked, words_alone
 from tissuec.learn.vocabulary.texts import TextEdit, apply
-from tissuec.learn.words_fit.fitting import LearntVocabulary
+from tissuec.learn.words_fit import LearntVocabulary
 from tissuec.pipeline import read_words
 from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.program.library import SUFFIX

@@ -28,16 +28,20 @@ from tissuec.learn.presets.comments import (
     of_nodes_and_springs,
     origin,
 )
-from tissuec.learn.presets.drafts import LEARNED, Draft, LearntNumber, drafts_of, number_of
-from tissuec.learn.presets.laws import learnt as numeral
 from tissuec.learn.presets.tissues import (
-    FORMS,
     IN_NUMBERS,
     IN_WORDS,
+    LEARNED,
     LIKE,
+    Draft,
+    LearntNumber,
     TissueWriter,
+    drafts_of,
+    number_of,
     remark,
 )
+from tissuec.learn.presets.tissues import PRESET_FORMS as FORMS
+from tissuec.learn.presets.tissues import learnt as numeral
 from tissuec.learn.presets.vocabularies import WrittenVocabularies, vocabularies
 from tissuec.learn.vocabulary.used import warnings_of
 from tissuec.model.network import Network

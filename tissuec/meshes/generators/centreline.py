@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
+from tissuec.core.arrays import cross, dot, norm
 from tissuec.core.fields import UnfitEntries
-from tissuec.core.vectors import cross, dot, norm
 from tissuec.model.network import Floats
 
 SMOOTH, SHARP = BENDS = "smooth", "sharp"

@@ -173,8 +173,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
     def _shape_of_image(self) -> "RepairedMesh":
         """Return the cubes of an image, or the surface; raises FormatError."""
-        from tissuec.meshes.images.cubes import cubes
-        from tissuec.meshes.images.surfaces import surface
+        from tissuec.meshes.images.meshing import cubes, surface
         from tissuec.meshes.repair import repair
 
         values = self.image.values_of(self.part)
@@ -195,7 +194,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs; with a filling, as if it filled the box."""
         if self.filling == CUBES:
-            from tissuec.meshes.images.cubes import size
+            from tissuec.meshes.images.meshing import size
 
             assert self.cell is not None
             try:
@@ -327,7 +326,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         """Return the nodes of each group; of images with those of a filling."""
         if not (is_image(self.file.path) and len(filling.position)):
             return self._fine_shape.groups
-        from tissuec.meshes.images.surfaces import with_inner_nodes
+        from tissuec.meshes.images.meshing import with_inner_nodes
 
         return with_inner_nodes(self.image, self._fine_shape, filling.position)
 

@@ -22,13 +22,11 @@ from numpy.typing import NDArray
 
 from tissuec.core.files import replacing
 from tissuec.model.network import Indices
-from tissuec.results import access
+from tissuec.results import ResultError, access
 from tissuec.results.blocks.anatomy import Anatomy
-from tissuec.results.blocks.fields import BlockField, fields_of
+from tissuec.results.blocks.fields import BlockField, CloudMoments, Facts, Moment, fields_of
 from tissuec.results.blocks.layout import Cloud, Names, Piece, ResultBlock, blocks_of
-from tissuec.results.blocks.moment import CloudMoments, Facts, Moment
 from tissuec.results.blocks.poses import write_poses
-from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import (
     copy_to,
     external_link,

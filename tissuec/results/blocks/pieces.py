@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.results.blocks.anatomy import Anatomy
-from tissuec.results.blocks.fields import fields_of
+from tissuec.results.blocks.fields import CloudMoments, Facts, Moment, fields_of
 from tissuec.results.blocks.layout import Names, ResultBlock, blocks_of
-from tissuec.results.blocks.moment import CloudMoments, Facts, Moment
 from tissuec.results.shapes import ExportedShape, cannot_write, write_vtp, write_xml
 from tissuec.results.trajectory import Trajectory
 

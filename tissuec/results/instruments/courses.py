@@ -7,11 +7,16 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import norm
+from tissuec.core.arrays import norm
 from tissuec.model.network import Floats, Indices, ToolShape
 from tissuec.results.instruments import JET, Course
-from tissuec.results.instruments.grips import frame_along, free_shaft, grips, shaft_across
-from tissuec.results.instruments.scenery import Scenery
+from tissuec.results.instruments.grips import (
+    Scenery,
+    frame_along,
+    free_shaft,
+    grips,
+    shaft_across,
+)
 from tissuec.results.moments import Moments
 from tissuec.results.recording import Event
 

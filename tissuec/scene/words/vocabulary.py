@@ -13,9 +13,15 @@ from tissuec.core.source import Span
 from tissuec.core.units import NUMBER
 from tissuec.fuzzy import rules as c
 from tissuec.fuzzy.hedges import Hedge
-from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule, conflicts
+from tissuec.fuzzy.rules import (
+    CHOICES,
+    ConcludedQuantity,
+    Conclusion,
+    Operators,
+    Rule,
+    conflicts,
+)
 from tissuec.fuzzy.sets import Word
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared

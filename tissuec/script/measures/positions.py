@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.vectors import dot
+from tissuec.core.arrays import dot
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, VectorMeasure, one_column

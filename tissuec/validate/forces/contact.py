@@ -13,7 +13,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity, vstack
 
-from tissuec.core.vectors import cross
+from tissuec.core.arrays import cross
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:

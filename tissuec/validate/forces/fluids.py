@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.core.vectors import cross
+from tissuec.core.arrays import cross
 from tissuec.validate.forces import assembled
 from tissuec.validate.forces.pressure import middle_of
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.core.vectors import cross
+from tissuec.core.arrays import cross
 from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:

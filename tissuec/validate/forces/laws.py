@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from scipy.integrate import quad_vec
 from scipy.interpolate import PchipInterpolator
 
-from tissuec.validate.forces.solid_laws import slopes_of
-from tissuec.validate.forces.trees import derived, either, shipped
+from tissuec.validate.forces.solid_laws import derived, either, shipped, slopes_of
 
 if TYPE_CHECKING:
     from tissuec.laws import Law

@@ -9,10 +9,14 @@ from msgspec.structs import replace
 
 from tissuec.model.network import Indices
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.compare.curves import Curves, compare_curves
-from tissuec.view.compare.events import EventComparison, compare_events
 from tissuec.view.compare.matching import MatchedIndices, SideParts, match_nodes, match_springs
 from tissuec.view.compare.motion import MotionDifference, compare_motions
+from tissuec.view.compare.over_time import (
+    Curves,
+    EventComparison,
+    compare_curves,
+    compare_events,
+)
 from tissuec.view.compare.parameters import (
     FORCE,
     QuantityDifference,

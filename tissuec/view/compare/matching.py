@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from tissuec.core.names import key_of
 from tissuec.model.network import Indices, Network, numbers_in
-from tissuec.results.names import full_name
+from tissuec.results.recording import full_name
 from tissuec.view.compare.sides import Side
 
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.compare.curves import are_same, common, nearest, nearness
 from tissuec.view.compare.matching import MatchedIndices
+from tissuec.view.compare.over_time import are_same, common, nearest, nearness
 
 Verdict = Literal["agree", "differ", "cannot tell", "nothing promised"]
 MOST_NUMBERS = 3_000_000  # that are read at once

@@ -17,10 +17,16 @@ from tissuec.core.units import (
     show_si,
 )
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
-from tissuec.view.compare.curves import Curves, LogDifference
-from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
 from tissuec.view.compare.matching import SideParts
 from tissuec.view.compare.motion import MotionDifference
+from tissuec.view.compare.over_time import (
+    BREAKING,
+    Curves,
+    EventComparison,
+    EventEntry,
+    LogDifference,
+    MatchedEvent,
+)
 from tissuec.view.compare.parameters import FORCE, QuantityDifference, SourcePlace, shortened
 from tissuec.view.compare.sides import Side, TextDifference
 

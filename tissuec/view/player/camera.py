@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import directions
+from tissuec.core.arrays import directions
 from tissuec.model.network import Floats
 from tissuec.view.player.film import PlayerData
 from tissuec.view.plots.projection import Projection

@@ -11,9 +11,9 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.geometry.divisions import OPPOSITE, filling_tetrahedra, volumes
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.edges import Edges
-from tissuec.geometry.tetrahedra import OPPOSITE, filling_tetrahedra, volumes
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.results.trajectory import Trajectory

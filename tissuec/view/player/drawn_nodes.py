@@ -12,8 +12,8 @@ from tissuec.matter.elasticity import wall_springs
 from tissuec.mechanics.deformation import Surroundings, mean_of_springs, symmetric, von_mises
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
+from tissuec.results.blocks.fields import Facts, Moment
 from tissuec.results.blocks.layout import Cloud
-from tissuec.results.blocks.moment import Facts, Moment
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import DRAWN, PlayerData
 from tissuec.view.player.lifetimes import is_there

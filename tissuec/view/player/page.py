@@ -25,6 +25,7 @@ from tissuec.view.player.cells import MOST_NODES
 from tissuec.view.player.curves import LogCurve, first_pair, marks, read_curves, read_quantities
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.facts import pace
+from tissuec.view.player.files import still
 from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
 from tissuec.view.player.node_values import FieldValues, chosen_field
@@ -32,7 +33,6 @@ from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.packing import Pack, box_scale, even, pack_fields, pack_node_facts
 from tissuec.view.player.reading import read_film
 from tissuec.view.player.rules import RULES, shader_rules
-from tissuec.view.player.still import still
 from tissuec.view.plots.projection import viewpoint
 
 WEB = Path(__file__).resolve().parent / "web"

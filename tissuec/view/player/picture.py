@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tissuec.core import palette
 from tissuec.model.network import Floats, Indices
 from tissuec.results.instruments.meshes import mesh_of
-from tissuec.view.player.annotations import Annotations
+from tissuec.view.player.annotations import Annotations, PictureSetting
 from tissuec.view.player.bodies import (
     TriangleMesh,
     across,
@@ -37,16 +37,15 @@ from tissuec.view.player.film import (
 from tissuec.view.player.lifetimes import is_there
 from tissuec.view.player.node_values import FieldValues, between_rows, field_colours
 from tissuec.view.player.options import Options
-from tissuec.view.player.picture_setting import PictureSetting
 from tissuec.view.player.rules import RULES, dashed, ramp, rgb
 from tissuec.view.player.shading import ProjectedTriangles, Shading
 from tissuec.view.plots.page import need_matplotlib
-from tissuec.view.section.film_section import at_cap, cap, rims, section
+from tissuec.view.section.cross_section import at_cap, cap, rims, section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tissuec.view.player.raster import Raster
+    from tissuec.view.player.shading import Raster
 
 DPI = 100
 _RIM = 1.2  # [px]: width of outlines in a section
@@ -125,7 +124,7 @@ class Painter:
 
     def scene(self, at: float) -> NDArray[np.uint8]:
         """Return the picture without what is written on it, shape (height, width, 3)."""
-        from tissuec.view.player.raster import Raster
+        from tissuec.view.player.shading import Raster
 
         moment = InterpolatedFrame.of(self.film, at)
         self.camera = self._following(at)

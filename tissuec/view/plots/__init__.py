@@ -115,8 +115,7 @@ def draw(
         WrongOption: An option is none of the kind's.
         ValueError: Nothing was given, or nothing that can be plotted.
     """
-    from tissuec.view.plots.page import need_matplotlib, new_sheet
-    from tissuec.view.plots.styles import style_named
+    from tissuec.view.plots.page import need_matplotlib, new_sheet, style_named
     from tissuec.view.plots.subjects import credits_of, opened
 
     need_matplotlib()  # before all the work

@@ -15,9 +15,8 @@ from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
 from tissuec.view.plots.axes import SILENT, told
-from tissuec.view.plots.frame_numbers import FrameNumbers
+from tissuec.view.plots.frame_contents import FrameInstruments, FrameNumbers
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
-from tissuec.view.plots.instruments import FrameInstruments
 from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture

@@ -10,7 +10,7 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices, numbers_in
-from tissuec.results.names import NODES, members
+from tissuec.results.recording import NODES, members
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look
 from tissuec.view.plots.frame_reader import drawn, moved, no_frames

@@ -27,7 +27,7 @@ from tissuec.view.report.markup import (
     shown,
     table,
 )
-from tissuec.view.summaries.origins import plan_sections
+from tissuec.view.scene_summary import plan_sections
 
 
 def numbers(content: ReportContent) -> Section:

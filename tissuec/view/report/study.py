@@ -10,7 +10,7 @@ from tissuec.scene.study.entries import GRID, INDICES, LIST, ONE_AT_A_TIME
 from tissuec.scene.study.model import called
 from tissuec.studies.analysis.completed import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
-from tissuec.studies.analysis.sobol import ends, sobol_indices
+from tissuec.studies.analysis.sensitivity import ends, sobol_indices
 from tissuec.studies.report import doubts_in_words, promises, range_of, values_of
 from tissuec.studies.table import DONE, ENDED, StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw

@@ -15,8 +15,7 @@ from tissuec.view.player.tints import node_tints, node_tissues
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
-from tissuec.view.section.cross_section import CrossSection, cross_section, met
-from tissuec.view.section.film_section import check_reach
+from tissuec.view.section.cross_section import CrossSection, check_reach, cross_section, met
 from tissuec.view.section.plane import SectionPlane
 
 if TYPE_CHECKING:

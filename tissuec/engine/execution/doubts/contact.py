@@ -1,4 +1,4 @@
-"""Contact that rests on too few nodes for the curvature of a tool.
+"""Contact on too few nodes for the curvature of a tool, and nodes beyond planes of symmetry.
 
 A tool presses on nodes. Its force converges as the contact radius becomes large compared with
 the distance of nodes: a ball on one node alone presses with half the force of theory at the
@@ -7,26 +7,31 @@ same depth (H. Hertz, J. reine angew. Math. 92:156, 1881), on four or more nodes
 nodes. Where contact acts on faces, these take the place of nodes: a ball touches six triangles
 or more if its contact radius is about the size of a face. Tools that are thin compared with it
 are left out. The check is made at the largest force.
+
+Nodes that cross a plane of symmetry.
+
+A body and its mirror image touch only on the plane between them. Nothing holds other nodes on
+their side: a dead load, or pressure, can push them through, into the mirror image.
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from tissuec.core.arrays import typical
+from tissuec.core.arrays import norm, typical
 from tissuec.core.units import LENGTH, show
-from tissuec.core.vectors import norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.nearest import CAPSULE, places
 from tissuec.mechanics.state import State
+from tissuec.model.blocks import SYMMETRY
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
     from tissuec.forces.contact import Contact
 
-KIND = "few nodes in contact"
+FEW_NODES = "few nodes in contact"
 ENOUGH_FACES = 6  # triangles under a ball, the same
 ENOUGH = 4  # nodes under a ball: its contact radius is then about the distance of nodes
 ROW = 0.25  # of the distance of nodes: closer than that, nodes are in one row
@@ -48,14 +53,14 @@ class _Grip(NamedTuple):
     has_side: bool
 
 
-@WATCHES.member(KIND)
+@WATCHES.member(FEW_NODES)
 class FewNodes:
     """Watches on how many nodes of solids the capsules of tools press.
 
     Walls are left out: they bear a tool by their tension, wherever they touch it.
     """
 
-    kind = KIND
+    kind = FEW_NODES
 
     def __init__(self, network: Network, tools: list[ToolPart], bodies: list[BodyPart]):
         self._tools = tools
@@ -154,3 +159,61 @@ def _distance(network: Network, body: BodyPart) -> float:
     """Return the median distance of neighbours in the surface of a body [m]."""
     corners = network.position[network.skin_of(body)]
     return typical(norm(corners - np.roll(corners, 1, axis=1)))
+
+
+BEYOND = "beyond a plane of symmetry"
+#: Part of the size of the scene that nodes may be beyond a plane, by rounding.
+ON_PLANE = 1e-6
+
+
+@WATCHES.member(BEYOND)
+class MirrorPlanes:
+    """Watches on which side of planes of symmetry nodes are.
+
+    Args:
+        network: With planes.
+    """
+
+    kind: ClassVar[str] = BEYOND
+
+    def __init__(self, network: Network):
+        self._network, self._close = network, ON_PLANE * network.extent
+        self._sides = [
+            np.sign(self._away(number, network.position))
+            * ~np.isin(np.arange(network.node_count), plane.nodes)
+            for number, plane in enumerate(network.mirrored)
+        ]
+        spans = (one.span for one in network.blocks if one.kind == SYMMETRY)
+        self._span = next(span for span in spans if span is not None)
+
+    @classmethod
+    def of(cls, network: Network, plan: Plan) -> Self | None:
+        """Return the watch of a run; None without planes of symmetry."""
+        has_planes = any(one.kind == SYMMETRY for one in network.blocks)
+        return cls(network) if has_planes and network.mirrored else None
+
+    def look(self, state: State, position: Floats) -> Iterator[Finding]:
+        """Yield the bodies that have nodes on the other side of a plane."""
+        beyond = np.zeros(len(position), dtype=bool)
+        for number, side in enumerate(self._sides):
+            beyond |= side * self._away(number, position) < -self._close
+        for body in self._network.bodies:
+            own = np.arange(self._network.node_count)[body.nodes]
+            found = own[beyond[body.nodes]]
+            where = ""
+            if len(found):
+                drawn = self._network.position[found[0]]
+                place = ", ".join(show(float(x), LENGTH) for x in drawn)
+                where = f"at node {self._network.node_ids[found[0]]}, drawn at ({place})"
+            yield Finding(
+                body.name, len(found),
+                f"nodes of {body.name} are beyond a plane of symmetry, in their mirror image",
+                where, "node",
+                "nothing separates a body from its mirror image; load it less, or draw the "
+                "whole body with contact", self._span,
+            )  # fmt: skip
+
+    def _away(self, number: int, position: Floats) -> Floats:
+        """Return the distances of nodes from a plane [m], shape (node,)."""
+        plane = self._network.mirrored[number]
+        return np.asarray((position - plane.origin) @ plane.normal)

@@ -14,8 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import distinct, typical
-from tissuec.core.vectors import cross, dot, norm
+from tissuec.core.arrays import cross, distinct, dot, norm, typical
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.nearest import TRIANGLE, places

@@ -20,7 +20,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from tissuec.core.vectors import cross, norm
+from tissuec.core.arrays import cross, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.engine.execution.doubts.overlapping import WatchedSkin
 from tissuec.geometry.edges import volume

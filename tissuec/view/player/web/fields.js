@@ -1,4 +1,4 @@
-// Numbers at nodes, which colour the skin; see tissuec/view/player/fields.py.
+// Numbers at nodes, which colour the skin; see tissuec/view/player/node_fields.py.
 
 // What stands for a number that is unknown; see fieldColour in shared.glsl.
 const UNKNOWN = -1e38;

@@ -1,4 +1,0 @@
-"""Precisions in which frames are stored."""
-
-SINGLE = "single"
-PRECISIONS = {SINGLE: "24 binary digits", "double": "53 binary digits"}

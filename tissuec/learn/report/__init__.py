@@ -1,1 +1,0 @@
-"""Learnt results as text."""

@@ -1,1 +1,0 @@
-"""The atlas: one page about tissues, with the laboratory measurements of each."""

@@ -1,1 +1,0 @@
-"""Reports on runs, bodies, modes, plans and origins, which commands and pages share."""
