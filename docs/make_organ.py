@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.meshes.generators.sheet_and_sphere import divide, icosahedron
+from tissuec.meshes.generators.sphere import divide, icosahedron
 
 PLACE = Path(__file__).parent.parent / "library" / "meshes" / "liver.obj"
 HEAD = """\

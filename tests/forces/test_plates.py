@@ -10,7 +10,8 @@ from tissuec.forces.plates import Plates
 from tissuec.matter.plate import patches
 from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.generators import Mesh
-from tissuec.meshes.generators.sheet_and_sphere import Sheet, Sphere
+from tissuec.meshes.generators.sheet import Sheet
+from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.generators.tube import Tube
 from tissuec.validate.forces.bending import PlateBending
 

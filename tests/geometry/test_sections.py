@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 from tissuec.geometry.blade_sections import plane_section
 from tissuec.geometry.divisions import filling_tetrahedra
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
-from tissuec.meshes.generators.sheet_and_sphere import divide, icosahedron
+from tissuec.meshes.generators.sphere import divide, icosahedron
 
 SIDES = np.array([30.0, 20.0, 15.0])
 

@@ -6,7 +6,7 @@ import pytest
 from tissuec.geometry.divisions import OPPOSITE, filling_tetrahedra, volumes
 from tissuec.geometry.edges import volume
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
-from tissuec.meshes.generators.sheet_and_sphere import divide, icosahedron
+from tissuec.meshes.generators.sphere import divide, icosahedron
 
 
 def faces_of(cells):

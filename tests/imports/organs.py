@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.meshes.generators.sheet_and_sphere import divide, icosahedron
+from tissuec.meshes.generators.sphere import divide, icosahedron
 
 
 def blob(subdivisions: int):

@@ -12,7 +12,8 @@ from tissuec.geometry.elements import SHAPES, Measures
 from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.generators import MESHES, Elemental, Mesh, is_wall
 from tissuec.meshes.generators.round_solids import Ellipsoid
-from tissuec.meshes.generators.sheet_and_sphere import Sheet, Sphere
+from tissuec.meshes.generators.sheet import Sheet
+from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.generators.tube import Tube
 from tissuec.meshes.placement import placed, reversed_faces
 from tissuec.meshes.stiffness_sharing import area_shares

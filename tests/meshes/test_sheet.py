@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.meshes.generators.sheet_and_sphere import Sheet
+from tissuec.meshes.generators.sheet import Sheet
 
 CORNER = np.array([1.0, 2.0, 3.0])
 FIRST, SECOND = np.array([0.3, 0.0, 0.4]), np.array([0.1, 0.6, 0.0])

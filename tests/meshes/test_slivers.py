@@ -12,7 +12,7 @@ from tissuec.cli import group
 from tissuec.core.fields import LocatedFile
 from tissuec.geometry.edges import Edges, volume
 from tissuec.meshes.generators.imported import Imported
-from tissuec.meshes.generators.sheet_and_sphere import Sphere
+from tissuec.meshes.generators.sphere import Sphere
 from tissuec.meshes.slivers import POOR, quality, without_slivers
 
 

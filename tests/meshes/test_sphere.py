@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.meshes.generators.sheet_and_sphere import Sphere, antipodes, divide, icosahedron
+from tissuec.meshes.generators.sphere import Sphere, antipodes, divide, icosahedron
 
 CENTRE = np.array([0.1, -0.2, 0.3])
 

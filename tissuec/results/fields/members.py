@@ -1,10 +1,10 @@
-"""Fields at nodes, at springs, and of cells of preserved volumes."""
+"""Fields at nodes and at springs."""
 
 import numpy as np
 
 from tissuec.core import units
 from tissuec.model.network import Floats
-from tissuec.results.fields import FIELDS, FrameField, over_cells
+from tissuec.results.fields import FIELDS, FrameField
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.stresses import plastic_strains
 
@@ -51,24 +51,6 @@ class PlasticStrainField(FrameField):
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
         return plastic_strains(snapshot)
-
-
-@FIELDS.member("pressure")
-class PressureField(FrameField):
-    at = "cell"
-    dimension = units.PRESSURE
-    text = "pressure of each cell of a preserved volume"
-    signed = True
-    remark = (
-        "It is 0 before the volume is preserved and after the cell is torn. A stretched cell "
-        "has a negative one."
-    )
-
-    @staticmethod
-    def sample(snapshot: Snapshot) -> Floats:
-        return over_cells(
-            snapshot, lambda cells: cells.pressures(snapshot.time, snapshot.position)
-        )
 
 
 @FIELDS.member("spring constant")
