@@ -15,7 +15,6 @@ SOLVER = (
     "equations",
     "field_matrices",
     "forces",
-    "reference_run",
     "reference",
     "resting",
     "solution",
@@ -25,7 +24,6 @@ SOLVER = (
 AROUND = {
     "compare",
     "engine_run",
-    "events",
     "report",
     "uncertainty",
     "validation",
