@@ -16,7 +16,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.mechanics import newton
+from tissuec.mechanics import settling
 from tissuec.script.plan import EQUILIBRIUM, STATIC
 from tissuec.validate.engine_run import observe
 from tissuec.validate.reference import reference
@@ -177,7 +177,7 @@ def test_a_search_beyond_a_limit_point_ends_soon(monkeypatch):
     simulate { duration = 1 s; integrator is equilibrium }
     """
     steps = []
-    asked = newton.direction
+    asked = settling.direction
     monkeypatch.setattr(
         newton, "direction", lambda *each, **more: steps.append(1) or asked(*each, **more)
     )
