@@ -27,7 +27,7 @@ from tests.browser import browser as browser
 from tests.browser import page as page
 from tests.browser import tab as tab
 from tissuec.core.resources import library
-from tissuec.engine import chunks, spring_runs, threads
+from tissuec.engine import spring_runs, threads
 from tissuec.engine.execution.signals import SIGNALS
 from tissuec.kernels.thread_loops import PIECE
 from tissuec.pipeline import Result, compile_request, simulate
@@ -74,8 +74,8 @@ def pytest_collection() -> Iterator[None]:
 def threads_in_small_nets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let threads share the loops of nets from 2048 nodes on."""
     monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
-    monkeypatch.setattr(chunks, "NODES", PIECE)
-    monkeypatch.setattr(chunks, "BLOCK_NODES", PIECE)
+    monkeypatch.setattr(threads, "NODES", PIECE)
+    monkeypatch.setattr(threads, "BLOCK_NODES", PIECE)
     monkeypatch.setattr(spring_runs, "LEAST_OF_GROUP", 1)
 
 

@@ -179,7 +179,7 @@ def test_a_search_beyond_a_limit_point_ends_soon(monkeypatch):
     steps = []
     asked = settling.direction
     monkeypatch.setattr(
-        newton, "direction", lambda *each, **more: steps.append(1) or asked(*each, **more)
+        settling, "direction", lambda *each, **more: steps.append(1) or asked(*each, **more)
     )
     compiled = compiled_scene(scene)
     outcome, _ = carry_out(compiled.network, compiled.plan)
