@@ -10,7 +10,6 @@ from tissuec.core import units
 from tissuec.core.markdown import code, described, fenced, summary, table
 from tissuec.core.units import Dimension, describe, si_unit
 from tissuec.engine.integrators import INTEGRATORS, Integrator
-from tissuec.engine.integrators.procedures import PROCEDURES
 from tissuec.forces import FORCES
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang import words
@@ -34,6 +33,7 @@ from tissuec.scene.study.entries import AGGREGATES, DESIGNS, DISTRIBUTIONS
 from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
+from tissuec.script.procedures import PROCEDURES
 from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
 

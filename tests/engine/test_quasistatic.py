@@ -13,8 +13,8 @@ from tests.whole_runs import AfterAsking
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.engine.integrators.procedures import RelaxationChoices
 from tissuec.laws import LINEAR, SPRING_LAWS, Law
+from tissuec.script.procedures import RelaxationChoices
 
 DOWN = (0.0, 0.0, -9.81)
 DRAWN = {"net": [0, 1, 2, 3], "nail": [0], "hand": [3]}

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.profile_tables import table_texts
 from tissuec.core.data import as_data
-from tissuec.engine.integrators.procedures import stated
 from tissuec.scene.force_numbers import numbers_of
 from tissuec.scene.request import Request
 from tissuec.script.plan import Plan
+from tissuec.script.procedures import stated
 from tissuec.script.tools import HandTool, NamedTool
 
 if TYPE_CHECKING:

@@ -11,7 +11,6 @@ from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import counted
 from tissuec.engine.execution.recorder import wishes
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.integrators.procedures import stated
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose, measured_facts
@@ -20,6 +19,7 @@ from tissuec.model.network import Network
 from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import ForeseenEvents, file_size
 from tissuec.script.plan import Plan
+from tissuec.script.procedures import stated
 from tissuec.script.verbs.cut import Cut
 from tissuec.script.verbs.tie import Tie
 

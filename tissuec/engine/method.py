@@ -6,8 +6,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from msgspec import Struct, field
 
-from tissuec.engine.integrators.procedures import Choices
 from tissuec.model.network import Floats, Indices
+from tissuec.script.procedures import Choices
 
 #: Given the time [s], returns whether to return between two steps.
 Pause = Callable[[float], bool]

@@ -20,7 +20,6 @@ import numpy as np
 
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
-from tissuec.engine.integrators.procedures import RelaxationChoices
 from tissuec.engine.method import (
     Follow,
     Interruption,
@@ -40,6 +39,7 @@ from tissuec.mechanics.settling import Unsettled, refuse_falling
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import RELAXATION
+from tissuec.script.procedures import RelaxationChoices
 
 THRESHOLD = 1e-9  # of the largest force: the change of a force that counts
 SWEEPS = 20_000

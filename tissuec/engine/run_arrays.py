@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.engine.integrators import Integrator
-from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Samples
 from tissuec.engine.unknowns import no_solver
@@ -19,6 +18,7 @@ from tissuec.forces.springs import measured
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Tableau, Task, Team, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
+from tissuec.script.procedures import PropagationChoices
 
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors

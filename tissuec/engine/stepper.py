@@ -17,7 +17,6 @@ from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.backends import BACKENDS, bound_drive, loop_operations, with_python
 from tissuec.engine.integrators import Integrator
-from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.run_arrays import (
@@ -35,6 +34,7 @@ from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.script.plan import DEFAULT_TOLERANCE
+from tissuec.script.procedures import PropagationChoices
 
 
 class Stepper:

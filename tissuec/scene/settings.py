@@ -11,7 +11,6 @@ from tissuec.core.fields import OneOf, Real
 from tissuec.core.hints import Hint, insertion, leaving_out
 from tissuec.core.source import Span
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.reading import schema
@@ -27,6 +26,7 @@ from tissuec.script.plan import (
     STATIC,
     Simulation,
 )
+from tissuec.script.procedures import PROCEDURES, Choices
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 

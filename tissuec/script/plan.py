@@ -13,11 +13,11 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.snapshot import Snapshot
+from tissuec.script.procedures import Choices
 from tissuec.script.verbs import Action
 from tissuec.script.verbs.settle import StaticInterval
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.engine.integrators.procedures import Choices
     from tissuec.geometry.surfaces import Smoothing
 
 AUTOMATIC = "automatic"
@@ -49,7 +49,7 @@ class Simulation(Struct, frozen=True):
     tolerance: float | None
     step: float | None
     span: Span
-    choices: "Choices | None" = None
+    choices: Choices | None = None
 
     @property
     def is_static(self) -> bool:

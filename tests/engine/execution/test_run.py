@@ -14,7 +14,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.signals import SIGNALS, Terminated, asked_to_stop, exit_code
-from tissuec.engine.integrators.procedures import PropagationChoices
+from tissuec.script.procedures import PropagationChoices
 
 # Two masses 1 and 3 kg on a spring of 12 N/m: reduced mass 3/4, ω = 4.
 OMEGA = 4.0

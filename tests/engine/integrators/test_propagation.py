@@ -7,8 +7,8 @@ from tests.engine.running import BACKENDS, Bench, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_plan import carry_out, make_plan
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.model.profiles import TimeProfile
+from tissuec.script.procedures import PropagationChoices
 
 OMEGA = np.sqrt(200.0)  # of a pair
 FLOOR = PropagationChoices().smallest_step

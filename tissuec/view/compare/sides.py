@@ -9,7 +9,6 @@ from msgspec import Struct
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.engine.integrators.procedures import stated
 from tissuec.lang.printer import format_source
 from tissuec.model.network import Network, Provenance
 from tissuec.pipeline import compile_request
@@ -18,6 +17,7 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.scene.force_numbers import ForceNumbers, numbers_in, numbers_of
 from tissuec.scene.request import Request
 from tissuec.script.plan import ScheduledAction as Scripted
+from tissuec.script.procedures import stated
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"  # with which every HDF5 file begins
 RESULTS = (".vtkhdf", ".h5", ".hdf5")

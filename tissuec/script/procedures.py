@@ -12,7 +12,7 @@ from msgspec.structs import fields
 
 from tissuec.core import units
 from tissuec.core.fields import OneOf, Real
-from tissuec.kernels.records import Floats
+from tissuec.model.network import Floats
 
 
 class PropagationChoices(Struct, frozen=True):
