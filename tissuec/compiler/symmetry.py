@@ -13,7 +13,7 @@ from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
-from tissuec.scene.environment import ContactLaw
+from tissuec.scene.environment import EnvironmentEntries
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.plan import Plan, ScheduledAction
@@ -77,7 +77,9 @@ def symmetry_block(
     return FieldBlock("the planes of symmetry", SYMMETRY, field, planes[0].span)
 
 
-def shared_contact(contact: Contact, planes: SymmetryPlanes, law: ContactLaw) -> Contact:
+def shared_contact(
+    contact: Contact, planes: SymmetryPlanes, law: EnvironmentEntries
+) -> Contact:
     """Return contact in which nodes on planes have the share of the drawn half.
 
     Args:
@@ -85,7 +87,7 @@ def shared_contact(contact: Contact, planes: SymmetryPlanes, law: ContactLaw) ->
         planes: The nodes on planes.
         law: By surface, nodes have the part of the surface that is drawn already.
     """
-    if law.surface_stiffness is not None:
+    if law.contact_surface_stiffness is not None:
         return contact
     stiffness = contact.stiffness.copy()
     stiffness[planes.nodes] *= planes.share

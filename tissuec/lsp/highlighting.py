@@ -32,6 +32,7 @@ from tissuec.lsp.textmate import (
 )  # fmt: skip
 from tissuec.lsp.vocabulary import entries
 from tissuec.scene.reading.parts import REPEAT, parts
+from tissuec.scene.sentences import KINDS
 from tissuec.scene.study.entries import EVENTS
 
 #: Where a line, or a statement, ends; and where one with a block does.
@@ -269,7 +270,7 @@ def _studying(known: Mapping[str, Term]) -> list[Rule]:
             }
         ),
         listed(study.STEPS_TERMS, r"(?<=[0-9])[ \t]+"),
-        listed(v.RUN, r"(?<=\bover)\s+"),
+        *_clauses("", ["expect"]),
         rule(rf"(?<=[\[,=])\s*({any_of(choices)})", {1: "word"}),
     ]
 
@@ -294,7 +295,7 @@ def _table() -> Rule:
 
 
 def _chosen_from() -> Rule:
-    return rule(rf"(?<==)\s*({any_of(v.CHOSEN_FROM)})(?=\s+of\b)", {1: "word"})
+    return rule(rf"(?<==)\s*({any_of(KINDS)})(?=\s+of\b)", {1: "word"})
 
 
 def _where() -> Rule:

@@ -33,6 +33,7 @@ from tissuec.lsp.terms import (
 from tissuec.scene.learning.entries import ADJUSTED, DIMENSIONS
 from tissuec.scene.learning.errors import ERROR
 from tissuec.scene.program.parameters import CONSTANTS
+from tissuec.scene.reading import spellings
 from tissuec.scene.reading.entries import (
     Entry,
     default_in_words,
@@ -234,11 +235,7 @@ ERRORS_OF = plain(CHOICE, [HELD_OUT, ALL], "The data whose error is given.")
 COLUMN = plain(
     ENTRY, ["column", "columns"], 'Columns of a table: column "force_N", columns "x y z".'
 )
-LOG_SCALE = plain(CHOICE, ["log scale"], "Use the logarithm of the values.")
-CHOSEN_FROM = plain(CHOICE, ["nodes", "springs"])
-COUNTED = plain(CHOICE, ["nodes", "springs", "elements", "pieces"])
-RUN = plain(CHOICE, ["run"], "The whole run.")
-SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
+COUNTED = plain(CHOICE, spellings.COUNTED)
 KNOWN_TERMS: dict[str, Term] = {
     key: Term(
         quantity.name, ENTRY, f"{describe(quantity.dimension)}, from a source",

@@ -77,32 +77,15 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
     mass_damping: Annotated[float, Real(units.FREQUENCY, at_least=0.0)] = 0.0
     surface_damping: Annotated[float, Real(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
 
+    @property
+    def between_bodies(self) -> bool:
+        """Whether surfaces of bodies touch other bodies, if there is contact."""
+        return self.contact != "tools only"
 
-class ContactLaw(Struct, frozen=True):
-    """The law of contact as written.
-
-    Attributes:
-        between_bodies: Whether surfaces of bodies touch other bodies.
-        within_bodies: Whether they touch their own body, too.
-        stiffness: Of each node [N/m]; None where it follows from the springs.
-        surface_stiffness: By area of the surface [Pa/m]; None if not written.
-        places: "faces" or "nodes", where it acts; empty for faces of bodies made of elements,
-            unless a stiffness of each node is written, and nodes of others.
-        thickness: Of surfaces of bodies [m]; None where it follows from lengths of springs.
-        layer: [m]; None where it follows from the lengths of springs.
-        damping: [s/m].
-        friction: Coefficient everywhere; None where tissues give it.
-    """
-
-    between_bodies: bool
-    within_bodies: bool
-    stiffness: float | None
-    surface_stiffness: float | None
-    thickness: float | None
-    layer: float | None
-    damping: float
-    friction: float | None
-    places: str = ""
+    @property
+    def within_bodies(self) -> bool:
+        """Whether they touch their own body, too."""
+        return self.contact == "everywhere"
 
 
 class Environment(Struct, frozen=True, eq=False):
@@ -110,20 +93,23 @@ class Environment(Struct, frozen=True, eq=False):
 
     Attributes:
         entries: As they are written.
-        contact: None if nothing touches.
         span: Head of the block.
         planes: Of symmetry.
     """
 
     entries: EnvironmentEntries
-    contact: ContactLaw | None
     span: Span
     planes: tuple[PlaneWords, ...] = ()
+
+    @property
+    def contact(self) -> EnvironmentEntries | None:
+        """The entries as the law of contact; None if nothing touches."""
+        return self.entries if self.entries.contact != "off" else None
 
     @classmethod
     def empty(cls, main: s.Module) -> "Environment":
         """The environment in place of a wrong one: nothing acts."""
-        return cls(EnvironmentEntries(np.zeros(3)), None, whole(main))
+        return cls(EnvironmentEntries(np.zeros(3)), whole(main))
 
 
 def environment_entries() -> dict[str, Entry]:
@@ -153,12 +139,12 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
     entries, places = schema.build(
         EnvironmentEntries, others, scope, what="environment", where=block.head
     )
-    contact = _contact_law(entries, places, scope)
+    _check_contact(entries, places, scope)
     said = list[PlaneWords]()
     for item in planes:
         with scope.findings.item():
             said.append(_plane(item, scope))
-    return Environment(entries, contact, block.head, tuple(said))
+    return Environment(entries, block.head, tuple(said))
 
 
 def _is_plane(item: s.Item) -> TypeGuard[s.Sentence | s.Assign | s.Block]:
@@ -200,10 +186,10 @@ def _refuse_contact_twice(
         )
 
 
-def _contact_law(
+def _check_contact(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
-) -> ContactLaw | None:
-    """Return the law of contact; None if contact is off, which rejects entries of contact."""
+) -> None:
+    """Reject entries of contact that are of no use, or that exclude one another."""
     if entries.contact != "off":
         _refuse_contact_twice(entries, places, scope)
         if entries.contact == "tools only" and "contact thickness" in places:
@@ -215,17 +201,7 @@ def _contact_law(
                     "write contact is bodies too, or remove it", places["contact thickness"]
                 ),
             )
-        return ContactLaw(
-            between_bodies=entries.contact != "tools only",
-            within_bodies=entries.contact == "everywhere",
-            stiffness=entries.contact_stiffness,
-            surface_stiffness=entries.contact_surface_stiffness,
-            thickness=entries.contact_thickness,
-            layer=entries.contact_layer,
-            damping=entries.contact_damping or 0.0,
-            friction=entries.friction,
-            places=entries.contact_places or "",
-        )
+        return
     named = ("places", "stiffness", "surface stiffness", "thickness", "layer", "damping")
     written = (f"contact {name}" for name in named)
     for name in ("friction", *written):
@@ -242,4 +218,3 @@ def _contact_law(
                     ),
                 ),
             )
-    return None

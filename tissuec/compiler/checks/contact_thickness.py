@@ -23,10 +23,10 @@ def thin_skins(compiled: Compiled) -> Iterator[Diagnostic]:
     """W414: a contact thickness so small that motions take many steps."""
     network, law = compiled.network, compiled.scene.environment.contact
     contact = network.contact
-    if contact is None or law is None or not law.thickness:
+    if contact is None or law is None or not law.contact_thickness:
         return
     thinnest = contact.radius[contact.radius > 0.0].min(initial=np.inf)
-    if compiled.plan.simulation.is_static or thinnest != law.thickness:
+    if compiled.plan.simulation.is_static or thinnest != law.contact_thickness:
         return
     way = _longest_way(compiled)
     steps = way / contact.stride

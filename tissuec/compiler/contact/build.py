@@ -29,7 +29,7 @@ from tissuec.model.network import (
     ToolShape,
 )
 from tissuec.model.topology import pieces
-from tissuec.scene.environment import ContactLaw, Environment
+from tissuec.scene.environment import Environment, EnvironmentEntries
 from tissuec.scene.model import Tool
 from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
@@ -86,7 +86,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     return known.with_memory(FRICTION, np.concatenate(home), ONE_GRAM, origin)
 
 
-def _can_touch(network: Network, tools: Sequence[Tool], law: ContactLaw) -> bool:
+def _can_touch(network: Network, tools: Sequence[Tool], law: EnvironmentEntries) -> bool:
     """Return whether a scene has shapes that touch nodes."""
     if any(tool.may_touch for tool in tools):
         return True
@@ -158,8 +158,8 @@ def contact_of(
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
-        layer=law.layer or _layer(network, faces.radius, environment, findings),
-        damping=law.damping,
+        layer=law.contact_layer or _layer(network, faces.radius, environment, findings),
+        damping=law.contact_damping or 0.0,
         **friction_of(network, law, shapes, points),
         memory=network.remembering(FRICTION),
         rate=_pace(stiffness, network),
@@ -236,7 +236,7 @@ def _with_points(
     return replace(
         contact,
         stiffness=np.append(contact.stiffness, own),
-        layer=law.layer or SOFT * float(points.face_size.min()),
+        layer=law.contact_layer or SOFT * float(points.face_size.min()),
         between=points.between,
         group=group,
         of=of,
@@ -310,7 +310,7 @@ def default_thickness(network: Network, points: FacePoints | None) -> float:
 
 
 def _of_skins(
-    network: Network, law: ContactLaw, points: FacePoints | None, *, threaded: bool
+    network: Network, law: EnvironmentEntries, points: FacePoints | None, *, threaded: bool
 ) -> Faces:
     """Return the triangles of the surfaces of all bodies, if anything can touch them.
 
@@ -322,7 +322,7 @@ def _of_skins(
     """
     skin, thickness = network.skin.astype(np.int64), 0.0
     if law.between_bodies:
-        thickness = law.thickness or default_thickness(network, points)
+        thickness = law.contact_thickness or default_thickness(network, points)
     elif not threaded:
         skin = skin[:0]
     owner = _owners(network)[skin[:, 0]]
@@ -349,7 +349,7 @@ def _sizes(network: Network) -> Floats:
     return np.array(radii, dtype=float)[_owners(network)]
 
 
-def _joined(network: Network, law: ContactLaw) -> Indices:
+def _joined(network: Network, law: EnvironmentEntries) -> Indices:
     """Return pairs of nodes that do not touch, because springs join them; see ``Contact``.
 
     Those of a body that touches itself, and stitches of threads, which go into the tissue.
@@ -409,7 +409,7 @@ def _mean_length(network: Network) -> float:
 
 
 def _warn_of_nothing_to_touch(
-    law: ContactLaw, environment: Environment, findings: Findings
+    law: EnvironmentEntries, environment: Environment, findings: Findings
 ) -> None:
     if findings.errors:  # a tool may be what is wrong
         return
@@ -423,12 +423,12 @@ def _warn_of_nothing_to_touch(
 
 
 def _stiffness(
-    network: Network, law: ContactLaw, environment: Environment, findings: Findings
+    network: Network, law: EnvironmentEntries, environment: Environment, findings: Findings
 ) -> Floats:
     """Return by how much each node of a body resists what touches it [N/m], shape (node,)."""
-    if law.surface_stiffness is not None:
-        return law.surface_stiffness * _faced_areas(network, environment, findings)
-    alike = law.stiffness or _stiffness_of_springs(network, environment, findings)
+    if law.contact_surface_stiffness is not None:
+        return law.contact_surface_stiffness * _faced_areas(network, environment, findings)
+    alike = law.contact_stiffness or _stiffness_of_springs(network, environment, findings)
     return np.full(network.body_nodes, alike)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.compiler.contact.points import FacePoints
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.environment import ContactLaw
+from tissuec.scene.environment import EnvironmentEntries
 
 #: Of tools, which take the coefficient of the tissue that they touch: the smaller one counts.
 OF_TISSUE = 1e30
@@ -20,13 +20,13 @@ class ContactFriction(TypedDict):
     face_friction: Floats
 
 
-def has_friction(network: Network, law: ContactLaw) -> bool:
+def has_friction(network: Network, law: EnvironmentEntries) -> bool:
     """Return whether the environment, or else a tissue, gives friction."""
     return network.friction is not None if law.friction is None else law.friction > 0.0
 
 
 def friction_of(
-    network: Network, law: ContactLaw, shapes: Indices, points: FacePoints | None
+    network: Network, law: EnvironmentEntries, shapes: Indices, points: FacePoints | None
 ) -> ContactFriction:
     """Return the coefficients of contact.
 

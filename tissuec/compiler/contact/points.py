@@ -27,7 +27,7 @@ from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import or_one
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.scene.environment import ContactLaw, Environment
+from tissuec.scene.environment import Environment, EnvironmentEntries
 from tissuec.scene.model import Tool
 from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
@@ -148,7 +148,9 @@ def _is_solid(network: Network, number: int) -> bool:
     return bool(filled.all())
 
 
-def face_points(network: Network, tools: Sequence[Tool], law: ContactLaw) -> FacePoints | None:
+def face_points(
+    network: Network, tools: Sequence[Tool], law: EnvironmentEntries
+) -> FacePoints | None:
     """Return the points of contact of a network; None if contact acts on nodes only.
 
     Args:
@@ -241,12 +243,12 @@ def _on_faces(
     )
 
 
-def _has_points(network: Network, body: BodyPart, law: ContactLaw) -> bool:
+def _has_points(network: Network, body: BodyPart, law: EnvironmentEntries) -> bool:
     """Return whether contact acts on the faces of a body."""
-    if body.thread is not None or law.places == "nodes":
+    if body.thread is not None or law.contact_places == "nodes":
         return False
-    by_word = law.places == "faces"
-    by_default = body.is_made_of_elements and law.stiffness is None
+    by_word = law.contact_places == "faces"
+    by_default = body.is_made_of_elements and law.contact_stiffness is None
     return (by_word or by_default) and len(_faces(network, body)) > 0
 
 
@@ -361,7 +363,7 @@ def stiffness_of(
     """
     assert environment.contact is not None, "otherwise there are no points"
     axis, threaded = points.owner < 0, points.is_on_thread
-    if (written := environment.contact.surface_stiffness) is not None:
+    if (written := environment.contact.contact_surface_stiffness) is not None:
         return written * points.extent * np.where(axis | threaded, points.size, 1.0)
     touched = [network.bodies[int(n)] for n in points.bodies]
     nets = [body for body in touched if not body.elements]

@@ -67,7 +67,7 @@ def _of_contact(shaping: Parametrisation, *, at_rest: bool) -> str:
         return "start positions change what can touch"
     if at_rest and contact.points.min() < compiled.network.body_nodes:
         return "bodies touch one another"
-    follows = law.stiffness is None and law.surface_stiffness is None
+    follows = law.contact_stiffness is None and law.contact_surface_stiffness is None
     arrays = {block.array for block in shaping.blocks if block.group is not None}
     if follows and ("stiffness" in arrays or shaping.order.sizes["constants"]):
         return "the contact stiffness follows from springs whose numbers or laws are learned"

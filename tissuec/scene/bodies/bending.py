@@ -3,16 +3,16 @@
 from typing import Annotated
 
 from tissuec.core import units
-from tissuec.core.fields import OneOf, Real
-from tissuec.core.hints import alternatives
+from tissuec.core.fields import Real
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Bending
 from tissuec.scene.reading import schema
-from tissuec.scene.reading.entries import entry
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.entries import written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import ValueClause
+from tissuec.script.parts import ChoiceClause, ValueClause
 
 _PART = Real(units.NUMBER, at_least=0.0, at_most=100.0)
 ELASTIC = "elastic"  # how a wall of matter resists bending
@@ -27,44 +27,39 @@ _CHOICES = {
 }
 
 
+class BendingWord(VerbSentence, frozen=True):
+    """How a surface resists bending, in a word."""
+
+    word: Annotated[str, ChoiceClause("is", _CHOICES, what="choice", place="…")]
+
+
 class BendingNumber(VerbSentence, frozen=True):
     """How stiff bending springs are, as a part of the springs of the tissue."""
 
     part: Annotated[s.Expression, ValueClause("=", units.NUMBER, place="NUMBER")]
 
 
+_KIND = SentenceKind((BendingWord, BendingNumber))
+
+
 def read_bending(
     item: s.Assign | s.Sentence | s.Block, scope: Scope
 ) -> tuple[Bending | None, Span | None]:
     """Return springs besides those of the tissue, or the entry that requires a shell."""
-    example = "bending is soft, or bending = 20 %"
     if isinstance(item, s.Assign) and item.value.span.text.lower() in _CHOICES:
-        schema.refuse_sign(item, scope, example=example)
-    if isinstance(item, s.Assign):
-        part = schema.read_entry(_AS_NUMBER, item, scope)
+        schema.refuse_sign(item, scope, example="bending is soft")
+    said: BendingWord | BendingNumber = SentenceReader("bending", _KIND, item, scope).get()
+    if isinstance(said, BendingNumber):
+        part = schema.read_value(_PART, said.part, scope, what="bending")
+    elif said.word == ELASTIC:
+        return None, item.span
     else:
-        word = schema.word_of(item, scope, example=example)
-        if word.key == ELASTIC:
-            return None, item.span
-        part = _named_part(word, scope)
+        part = BENDING[said.word]
     return (Bending(part, item.span) if part else None), None
 
 
-def _named_part(word: s.Name, scope: Scope) -> float:
-    """Return how stiff bending springs are by a word."""
-    if word.key not in BENDING:
-        scope.findings.reject(
-            "TIS305",
-            f'bending cannot be "{word.text}"',
-            word.span,
-            hint=f"{alternatives(word.key, _CHOICES, what='choices')}, or bending = 20 %",
-        )
-    return BENDING[word.key]
-
-
-BENDING_ENTRY = entry(
-    "bending", OneOf(_CHOICES),
+BENDING_ENTRY = written(
+    "bending",
     "bending resistance of a surface: by springs, or elastic like a wall of its thickness",
-    sentences=(BendingNumber,), begins=" is ", reads=read_bending,
+    *_KIND.forms, begins=" is ", reads=read_bending,
 )  # fmt: skip
-_AS_NUMBER = entry("bending", _PART, BENDING_ENTRY.about)

@@ -67,7 +67,7 @@ class SpringsWords(VerbSentence, frozen=True):
     ]  # fmt: skip
 
 
-Rule = Annotated[str, ChoiceClause("is", INTERFACES, what="choice")]
+Rule = Annotated[str, ChoiceClause("is", INTERFACES, what="choice", place="…")]
 First = Annotated[s.Name, NameClause("from", what="first region", places=(REGION,))]
 Second = Annotated[s.Name, NameClause("to", what="second region", places=(REGION,))]
 
@@ -81,7 +81,7 @@ class InterfaceWords(VerbSentence, frozen=True):
 class BlendedWords(VerbSentence, frozen=True):
     """Springs between two regions that are made of the tissues of both."""
 
-    rule: Annotated[str, ChoiceClause("is", INTERFACES, what="choice", place="MEAN")]
+    rule: Rule
     first: First
     second: Second
 

@@ -287,9 +287,11 @@ def entry_table(entries: Entries) -> str:
 
 
 def _row(entry: Entry) -> tuple[str, ...]:
-    forms = " or ".join(map(code, entry.forms))
+    forms, kind = " or ".join(map(code, entry.forms)), kind_in_words(entry.kind)
     about = f"{entry.about[:1].upper()}{entry.about[1:]}"
-    return forms, kind_in_words(entry.kind), default_in_words(entry), about
+    if isinstance(entry.kind, Written) and f"{entry.name} is …" in entry.forms:
+        kind = kind or " or ".join(map(code, entry.words))
+    return forms, kind, default_in_words(entry), about
 
 
 def sentence(text: str) -> str:
