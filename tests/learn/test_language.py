@@ -562,9 +562,9 @@ def test_what_only_follows_from_a_mistake_is_not_told(compiled, tmp_path, right,
 #: Forms of blocks that fit words to numbers of tissues.
 OF_TISSUES = (
     "fit = QUANTITY of TISSUE weighing 2", "fit = QUANTITY of all tissues",
-    "adjust weights of RULES", "hold out TISSUE",
+    "adjust weights of RULES", "hold out TISSUE", "hold out = [TISSUE]",
 )  # fmt: skip
-FORMS = [(name, form) for name, one in SENTENCES.items() for form in one.examples]
+FORMS = [(name, form) for name, one in SENTENCES.items() for form in one.texts(name)]
 
 
 @pytest.mark.parametrize("form", OF_TISSUES)
@@ -587,7 +587,7 @@ def test_every_form_of_fits_to_numbers_of_tissues_can_be_written(compiled, form)
     ("entry", "form"), [(name, form) for name, form in FORMS if form not in OF_TISSUES]
 )
 def test_every_form_of_the_table_can_be_written(fit_problem, entry, form, tmp_path):
-    for name in ("one.csv", "two.csv", "three.csv"):
+    for name in ("one.csv", "two.csv", "three.csv", "table.csv"):
         (tmp_path / name).touch()
     text = form.replace("NAME", "depth").replace("SET", "cart").replace("TISSUE", "fat")
     text = text.replace("FORCE", "bed")
@@ -596,8 +596,8 @@ def test_every_form_of_the_table_can_be_written(fit_problem, entry, form, tmp_pa
     more = [] if given else [text]
     if entry == "against column":
         given, more = {"fit": f"fit = force(pressed)\n{text}"}, []
-    if "three" in text and entry == "hold out":
-        given = {"data": 'data = ["one.csv", "three.csv"]'}
+    if "csv" in text and entry == "hold out":
+        given = {"data": 'data = ["one.csv", "two.csv", "three.csv", "table.csv"]'}
     assert fit_problem(*more, **given).adjusts
 
 

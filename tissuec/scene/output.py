@@ -77,7 +77,7 @@ class AloneWords(VerbSentence, frozen=True):
 SENTENCES: dict[str, SentenceKind] = {
     TRAJECTORY: SentenceKind(
         (TrajectoryWords,),
-        ("trajectory of SET with FIELD every 10 ms",),
+        (),
         "Positions of all or some nodes at regular times.",
         is_single=True,
         begins=" every ",
@@ -85,31 +85,31 @@ SENTENCES: dict[str, SentenceKind] = {
     ),
     PRECISION: SentenceKind(
         (PrecisionWords,),
-        tuple(f"{PRECISION} is {one}" for one in PRECISIONS),
+        (),
         f"Whether positions are stored with single or double precision; without it, {SINGLE}.",
         is_single=True,
     ),
     COMPRESS: SentenceKind(
         (AloneWords,),
-        (COMPRESS,),
+        (),
         "Makes frames and surfaces smaller, without loss.",
         is_single=True,
     ),
     BLOCKS: SentenceKind(
         (AloneWords,),
-        (BLOCKS,),
+        (),
         "A file for ParaView with the parts of bodies, beside the result.",
         is_single=True,
     ),
     SURFACE: SentenceKind(
         (SurfaceWords,),
-        ("surface of BODY every 10 ms",),
+        (),
         "A smooth surface through a body at regular times.",
         opens=block_of(SURFACES, "kind of surface", default=""),
     ),
     ENERGY: SentenceKind(
         (RecordedWords,),
-        ("energy every 10 ms",),
+        (),
         "Energies of the whole scene and the drift of their sum.",
         is_single=True,
         begins=" every ",

@@ -58,7 +58,10 @@ Every = Annotated[
     NumberClause("every", TIME, "positive", what="time between values", example="every 10 ms"),
 ]
 #: Standard deviation of values, in their SI unit.
-Noise = Annotated[float | None, NumberClause("to", OWN, "positive", what="standard deviation")]
+Noise = Annotated[
+    float | None,
+    NumberClause("to", OWN, "positive", what="standard deviation", example="to 2 mN"),
+]
 Weight = Annotated[
     float | None,
     NumberClause(
@@ -94,7 +97,10 @@ class TimeWords(VerbSentence, frozen=True):
     """The column of times."""
 
     columns: Annotated[
-        tuple[DataColumn, ...], ColumnsClause("using", TIME, what="column of the time")
+        tuple[DataColumn, ...],
+        ColumnsClause(
+            "using", TIME, what="column of the time", example='using column "t_ms" in ms'
+        ),
     ]
 
 
@@ -105,7 +111,12 @@ class DisplacementWords(VerbSentence, frozen=True):
     along: Along
     columns: Annotated[
         tuple[DataColumn, ...],
-        ColumnsClause("using", LENGTH, what="column of the displacement"),
+        ColumnsClause(
+            "using",
+            LENGTH,
+            what="column of the displacement",
+            example='using column "u_mm" in mm',
+        ),
     ]
 
 
@@ -132,7 +143,7 @@ class FitWords(VerbSentence, frozen=True):
 class AgainstWords(VerbSentence, frozen=True):
     """The column of the fit on the line above."""
 
-    columns: Annotated[tuple[DataColumn, ...], ColumnsClause("", OWN)]
+    columns: Annotated[tuple[DataColumn, ...], ColumnsClause("", OWN, example='"force_N" in N')]
     every: Every
     noise: Noise
     weight: Weight
@@ -216,19 +227,24 @@ class ReviseWords(VerbSentence, frozen=True):
 class FilesHeld(VerbSentence, frozen=True):
     """Files that are held out."""
 
-    files: Annotated[tuple[s.Name, ...], FilesClause("=", what="file")]
+    files: Annotated[
+        tuple[s.Name, ...], FilesClause("=", what="file", example='= ["one.csv", "two.csv"]')
+    ]
 
 
 class PartHeld(VerbSentence, frozen=True):
     """A part that is held out."""
 
-    held: Annotated[s.Expression, ValueClause("=", what="part")]
+    held: Annotated[s.Expression, ValueClause("=", what="part", example="= 20 %")]
 
 
 class TissuesHeld(VerbSentence, frozen=True):
     """Tissues that are held out."""
 
-    held: Annotated[tuple[s.Name, ...], NameClause("=", places=(TISSUE,), listed=True)]
+    held: Annotated[
+        tuple[s.Name, ...],
+        NameClause("=", places=(TISSUE,), listed=True, example="= [TISSUE]"),
+    ]
 
 
 class TissueHeld(VerbSentence, frozen=True):
@@ -240,7 +256,10 @@ class TissueHeld(VerbSentence, frozen=True):
 class WriteWords(VerbSentence, frozen=True):
     """The file of the result."""
 
-    files: Annotated[tuple[s.Name, ...], FilesClause("", what="file", is_new=True)]
+    files: Annotated[
+        tuple[s.Name, ...],
+        FilesClause("", what="file", is_new=True, example='"learned/fat.tis"'),
+    ]
 
 
 SENTENCES: dict[str, SentenceKind] = {
@@ -257,19 +276,15 @@ SENTENCES: dict[str, SentenceKind] = {
         opens=block({}),
     ),
     "time": SentenceKind(
-        (TimeWords,),
-        ('time using column "t_ms" in ms', 'time using column "frame" in 10 ms'),
-        "The column of times, or of the numbers of pictures and the time between them. By"
+        (TimeWords,), (),
+        "The column of times, or of the numbers of pictures and the time between them, as in"
+        ' ``column "frame" in 10 ms``. By'
         " default the first column (in TRC files the column of times), in seconds or in the"
         " unit that its name ends with.",
         is_single=True,
     ),
     "displacement": SentenceKind(
-        (DisplacementWords,),
-        (
-            'displacement of SET using column "u_mm" in mm',
-            'displacement of SET along (1, 0, 0) using column "u_mm" in mm',
-        ),
+        (DisplacementWords,), (),
         "Instead of a time: the displacement of the set in each row, where the net is in"
         " equilibrium. It counts to where the script moves the set; ``along`` gives it a sign,"
         " for tension and compression in one table.",
@@ -293,8 +308,7 @@ SENTENCES: dict[str, SentenceKind] = {
         is_needed=True,
     ),
     "against column": SentenceKind(
-        (AgainstWords,),
-        ('against column "force_N" in N every 10 ms',),
+        (AgainstWords,), (),
         "The column of the fit on the line above, if that names none.",
     ),
     "adjust": SentenceKind(
@@ -320,20 +334,17 @@ SENTENCES: dict[str, SentenceKind] = {
         is_needed=True,
     ),
     "revise rules": SentenceKind(
-        (ReviseWords,),
-        ("revise rules of RULES",),
+        (ReviseWords,), (),
         "Rules that may be changed, added or dropped if this reduces the error of rows that"
         " were not fitted. Words and numbers are fitted again with each candidate.",
     ),
     "hold out": SentenceKind(
-        (FilesHeld, FileWords, PartHeld, TissuesHeld, TissueHeld),
-        ('hold out "three.csv"', "hold out = 20 %", "hold out TISSUE"),
+        (FilesHeld, FileWords, PartHeld, TissuesHeld, TissueHeld), (),
         "Data for testing, not for learning: some of the files, the last part of each"
         " experiment, or tissues whose numbers are fitted.",
     ),
     "write": SentenceKind(
-        (WriteWords,),
-        ('write "learned/fat.tis"',),
+        (WriteWords,), (),
         "The file of the preset, or of the vocabulary, relative to the scene.",
         is_single=True,
     ),

@@ -38,8 +38,8 @@ class SentenceKind(Struct, frozen=True):
 
     Attributes:
         forms: Its forms; the parts of each are those of the class.
-        examples: How it is written, if more is to be said than its forms have; words in
-            capitals are placeholders.
+        examples: How it is written, if its forms together with the examples of their parts do
+            not show it; words in capitals are placeholders.
         about: What it says.
         wrong: The message about a sentence that has none of its forms.
         behind: What follows it in messages, such as a block.
@@ -61,11 +61,19 @@ class SentenceKind(Struct, frozen=True):
     begins: str = ""
     instead: str = ""
 
+    def texts(self, first: str) -> tuple[str, ...]:
+        """Return examples of it.
+
+        Args:
+            first: Its first words.
+        """
+        return self.examples or texts_of_sentences(first, self.forms, as_examples=True)
+
 
 class FileWords(VerbSentence, frozen=True):
     """A file."""
 
-    files: Annotated[tuple[s.Name, ...], FilesClause("", what="file")]
+    files: Annotated[tuple[s.Name, ...], FilesClause("", what="file", example='"table.csv"')]
 
 
 def as_entries(kinds: Mapping[str, SentenceKind]) -> dict[str, Entry]:
@@ -77,7 +85,7 @@ def as_entries(kinds: Mapping[str, SentenceKind]) -> dict[str, Entry]:
     return {
         name: written(
             name, paragraphs(one.about), *one.forms, repeats=not one.is_single,
-            opens=one.opens, examples=one.examples, begins=one.begins, has_section=True,
+            opens=one.opens, examples=one.texts(name), begins=one.begins, has_section=True,
             default=NEEDED if one.is_needed else None,
         )
         for name, one in kinds.items()
@@ -96,10 +104,9 @@ class SentenceReader(ClauseReader):
 
     def __init__(self, entry: str, kind: SentenceKind, item: Written, scope: Scope):
         forms = tuple(map(form_of, kind.forms))
-        texts = kind.examples or texts_of_sentences(entry, kind.forms, as_examples=True)
-        super().__init__(item, entry, forms, scope, texts=texts)
+        super().__init__(item, entry, forms, scope, texts=kind.texts(entry))
         self.kind = kind
-        self.lead = "for example" if kind.examples else "write"
+        self.lead = "for example" if kind.examples or kind.about else "write"
         self.is_named = False  # whether words after the first ones belong to the sentence
 
     def get(self, form: type[VerbSentence] | None = None, *, is_last: bool = True) -> Any:
@@ -309,5 +316,5 @@ class BlockItems:
         """
         self.findings.add(
             "TIS304", f'{self.what} needs "{entry}"', head,
-            hint=f"for example: {example or self.kinds[entry].examples[0]}",
+            hint=f"for example: {example or self.kinds[entry].texts(entry)[0]}",
         )  # fmt: skip

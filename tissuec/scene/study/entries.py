@@ -151,8 +151,7 @@ SENTENCES: dict[str, SentenceKind] = {
         " (uniform within its limits) is for random designs.",
     ),
     ROWS: SentenceKind(
-        (FileWords,),
-        ('rows "points.csv"',),
+        (FileWords,), (),
         "A CSV file with one row for each run and a column for each factor, with its unit in"
         " the head: ``lift [mm]``. Commas, semicolons or tabs"
         " separate columns.",
