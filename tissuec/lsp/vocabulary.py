@@ -39,8 +39,8 @@ from tissuec.scene.reading.entries import (
     default_in_words,
     entries_of,
     entries_of_members,
-    kind_in_words,
     sentence,
+    taken_in_words,
 )
 from tissuec.scene.reading.expressions import FUNCTIONS
 from tissuec.scene.reading.parts import entries_in
@@ -272,7 +272,7 @@ def entries(block: BlockKind) -> Terms:
 
 
 def _term(entry: Entry) -> Term:
-    facts, rest = kind_in_words(entry.kind), default_in_words(entry)
+    facts, rest = taken_in_words(entry), default_in_words(entry)
     if facts and rest and rest != "needed":
         facts = f"{facts}; without it {rest}"
     forms = fenced("\n".join(entry.forms), "tis") if entry.has_section else ""

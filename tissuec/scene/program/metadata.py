@@ -8,6 +8,8 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
+from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import declare
 from tissuec.script.forms import VerbSentence
@@ -17,9 +19,10 @@ from tissuec.script.parts import TextClause
 class TextWords(VerbSentence, frozen=True):
     """A text in quotes."""
 
-    text: Annotated[str, TextClause("", place='"TEXT"')]
+    text: Annotated[str, TextClause("", what="text", place='"TEXT"')]
 
 
+_KIND = SentenceKind((TextWords,))
 #: Sentences of one text in quotes, outside of all blocks; only "author" may be repeated.
 TEXTS = {
     "about": "Describes the file in one sentence.",
@@ -69,6 +72,17 @@ def is_metadata(item: s.Sentence) -> bool:
     return item.name.words.lower() in TEXTS and item.name.quoted is not None
 
 
+def read_text(item: s.Sentence, scope: Scope) -> str:
+    """Return the text of a sentence that consists of a word and a text in quotes.
+
+    Args:
+        item: The sentence.
+        scope: Takes diagnostics.
+    """
+    said: TextWords = SentenceReader(item.name.words.lower(), _KIND, item, scope).get()
+    return said.text
+
+
 def with_text(
     known: Metadata, item: s.Sentence, places: dict[str, Span], findings: Findings
 ) -> Metadata:
@@ -80,7 +94,8 @@ def with_text(
         places: Where each word was written first; takes that of this one.
         findings: Takes diagnostics.
     """
-    word, text = item.name.words.lower(), (item.name.quoted or "").strip()
+    word = item.name.words.lower()
+    text = read_text(item, Scope(findings))
     if not text:
         findings.reject("TIS312", f"{word} has an empty text", item.span)
     if word == "author":

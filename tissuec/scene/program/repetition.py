@@ -28,16 +28,16 @@ from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import NameClause, Placeholder, ValueClause
 
 EXAMPLE = "repeat i from 1 to 8 { … }"
-Index = Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="let"),))]
+Index = Annotated[
+    s.Name, NameClause("", what="index", places=(Placeholder("NAME", new="let"),))
+]
 
 
 class RepeatedCounting(VerbSentence, frozen=True):
     """The index of a repetition, and its first and last number."""
 
     index: Index
-    first: Annotated[
-        s.Expression, ValueClause("from", what="range", place="NUMBER", example="from 1 to 8")
-    ]
+    first: Annotated[s.Expression, ValueClause("from", place="NUMBER")]
     last: Annotated[s.Expression, ValueClause("to", place="NUMBER")]
 
 

@@ -24,6 +24,7 @@ from tissuec.script.parts import (
     MeasureClause,
     NameClause,
     Part,
+    TextClause,
     UnionClause,
     UnitClause,
     ValueClause,
@@ -106,6 +107,7 @@ class SentenceReader(ClauseReader):
         forms = tuple(map(form_of, kind.forms))
         super().__init__(item, entry, forms, scope, texts=kind.texts(entry))
         self.kind = kind
+        self.verb = entry or self.object.text
         self.lead = "for example" if kind.examples or kind.about else "write"
         self.is_named = False  # whether words after the first ones belong to the sentence
 
@@ -182,6 +184,8 @@ class SentenceReader(ClauseReader):
                 return self._names(self.clauses[word].value if word else self.object)
             case UnionClause(word=word):
                 node = self.clauses[word].value
+                if not isinstance(node, s.Listing):
+                    self.reject_form()
                 return s.Name("", None, node.span, self._names(node))
             case NameClause(word=""):
                 return self.object if self.object.text else None
@@ -205,6 +209,8 @@ class SentenceReader(ClauseReader):
                 return self.sentence.conclusions
             case ValueClause(word=word) | MeasureClause(word=word) | ConditionClause(word=word):
                 return self.clauses[word].value
+            case TextClause():
+                return (self.object.quoted or "").strip()
             case FilesClause(word=word):
                 return self._files(self.clauses[word].value if word else self.object)
             case _:

@@ -214,7 +214,8 @@ class ClauseReader:
                 if part.word and part.word not in self.clauses:
                     self.missing(part)
                 if not part.word and not self.object.text:
-                    self.reject("TIS304", f"the object of {self.verb} is missing")
+                    what = part.what or f"object of {self.verb}"
+                    self.reject("TIS304", f"the {what} is missing")
 
     def _flag_for(self, clause: s.Clause) -> str:
         """Return the flag that a wrong clause means: "with caps" for "on caps", or nothing."""

@@ -287,11 +287,9 @@ def entry_table(entries: Entries) -> str:
 
 
 def _row(entry: Entry) -> tuple[str, ...]:
-    forms, kind = " or ".join(map(code, entry.forms)), kind_in_words(entry.kind)
+    forms = " or ".join(map(code, entry.forms))
     about = f"{entry.about[:1].upper()}{entry.about[1:]}"
-    if isinstance(entry.kind, Written) and f"{entry.name} is …" in entry.forms:
-        kind = kind or " or ".join(map(code, entry.words))
-    return forms, kind, default_in_words(entry), about
+    return forms, taken_in_words(entry), default_in_words(entry), about
 
 
 def sentence(text: str) -> str:
@@ -317,9 +315,9 @@ def _form(entry: Entry) -> str:
             return f"{entry.name} = …"
 
 
-def kind_in_words(kind: Kind) -> str:
+def taken_in_words(entry: Entry) -> str:
     """What can be written for an entry; nothing if its form says it."""
-    match kind:
+    match entry.kind:
         case Real(dimension, above, at_least, at_most):
             limits = (("above", above), ("at least", at_least), ("at most", at_most))
             return describe(dimension) + "".join(
@@ -344,7 +342,8 @@ def kind_in_words(kind: Kind) -> str:
         case Named():
             return "a name in quotes"
         case Written():
-            return ""
+            is_said = f"{entry.name} is …" not in entry.forms
+            return "" if is_said else " or ".join(map(code, entry.words))
 
 
 def default_in_words(entry: Entry) -> str:

@@ -25,7 +25,7 @@ from tissuec.scene.model import (
 )
 from tissuec.scene.overrides.entries import SET
 from tissuec.scene.program.declarations import Declarations, Declared
-from tissuec.scene.program.metadata import TextWords
+from tissuec.scene.program.metadata import TextWords, read_text
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import by_name, written
@@ -49,7 +49,7 @@ from tissuec.scene.tissues.evidence import (
     warn_of_contradictions,
     warn_of_words,
 )
-from tissuec.scene.tissues.facts import FactReader
+from tissuec.scene.tissues.facts import FACT_KIND, FactReader
 from tissuec.scene.tissues.idle_words import Answers, TissueWords
 from tissuec.scene.tissues.known_curves import KnownCurve
 from tissuec.scene.tissues.laws import BY_ENTRY, LAW_ENTRIES, read_law
@@ -68,7 +68,7 @@ from tissuec.scene.tissues.written_numbers import quantity_meant, read_given
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.words.vocabulary import RulesBlock, Vocabulary
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import RULES, TISSUE, NameClause, Placeholder, ValueClause
+from tissuec.script.parts import RULES, TISSUE, NameClause, Placeholder
 
 MOST_PARENTS = 50
 _RULES = 'use "fuzzy/soft_matter", and in the tissue first: described in soft matter'
@@ -88,20 +88,6 @@ class DescribedWords(VerbSentence, frozen=True):
         s.Name,
         NameClause("in", what="name of the rules", places=(RULES,), example="in soft tissue"),
     ]
-
-
-class FactInWords(VerbSentence, frozen=True):
-    """A property in words."""
-
-    property: Annotated[s.Name, NameClause("", places=(Placeholder("NAME"),))]
-    word: Annotated[s.Name, NameClause("is", places=(Placeholder("WORD"),))]
-
-
-class FactInNumbers(VerbSentence, frozen=True):
-    """A property as a number."""
-
-    property: Annotated[s.Name, NameClause("", places=(Placeholder("NAME"),))]
-    number: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
 
 
 _TISSUE, _DESCRIBED = SentenceKind((TissueHead,)), SentenceKind((DescribedWords,))
@@ -126,7 +112,7 @@ declare(
     "tissue",
     "A material of springs and nodes, given by words of a vocabulary, numbers or both.", 21,
     sentences=_TISSUE.forms, example="tissue NAME { … }",
-    block=block(ENTRIES, FactInWords, FactInNumbers), entries_vary=True,
+    block=block(ENTRIES, *FACT_KIND.forms), entries_vary=True,
 )  # fmt: skip
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
@@ -403,7 +389,7 @@ class TissueReader:
             return
         assert isinstance(item, s.Sentence | s.Assign)
         if key == "about" and isinstance(item, s.Sentence):
-            written.about = item.name.quoted or ""
+            written.about = read_text(item, self.scope)
         elif key in APPEARANCE:
             written.appearance = read_appearance(item, written.appearance, self.scope)
         elif key == "described":

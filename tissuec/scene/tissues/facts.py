@@ -1,14 +1,36 @@
 """Facts of tissues: the words and numbers of their properties."""
 
+from typing import Annotated
+
 from tissuec.core.hints import Hint, proposal
 from tissuec.fuzzy.scale import OutOfRange
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
 from tissuec.scene.model import PropertyFact
+from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entry_hints import left_side
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.words.phrases import NamedScale, read_word
 from tissuec.scene.words.vocabulary import Vocabulary
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import NameClause, Placeholder, ValueClause
+
+
+class FactInWords(VerbSentence, frozen=True):
+    """A property in words."""
+
+    property: Annotated[s.Name, NameClause("", places=(Placeholder("NAME"),))]
+    word: Annotated[s.Name, NameClause("is", places=(Placeholder("WORD"),))]
+
+
+class FactInNumbers(VerbSentence, frozen=True):
+    """A property as a number."""
+
+    property: Annotated[s.Name, NameClause("", places=(Placeholder("NAME"),))]
+    number: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
+
+
+FACT_KIND = SentenceKind((FactInWords, FactInNumbers))
 
 
 class FactReader:
@@ -32,8 +54,9 @@ class FactReader:
                 "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span,
                 hint=proposal(f"{left_side(item)} is {item.value.text}"),
             )  # fmt: skip
-        value = self.scope.number(item.value)
-        self.scope.expect(value, scale.dimension, item.value.span, what=scale.name)
+        said: FactInNumbers = SentenceReader("", FACT_KIND, item, self.scope).get(FactInNumbers)
+        value = self.scope.number(said.number)
+        self.scope.expect(value, scale.dimension, said.number.span, what=scale.name)
         try:
             scale.scale.axis.to_scale(float(value.amount))
         except OutOfRange as error:

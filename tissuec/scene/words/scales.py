@@ -124,11 +124,8 @@ class PropertyWords(VerbSentence, frozen=True):
     """A property and its range."""
 
     name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="property"),))]
-    low: Annotated[
-        s.Expression,
-        ValueClause("from", what="range", place="NUMBER", example="from 0 to 1"),
-    ]
-    high: Annotated[s.Expression, ValueClause("to", what="end of the range", place="NUMBER")]
+    low: Annotated[s.Expression, ValueClause("from", place="NUMBER")]
+    high: Annotated[s.Expression, ValueClause("to", place="NUMBER")]
     is_log: Annotated[bool, FlagPart("on log scale", about="Use the logarithm of the values.")]
 
 
