@@ -62,7 +62,7 @@ def test_files_that_are_used_speak_for_themselves_only():
         ("author Ada Weiss", "author needs a text in quotes", 'author "Ada Weiss"'),
         ('author is "Ada"', "author needs a text in quotes", 'author "Ada"'),
         ('cite = "x"', 'without "="', 'cite "x"'),
-        ('cite ""', "cite has an empty text", ""),
+        ('cite ""', "the text is missing", ""),
     ],
 )
 def test_mistakes(text, message, way_out):
