@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.every import every
 from tissuec.cli.completing import params_of
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -44,7 +45,7 @@ def completed(line, folder, shell="bash"):
     return lines if shell == "zsh" else [one.partition(",")[2] for one in lines]
 
 
-@pytest.mark.parametrize(
+@every(
     ("line", "some"),
     [
         ("tissuec words ", ["fuzzy/soft_tissue", "fuzzy/soft_matter"]),

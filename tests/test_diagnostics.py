@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from tests.every import every
 from tissuec.core.errors import Diagnostic, Note, as_dict, render
 from tissuec.core.source import Source, Span
 
@@ -68,7 +69,7 @@ def test_without_a_place_only_the_headline_and_remedies_show():
     assert as_dict(diagnostic)["line"] is None
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "start", "end", "excerpt", "carets"),
     [
         ("abc def", 4, 7, "abc def", "    ^^^"),

@@ -24,8 +24,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
-import pytest
-
+from tests.every import every
 from tests.modules import ROOT, nodes, trees
 
 #: Modules that only describe another library to the type checker; its manual documents it.
@@ -310,7 +309,7 @@ EXAMPLES = {
 }
 
 
-@pytest.mark.parametrize(("source", "lacks"), EXAMPLES.items())
+@every(("source", "lacks"), EXAMPLES.items())
 def test_examples_lack_what_is_expected(source, lacks):
     tree = ast.parse(source)
     module = Module("example.py", "", tree, list(ast.walk(tree)))

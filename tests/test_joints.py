@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.engine.running import set_pace
+from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.compiler.bodies.joints import nearest_pairs
@@ -105,7 +106,7 @@ def by_brute_force(position, first, second):
     return np.array(pairs)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@every("seed", range(20))
 def test_each_node_of_the_smaller_side_is_joined_to_the_nearest(seed):
     random = np.random.default_rng(seed)
     count = int(random.integers(2, 120))

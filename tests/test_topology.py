@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from tests.every import every
 from tests.growth import grows_in_proportion
 from tissuec.meshes.generators import MESHES
 from tissuec.model.topology import (
@@ -120,7 +121,7 @@ TWO_SQUARES = table(
 )
 
 
-@pytest.mark.parametrize(
+@every(
     ("drawn", "options", "expected"),
     [
         (TRIANGLE, {}, (0, 0, 6)),
@@ -164,7 +165,7 @@ SOLIDS = {
 }
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@every("name", SOLIDS)
 def test_unstressed_counts_follow_from_the_rank_of_the_rigidity_matrix(name):
     position, ends = SOLIDS[name]
     rows = np.zeros((len(ends), len(position), 3))
@@ -219,14 +220,14 @@ def test_counts_do_not_depend_on_place_direction_and_scale(drawn, scale):
         assert modes(moved, ends, held=[0, 1]) == modes(position, ends, held=[0, 1])
 
 
-@pytest.mark.parametrize("drawn", [SQUARE, TRIANGLE, CHAIN, *SOLIDS.values()])
+@every("drawn", [SQUARE, TRIANGLE, CHAIN, *SOLIDS.values()])
 def test_counts_do_not_depend_on_coordinates_in_single_precision(drawn):
     position, ends = drawn
     turned = position @ random_turn(5).T
     assert modes(turned.astype(np.float32).astype(float), ends) == modes(position, ends)
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@every("name", SOLIDS)
 def test_counts_do_not_depend_on_stiffness_ratios(name):
     position, ends = SOLIDS[name]
     stiffness = 10.0 ** np.random.default_rng(3).uniform(-6, 6, len(ends))

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from benchmarks import features, force_costs, kernels, publishing, scenes, stepping, threads
 from benchmarks.__main__ import benchmarks
+from tests.every import every
 from tests.test_docs import PAGES
 
 KNOWN = benchmarks()
@@ -42,7 +43,7 @@ def test_all_are_listed_with_what_they_measure(repository):
         assert re.search(rf"^{name} +{re.escape(summary)}$", listed, re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@every("name", KNOWN)
 def test_each_says_what_it_does(name):
     said = " ".join(invoke(command_of(name), "--help").split())
     assert KNOWN[name] in said

@@ -5,6 +5,7 @@ import pytest
 
 from tests.contact.scenes import gap_of_balance, play
 from tests.contact.test_faces import GEL, deformed, forces, forces_of_an_energy, slab
+from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.forces.contact_pairs import kept_outside
 from tissuec.geometry.inside import inside, winding_numbers
@@ -28,7 +29,7 @@ def lowered(drop, *, size=2e-4, entries="", tool=NEEDLE):
 # --- the law ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("drop", DROPS)
+@every("drop", DROPS)
 def test_forces_at_any_depth_are_minus_the_derivative_of_the_energy_and_balance(drop):
     network, position, _ = lowered(drop)
     contact, still = network.contact, np.zeros_like(position)

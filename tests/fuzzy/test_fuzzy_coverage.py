@@ -6,6 +6,7 @@ from itertools import pairwise, product
 
 import pytest
 
+from tests.every import every
 from tissuec.fuzzy.coverage import coverage
 from tissuec.fuzzy.rulebase import Inference, NoRule, RuleBase
 from tissuec.fuzzy.rules import (
@@ -134,7 +135,7 @@ def random_condition(dice, depth=2):
     return And(parts) if kind == "and" else Or(parts)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@every("seed", range(40))
 def test_coverage_agrees_with_trying_facts_out(seed):
     dice = random.Random(seed)
     operators = Operators(**{name: dice.choice(words) for name, words in CHOICES.items()})

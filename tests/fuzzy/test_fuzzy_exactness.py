@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.every import every
 from tests.examples import examples
 from tissuec.fuzzy.centroid import centre_of_gravity
 from tissuec.fuzzy.rulebase import NoRule, RuleBase
@@ -328,7 +329,7 @@ class System:
         return 1 - math.prod(1 - t for t in truths)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@every("seed", range(60))
 def test_a_generated_system_infers_the_rational_value(seed):
     system = System(seed)
     base = system.base()

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import pytest
 
+from tests.every import every
 from tissuec.fuzzy.sets import Gaussian, Piecewise, Powered, points, trapezoid, triangle
 
 
@@ -41,7 +42,7 @@ def test_degrees_next_to_a_foot_keep_their_digits():
         assert word.degree(x) == few_roundings
 
 
-@pytest.mark.parametrize(
+@every(
     ("xs", "ys", "problem"),
     [
         ((0.0,), (1.0,), "two points"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.every import every
 from tissuec.geometry.affine import Affine
 
 AXIS = np.array([1.0, -2.0, 2.0]) / 3.0
@@ -18,7 +19,7 @@ def test_a_turn_is_that_of_scipy_about_its_point():
     assert turn.scale == pytest.approx(1.0, rel=1e-14) and not turn.is_mirrored
 
 
-@pytest.mark.parametrize("quarters", range(-4, 5))
+@every("quarters", range(-4, 5))
 def test_quarter_turns_are_exact(quarters):
     turn = Affine.turning(quarters * np.pi / 2.0, np.array([0.0, 0.0, 1.0]), np.zeros(3))
     assert set(turn.matrix.ravel().tolist()) <= {-1.0, 0.0, 1.0}

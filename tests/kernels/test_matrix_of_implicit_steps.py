@@ -8,6 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from tests.engine.running import Bench, block, chain
+from tests.every import every
 from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
@@ -152,7 +153,7 @@ class Prepared:
         return out
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@every("scene", SCENES)
 def test_band_solves_as_the_dense_matrix(scene):
     made = Prepared(scene)
     assert not made.solver.scratch.size
@@ -161,7 +162,7 @@ def test_band_solves_as_the_dense_matrix(scene):
     assert np.array_equal(found[~made.free], np.zeros(np.count_nonzero(~made.free)))
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@every("scene", SCENES)
 def test_band_holds_the_entries_of_the_matrix(scene):
     made = Prepared(scene)
     banded.fill(made.q, made.x, made.v, made.layout.net(MEMBER), made.solver)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.lang.parser import parse
@@ -20,7 +21,7 @@ FORMS = {
 }
 
 
-@pytest.mark.parametrize(("written", "right"), FORMS.items())
+@every(("written", "right"), FORMS.items())
 def test_what_is_meant_is_proposed(written, right):
     text = f"language 1\nlearn gum {{\n  {written}\n}}\n"
     with pytest.raises(CompileError) as error:

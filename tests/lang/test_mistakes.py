@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.every import every
 from tissuec.core.errors import CompileError
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
@@ -25,7 +26,7 @@ def only(text):
     return finding
 
 
-@pytest.mark.parametrize(
+@every(
     ("code", "text", "marked", "hint"),
     [
         ("TIS104", "radius = 3 mmm", "mmm", 'did you mean "mm"?'),
@@ -155,7 +156,7 @@ def test_mistakes_have_code_place_and_remedy(code, text, marked, hint):
     assert hint in finding.hint
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "code", "hint"),
     [
         ("", "TIS117", 'write "language 1"'),
@@ -276,7 +277,7 @@ def read_in_spite(text: str) -> s.Module:
     return caught.value.module
 
 
-@pytest.mark.parametrize(
+@every(
     "number",
     ["3 mmm", "3 parsec/s^2", "3 kg m", "3 N*m s", "1 km^999", "1e999", "1e999 mm",
      "(1, 2, 3) mmm", "(1, 2, 3) mm^999"],
@@ -310,7 +311,7 @@ def test_beside_other_mistakes_of_syntax_nothing_is_read(text):
 # --- words of messages ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@every(
     "text",
     ["a = ", "a b is", "at", "expect", "if", "a { b = }", "a = [1, ]]", "a = f(,)", "= 3",
      "a = 1 <", "from 1 s: 3", "a is not", "a is between b", "a = x is y", "]", "a ^", "let",

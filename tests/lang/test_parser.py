@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.every import every
 from tests.growth import effort
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -54,7 +55,7 @@ def span_free(kind, *parts):
 # --- expressions ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "expected"),
     [
         ("1", number(1)),
@@ -130,7 +131,7 @@ def phrase(kind, *words):
     return span_free(s.Predicate, kind, tuple(name(word) for word in words))
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "expected"),
     [
         ("x < y", span_free(s.Compare, X, "<", Y)),
@@ -233,7 +234,7 @@ def test_line_breaks_and_semicolons_separate_alike():
 # --- places -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "marked"),
     [("x + y ", "x + y"), ("(x + y) ", "(x + y)"), ("- x", "- x"), ("(1, 2)  mm", "(1, 2)  mm"),
      ("f(x , y)", "f(x , y)"), ('a "b c"', 'a "b c"'), ("[1 ]", "[1 ]"), ("x ^ 2", "x ^ 2")],

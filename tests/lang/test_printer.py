@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tissuec.core.errors import CompileError
 from tissuec.lang.characters import normalise
 from tissuec.lang.printer import format_source
@@ -12,7 +13,7 @@ def formatted(text):
     return printed.removeprefix("language 1\n").removesuffix("\n")
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "expected"),
     [
         ("a   b=3mm", "a b = 3 mm"),

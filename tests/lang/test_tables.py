@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.every import every
 from tissuec.core.errors import CompileError
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
@@ -72,7 +73,7 @@ def test_plain_and_split_reading_agree():
     assert all(np.array_equal(a, b[:-1]) for a, b in zip(plain, split, strict=True))
 
 
-@pytest.mark.parametrize(
+@every(
     ("rows", "expected"),
     [
         ("\n1 2 3\n 4 5 # 6\n", [("TIS120", 4, "4 5")]),

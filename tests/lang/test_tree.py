@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tests.findings import finding_of
 from tests.growth import calls_grow_in_proportion, grows_in_proportion
 from tissuec.core.errors import CompileError
@@ -68,7 +69,7 @@ def test_a_line_that_begins_with_a_joining_word_continues_the_line_above(word, b
     assert seen(f"a{between}{word} b") == f"a {word} b"
 
 
-@pytest.mark.parametrize("word", ["from", "at", "andes", "of_x", "basis", "if", "not", "until"])
+@every("word", ["from", "at", "andes", "of_x", "basis", "if", "not", "until"])
 def test_other_lines_do_not_continue(word):
     assert seen(f"a\n{word} b") == f"a\n{word} b"
 
@@ -77,7 +78,7 @@ def test_line_ends_in_round_and_square_brackets_are_blanks():
     assert seen("a = f(1,\n\n# c\n2) + [\n3\n]\nb") == "a = f ( 1 , 2 ) + [ 3 ]\nb"
 
 
-@pytest.mark.parametrize(
+@every(
     "head",
     ["table t of net in mm", "law is table", "x\ntable t", "a; table t", "b { }\n table t",
      'table "a b" on table "c"', "table t at (1, 2, f(3))", "table t # c\n with d"],
@@ -104,7 +105,7 @@ def codes(text):
     return [problem.code for problem in tree(text).problems]
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "expected"),
     [
         ("a {\nb {\n}\n", ["TIS101"]),

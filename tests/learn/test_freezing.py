@@ -5,6 +5,7 @@ import pytest
 from msgspec import Struct
 from msgspec.structs import replace
 
+from tests.every import every
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
 from tissuec.learn.derivatives.refusals import refusal_of_script
 from tissuec.script.plan import ScheduledAction
@@ -203,7 +204,7 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
+@every("name", REFUSED)
 def test_what_has_no_exact_derivative_is_refused(name):
     script, options = REFUSED[name]
     compiled = sheet(script, **options)

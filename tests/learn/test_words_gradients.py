@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.learn.wordy import everything, random_scene
 from tissuec.fuzzy import duals
 from tissuec.fuzzy.duals import Dual
@@ -44,7 +45,7 @@ def test_derivatives_of_random_vocabularies_are_those_of_differences():
     assert left_out < 0.02 * compared
 
 
-@pytest.mark.parametrize("seed", range(12))
+@every("seed", range(12))
 def test_nothing_moves_at_zero(seed):
     scene = random_scene(seed)
     given = everything(scene).given(np.zeros(everything(scene).size))
@@ -52,7 +53,7 @@ def test_nothing_moves_at_zero(seed):
         assert value == scene.tissues[tissue].given[quantity].value  # bit for bit
 
 
-@pytest.mark.parametrize("seed", range(12))
+@every("seed", range(12))
 def test_values_with_derivatives_are_those_without(seed):
     model = everything(random_scene(seed))
     theta = np.random.default_rng(seed).normal(size=model.size)
@@ -76,7 +77,7 @@ FUNCTIONS = {
 }
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@every("name", FUNCTIONS)
 def test_duals_carry_slopes_through_arithmetic(name):
     function, h = FUNCTIONS[name], 1e-5
     x, y = 0.7, 1.3

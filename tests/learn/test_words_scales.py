@@ -5,6 +5,7 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.fuzzy.scale import Axis
 from tissuec.fuzzy.sets import Gaussian
@@ -57,7 +58,7 @@ def test_degrees_that_sum_to_one_still_do(layout):
             assert sum(s.degree(x) for s in scale.words.values()) == pytest.approx(1, abs=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(25))
+@every("seed", range(25))
 def test_every_iterate_is_a_vocabulary(seed):
     model = everything(random_scene(seed))
     source = np.random.default_rng(seed)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from tests.every import every
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.core.source import Source
 from tissuec.lang.printer import format_source
@@ -53,7 +54,7 @@ def moves(model: WordsModel, seed: int, size: float = 0.4):
     return size * np.random.default_rng(seed).normal(size=model.size)
 
 
-@pytest.mark.parametrize("seed", range(25))
+@every("seed", range(25))
 def test_texts_compile_to_what_the_model_gives(seed):
     scene = random_scene(seed)
     model = everything(scene)

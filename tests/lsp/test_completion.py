@@ -5,6 +5,7 @@ import random
 import pytest
 
 import tissuec
+from tests.every import every
 from tests.lsp.editor_documents import GOOD, LIBRARY, MARK, asked, shipped
 from tissuec.lsp.completion import complete
 from tissuec.lsp.documents import OpenDocuments
@@ -146,7 +147,7 @@ def test_what_can_stand_there_is_offered(text, some):
     assert set(some) <= set(offered(text))
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "units", "others"),
     [
         ("param far = 5 m‸", {"mm", "m", "ms", "mN"}, set()),
@@ -173,7 +174,7 @@ def test_units_are_those_of_the_dimension(text, units, others):
     assert not others & found
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "becomes"),
     [
         ("body b { me‸", "body b { mesh is "),

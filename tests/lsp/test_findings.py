@@ -154,7 +154,7 @@ def test_a_text_that_lacks_a_line_is_borne(path, count):
 NEXT_TO_NOTHING = ("", "\n", "{", "}", '"', "language", "((((", "set", "a is", "# x")
 
 
-@pytest.mark.parametrize("text", NEXT_TO_NOTHING)
+@every("text", NEXT_TO_NOTHING)
 def test_next_to_nothing_is_borne(text):
     view, offset = asked(f"{text}‸")
     completion.complete(view, offset)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tests.lsp.editor_documents import BAD, SCENES
 from tissuec.core.hints import removal
 from tissuec.core.resources import library
@@ -116,7 +117,7 @@ def test_no_shipped_file_is_fixed():
     assert fixes_at(path, 0, 99, [checked], documents) == []
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "left"),
     [
         ("a\n«param b»\nc", "a\nc"),

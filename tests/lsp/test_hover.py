@@ -65,7 +65,7 @@ def test_entries_of_learn_blocks_are_explained(place, words):
     assert words in found
 
 
-@pytest.mark.parametrize(
+@every(
     ("place", "words"),
     [
         ("vary", "vary lift = [2 mm, 5 mm]"), ("lift = 1", "`6 mm`"), ("pull =", "a column of"),
@@ -143,7 +143,7 @@ def test_a_word_says_what_it_stands_for():
     assert "very hard has the value `0.9583`" in at(text, "hardness")
 
 
-@pytest.mark.parametrize(
+@every(
     ("place", "sentence"),
     [
         ("body", "A mesh made of tissue."),

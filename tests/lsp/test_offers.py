@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.every import every
 from tests.lsp.editor_documents import GOOD, LIBRARY, asked
 from tissuec.core.source import Source
 from tissuec.lang.grammar import Refused
@@ -189,7 +190,7 @@ tool haemostat { kind is clamp }
 """
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "can", "cannot"),
     [
         ("script { at 0 s: fix ‸ }", {"some", "left"}, {"threads", "both", "seam", "grip"}),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.matter.elastic import drawn_out, scene, stiffness
 from tissuec.core.errors import CompileError
 from tissuec.matter.linear import solution
@@ -155,7 +156,7 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("name", WRONG)
+@every("name", WRONG)
 def test_fibres_that_cannot_be_are_told(name):
     tissue, body, code = WRONG[name]
     with pytest.raises(CompileError) as caught:

@@ -6,6 +6,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import tissuec
+from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.core.errors import CompileError
 from tissuec.mechanics.deformation import six
@@ -143,7 +144,7 @@ def test_stiffening_fibres_follow_their_exponential():
     assert added == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "said"),
     [
         (

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.matter.elastic import findings
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -112,7 +113,7 @@ def test_what_is_learnt_of_a_tissue_reaches_springs_between_regions():
     assert np.array_equal(learnt.network.springs.stiffness, other.network.springs.stiffness)
 
 
-@pytest.mark.parametrize(
+@every(
     ("entry", "code", "said"),
     [
         ("interface is softer from a to piece", "TIS301", "no region called"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from tests.every import every
 from tissuec.geometry.edges import volume
 from tissuec.geometry.elements import SHAPES, Measures
 from tissuec.meshes.generators.centreline import Centreline, natural_spline
@@ -148,7 +149,7 @@ ACUTE = (*STAIRS[:2], np.array([0.0, 0.01, 0.0]))
 HAIRPIN = tuple(1e-3 * np.array([[0.0, 0, 0], [30, 0, 0], [36, 5, 0], [30, 10, 0], [0, 10, 0]]))
 
 
-@pytest.mark.parametrize(
+@every(
     ("entries", "words"),
     [
         ({"axis": ARC, "radius": 0.045}, "bends too sharply around"),

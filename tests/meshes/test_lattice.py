@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 
 REACH = ("nearest neighbours", "second neighbours", "third neighbours")
@@ -108,7 +109,7 @@ def moduli(kind, reach, second_stiffness=1.0):
     return tuple(relaxed[i] / period**3 for i in ((0, 0, 0, 0), (0, 0, 1, 1), (0, 1, 0, 1)))
 
 
-@pytest.mark.parametrize(
+@every(
     ("kind", "reach", "expected"),
     [
         ("sodium chloride", REACH[0], (1, 0, 0)),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tissuec.meshes.generators.centreline import perpendicular_frame
 from tissuec.meshes.generators.tube import Tube
 
@@ -35,7 +36,7 @@ def test_crossed_springs_run_to_the_documented_sides_of_the_next_ring(sides, ste
     assert {tuple(pair) for pair in mesh.ends.tolist()} - plain == expected
 
 
-@pytest.mark.parametrize("sides", range(6, 14))
+@every("sides", range(6, 14))
 def test_crossed_springs_pass_through_the_inside(sides):
     """No crossed spring lies in the wall: its middle is nearer to the axis than the faces."""
     plain = {tuple(pair) for pair in tube(sides=sides, diagonals="both").build().ends.tolist()}

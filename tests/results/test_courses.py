@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.every import every
 from tissuec.results.instruments.courses import courses, scissors_of, solids
 from tissuec.results.instruments.grips import Scenery, rotations
 from tissuec.results.instruments.meshes import KINDS, mesh_of, placed
@@ -55,7 +56,7 @@ def seen(cut: str):
     return result, moments, {one.kind: one for one in courses(moments)}
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@every("kind", KINDS)
 def test_meshes_are_closed_and_face_outwards(kind):
     mesh = mesh_of(kind)
     rows = mesh.triangles.tolist()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.every import every
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import check_request
@@ -118,7 +119,7 @@ class TestFound:
         assert result.manifest["overrides"] == ["cell of liver = 5 mm"]
 
 
-@pytest.mark.parametrize(
+@every(
     ("given", "said"),
     [
         ({"hardness of liver": "hrad"}, ['"hrad" is not a word for hardness', "--set:1:22"]),
@@ -147,7 +148,7 @@ def test_what_is_wrong_is_told_with_its_place(given, said):
         assert part in message, message
 
 
-@pytest.mark.parametrize(
+@every(
     ("written", "proposed"),
     [
         ("hardness of fat = soft", 'write "hardness of fat is soft"'),

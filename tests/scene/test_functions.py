@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -33,7 +34,7 @@ def said(text):
     return error.value.diagnostics
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "number"),
     [
         ("let f(x) = 2 * x + 1\nlet found = f(3)", 7.0),

@@ -5,6 +5,7 @@ import re
 import h5py
 import pytest
 
+from tests.every import every
 from tests.findings import finding_of
 from tests.view.report.runs import ROD, run
 from tissuec.core.source import Source
@@ -52,7 +53,7 @@ def test_files_that_are_used_speak_for_themselves_only():
     assert declared('use "tissues/liver"\nauthor "A"').written == {"author": "A"}
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "message", "way_out"),
     [
         ('about "a"\nabout "b"', "about is given twice", ""),

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.every import every
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.meshes.generators.tube import Tube
@@ -156,7 +157,7 @@ def test_the_scene_itself_is_right() -> None:
     assert not said()
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@every("name", MISTAKES)
 def test_a_mistake_is_told_by_one_error(name: str) -> None:
     (error,) = said(name)
     assert error.startswith(MISTAKES[name].code)

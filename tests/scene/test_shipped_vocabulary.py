@@ -6,6 +6,7 @@ from itertools import pairwise, permutations
 
 import pytest
 
+from tests.every import every
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.fuzzy.hedges import Shift, hedged, moves
@@ -61,7 +62,7 @@ def test_sliders_change_conclusions_strictly_monotonically(name, others):
             assert sign * (other[quantity] - one[quantity]) > 0.0
 
 
-@pytest.mark.parametrize("name", LEADS)
+@every("name", LEADS)
 def test_every_hedge_of_every_word_changes_a_conclusion_in_its_direction(name):
     words = vocabulary()
     scale = words.properties[name].scale

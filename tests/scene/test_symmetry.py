@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.every import every
 from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene
 from tissuec.analysis.vibration.modes import modes_of
@@ -232,7 +233,7 @@ def test_what_a_plane_leaves_of_forces_is_in_it_for_every_corner():
     assert np.array_equal(kept[:, :2][~on], force[:, :2][~on])
 
 
-@pytest.mark.parametrize(
+@every(
     ("old", "new", "said"),
     [
         ("(0, -10, 0) mm to", "(-10, -10, 0) mm to", "block lies on both sides of this plane"),

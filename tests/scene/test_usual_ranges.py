@@ -1,7 +1,6 @@
 """Values that no living tissue has: one warning each, and the unit that was meant."""
 
-import pytest
-
+from tests.every import every
 from tests.scene.test_idle_words import codes, diagnostics
 from tissuec.core.resources import library
 from tissuec.pipeline import read_words
@@ -38,7 +37,7 @@ def test_usual_values_are_not_warned_of():
     assert codes(scene()) == []
 
 
-@pytest.mark.parametrize(
+@every(
     ("odd", "said", "meant"),
     [
         ({"density": "1.06 kg/m^3"}, "density of gel is 1.06 kg/m^3", ["1.06 g/cm^3"]),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.findings import finding_of
 from tissuec.core.source import Source
 from tissuec.laws import LINEAR
@@ -151,7 +152,7 @@ MISTAKES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("entry", MISTAKES)
+@every("entry", MISTAKES)
 def test_mistakes_are_named(entry):
     code, words = MISTAKES[entry]
     found = refused(f"tissue special like plain {{ {entry} }}")

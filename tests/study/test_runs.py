@@ -5,6 +5,7 @@ import pytest
 
 import tissuec
 from tests.engine.execution.test_doubts import SOLID
+from tests.every import every
 from tests.study.scenes import SCENE, STUDY, carried_out, prepared
 from tests.test_cli import tissuec as command
 from tissuec.core.workers.workers import OwnProcess
@@ -62,7 +63,7 @@ def test_the_time_of_an_event_is_that_of_the_run_and_empty_without_it():
     assert tear[2] == pytest.approx(first.time, rel=1e-9)
 
 
-@pytest.mark.parametrize(
+@every(
     ("written", "expected"),
     [
         ("min(position of tip along (1, 0, 0))", 0.02),

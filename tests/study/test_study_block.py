@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tests.study.scenes import SCENE, STUDY, prepared, request
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.pipeline import check_request
@@ -29,7 +30,7 @@ def refused(*lines: str) -> str:
     return str(error.value)
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "values"),
     [
         ("vary lift = 2 mm to 10 mm in 5 steps", (2, 4, 6, 8, 10)),
@@ -141,7 +142,7 @@ def test_rows_have_any_separator(tmp_path, separator, end):
     ]
 
 
-@pytest.mark.parametrize(
+@every(
     ("lines", "said"),
     [
         (

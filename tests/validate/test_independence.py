@@ -3,9 +3,8 @@
 import ast
 from pathlib import Path
 
-import pytest
-
 import tissuec.validate
+from tests.every import every
 
 FOLDER = Path(tissuec.validate.__file__).parent
 FORBIDDEN = ("engine", "kernels", "mechanics")
@@ -44,7 +43,7 @@ def imported(name):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-@pytest.mark.parametrize("name", SOLVER)
+@every("name", SOLVER)
 def test_solver_imports_nothing_that_it_judges(name):
     for module in imported(name):
         is_state = module.startswith("tissuec.mechanics.state")
@@ -52,7 +51,7 @@ def test_solver_imports_nothing_that_it_judges(name):
         assert package != "tissuec" or is_state or not {*parts[:1]} & {*FORBIDDEN}, module
 
 
-@pytest.mark.parametrize("name", SOLVER)
+@every("name", SOLVER)
 def test_solver_imports_of_its_folder_only_itself(name):
     own = {m.split(".")[2] for m in imported(name) if m.startswith("tissuec.validate.")}
     assert own <= set(SOLVER)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.contact.scenes import by_loops, contact_of, contact_with, meeting
+from tests.every import every
 from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
 from tests.validate.scenes import compiled_scene
 from tissuec.forces.volume import Enclosure, open_edges
@@ -41,7 +42,7 @@ def both(law, rng, count=40):
     return ReferenceLaws(laws, which, *numbers, rest), Behaviour(laws, which, *numbers, rest)
 
 
-@pytest.mark.parametrize("name", [*SPRINGS, *FORMULAS])
+@every("name", [*SPRINGS, *FORMULAS])
 def test_springs_of_every_law_pull_store_and_stiffen_alike(name):
     rng = np.random.default_rng(3)
     if name in SPRINGS:

@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 
+from tests.every import every
 from tissuec.core.scale import scale_of
 from tissuec.view.player.page import WEB, units_of
 
@@ -59,7 +60,7 @@ RANGES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("low", "high"), RANGES)
+@every(("low", "high"), RANGES)
 def test_numbers_at_an_axis_are_told_apart_and_are_what_they_say(low, high):
     places, texts = evaluated(
         "const found = ticks(given[0], given[1], 4); return [found, apart(found)];", [low, high]
@@ -69,7 +70,7 @@ def test_numbers_at_an_axis_are_told_apart_and_are_what_they_say(low, high):
     assert read == pytest.approx(places, abs=1e-6 * (high - low))
 
 
-@pytest.mark.parametrize(("low", "high"), RANGES)
+@every(("low", "high"), RANGES)
 def test_numbers_at_the_axes_of_a_chart_are_not_cut_off(low, high):
     given = {"low": low, "high": high, "divisor": 1, "range": [0.0, 12_000.0], "width": 300}
     texts = evaluated(CHART, given)

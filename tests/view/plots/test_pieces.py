@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tissuec.core.scale import readable, scale_of
 from tissuec.core.units import DIMENSION_NAMES, parse_unit
 from tissuec.results.recording import Event
@@ -28,7 +29,7 @@ def test_what_stands_at_an_axis_is_the_same_quantity(unit):
         assert scale.factor * found.factor == pytest.approx(parse_unit(unit).factor)
 
 
-@pytest.mark.parametrize(
+@every(
     ("unit", "highest"),
     [("N", 11.5), ("Pa", 11.5), ("J", 11.5), ("N/m", 11.5), ("N*s/m", 11.5), ("m/s", 2.5),
      ("m", 5.5), ("s", 2.5)],
@@ -60,7 +61,7 @@ def test_every_measure_has_a_label_with_its_unit():
         assert ("[" in label) == (measure.dimension != NUMBER)
 
 
-@pytest.mark.parametrize("seed", range(30))
+@every("seed", range(30))
 def test_names_are_apart_in_order_and_as_near_as_can_be(seed):
     random = np.random.default_rng(seed)
     wanted, gap = random.random(random.integers(2, 7)), 0.1

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from tests.every import every
 from tests.study import tables_of_designs as tables
 from tissuec.core.errors import TissueError
 from tissuec.studies.table import FactorHead, MeasureCurve
@@ -64,7 +65,7 @@ def test_convergence_names_the_orders():
     assert labels == {"one: p = 1.00", "two: p = 2.00", "four: p = 4.00"}
 
 
-@pytest.mark.parametrize(
+@every(
     ("kind", "table"),
     [
         ("response", tables.grid), ("heat-map", tables.grid), ("study-curves", tables.grid),

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tissuec.view.section import read_plane
 from tissuec.view.section.plane import SectionPlane
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "normal", "offset"),
     [
         ("z = 6 mm", (0, 0, 1), 6e-3),
@@ -28,7 +29,7 @@ def test_a_plane_is_read_and_written(text, normal, offset):
     assert again.offset == pytest.approx(offset, rel=1e-3)
 
 
-@pytest.mark.parametrize(
+@every(
     ("text", "marked", "said"),
     [
         ("z = 6", "6", 'write "6 mm"'),
