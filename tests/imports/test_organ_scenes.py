@@ -158,13 +158,23 @@ def imported(folder: Path, points: np.ndarray, *words: str) -> Result:
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
 
 
-def test_a_filling_of_a_flat_part_is_as_coarse_as_its_box_or_left_out(tmp_path: Path) -> None:
-    for thickness in (0.2, 5.0):
-        done = imported(tmp_path, CUBE * (100.0, 80.0, thickness))
-        (tmp_path / "made.tis").write_text(done.stdout)
-        assert ("filling is" in done.stdout) != ("its walls are thin" in done.stdout)
-        compiled, _ = compile_request(Request.file(tmp_path / "made.tis"))
-        assert compiled.network.node_count <= 40_000 + 8
+@pytest.mark.parametrize(
+    ("thickness", "is_filled"),
+    [
+        (25.0, True),
+        pytest.param(5.0, True, marks=pytest.mark.slow),
+        pytest.param(0.2, False, marks=pytest.mark.slow),
+    ],
+)
+def test_a_filling_of_a_flat_part_is_as_coarse_as_its_box_or_left_out(
+    thickness: float, is_filled: bool, tmp_path: Path
+) -> None:
+    done = imported(tmp_path, CUBE * (100.0, 80.0, thickness))
+    (tmp_path / "made.tis").write_text(done.stdout)
+    assert ("filling is" in done.stdout) is is_filled
+    assert ("its walls are thin" in done.stdout) is not is_filled
+    compiled, _ = compile_request(Request.file(tmp_path / "made.tis"))
+    assert compiled.network.node_count <= 40_000 + 8
 
 
 @pytest.mark.parametrize(("large", "unit"), [(0.16, "m"), (1.6e5, "um"), (160.0, None)])

@@ -92,8 +92,8 @@ def test_a_block_creeps_under_a_steady_force():
 @pytest.mark.parametrize("haste", HASTES)
 def test_the_reference_agrees_on_large_strains(memory, haste):
     text = scene(memory, ratio=0.45, size="10, 10, 10", top="9.9 mm", script=PULLED,
-                 duration="80 ms", method="tolerance = 1e-6")  # fmt: skip
-    the_reference_agrees(hastened(text, haste), position=1e-7, balance=1e-7, force=1e-6)
+                 duration="80 ms", method="tolerance = 1e-4")  # fmt: skip
+    the_reference_agrees(hastened(text, haste), position=1e-5, balance=1e-5, force=1e-4)
 
 
 def test_a_block_that_is_drawn_stretched_relaxes_unless_it_settles_first():

@@ -126,8 +126,8 @@ HALF = "\n  from 0 s to 20 ms: move high by (3, 0, 2) mm using smooth profile"
 @pytest.mark.parametrize("haste", HASTES)
 def test_the_reference_agrees_on_large_strains(memory, haste):
     text = scene(memory, ratio=0.45, side=10, cells=2, script=PULLED.splitlines()[0] + HALF,
-                 duration="30 ms", method="tolerance = 1e-6")  # fmt: skip
-    the_reference_agrees(hastened(text, haste), position=1e-6, balance=1e-6, force=1e-5)
+                 duration="30 ms", method="tolerance = 1e-4")  # fmt: skip
+    the_reference_agrees(hastened(text, haste), position=1e-5, balance=1e-5, force=1e-4)
 
 
 def test_a_wall_that_is_drawn_stretched_relaxes_unless_it_settles_first():

@@ -198,8 +198,8 @@ FIBRED = "fibres = (1, 1, 0)"
 def test_the_reference_agrees_on_large_strains(haste):
     script = PULLED.replace("(3, 0, 2)", "(4, 0, 3)")
     text = scene(MIXED, ratio=0.45, side=10, cells=2, script=script, body=FIBRED,
-                 duration="30 ms", method="tolerance = 1e-6")  # fmt: skip
-    the_reference_agrees(hastened(text, haste), position=1e-6, balance=1e-6, force=1e-5)
+                 duration="30 ms", method="tolerance = 1e-3")  # fmt: skip
+    the_reference_agrees(hastened(text, haste), position=1e-5, balance=1e-5, force=1e-4)
 
 
 def test_settling_keeps_what_has_flowed():
