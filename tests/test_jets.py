@@ -604,12 +604,12 @@ def test_threads_change_nothing(threads_in_small_nets):
     tissue flesh { spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g }
     body block {
       mesh is lattice {
-        kind is sodium chloride; cell = 1 cm; box from (0, 0, 0) cm to (16, 16, 16) cm
+        kind is sodium chloride; cell = 1 cm; box from (0, 0, 0) cm to (13, 13, 13) cm
       }
       tissue is flesh
     }
     tool nozzle {
-      kind is nozzle; diameter = 4 cm; tip = (8.3, 8.4, 30) cm; direction = (0, 0, -1)
+      kind is nozzle; diameter = 4 cm; tip = (6.3, 6.4, 27) cm; direction = (0, 0, -1)
     }
     environment { gravity = (0, 0, 0) m/s^2; contact is off }
     script { at 0 s: irrigate with 800 ml/s through nozzle }

@@ -53,7 +53,7 @@ def block():
 def heap():
     """Return nodes in no order, which springs join to their nearest neighbours."""
     rng = np.random.default_rng(7)
-    grid = 0.01 * np.mgrid[:26, :26, :26].reshape(3, -1).T
+    grid = 0.01 * np.mgrid[:14, :14, :14].reshape(3, -1).T
     places = rng.permutation(grid + rng.uniform(-0.002, 0.002, grid.shape))
     pairs = KDTree(places).query_pairs(0.0125, output_type="ndarray")
     return make_net(

@@ -28,7 +28,7 @@ def differences(model, theta):
 
 def test_derivatives_of_random_vocabularies_are_those_of_differences():
     compared = left_out = telling = 0
-    for seed in range(5):
+    for seed in range(3):
         model = everything(random_scene(seed))
         theta = 0.4 * np.random.default_rng(seed).normal(size=model.size)
         pairs, found = model.jacobian(theta)
@@ -40,7 +40,7 @@ def test_derivatives_of_random_vocabularies_are_those_of_differences():
         telling += (np.abs(found[smooth]) > 1e-3).sum()
         # Truncation is of the order of h^6 = 1e-18, rounding of 1e-16 / h = 1e-13.
         assert np.all(np.abs(found - sixth)[smooth] < 1e-9 * (1 + np.abs(found[smooth])))
-    assert compared > 500 and telling > 100
+    assert compared > 300 and telling > 60
     # Gradual rules have kinks where words become fully true as well.
     assert left_out < 0.02 * compared
 

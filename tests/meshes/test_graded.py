@@ -23,7 +23,7 @@ def lattice(fine_cell=0.8 * MM, start=(3, 8, 17), stop=(6, 8, 25), **more):
 def test_steps_are_fine_where_they_should_be_and_grow_evenly():
     random = np.random.default_rng(0)
     looked = 0
-    for _ in range(2000):
+    for _ in range(500):
         length = random.uniform(0.5, 100.0)
         coarse = length / random.uniform(1.0, 20.0)
         fine = coarse / random.uniform(1.0, 30.0)
@@ -39,7 +39,7 @@ def test_steps_are_fine_where_they_should_be_and_grow_evenly():
         ratio = steps[1:] / steps[:-1]
         assert np.maximum(ratio, 1.0 / ratio).max(initial=1.0) < 1.6
         looked += 1
-    assert looked > 1500
+    assert looked > 375
 
 
 def test_a_part_at_an_end_or_a_single_place_has_fine_steps():

@@ -14,7 +14,7 @@ from tissuec.engine.execution.run_state import read_state, write_state
 from tissuec.script.verbs.motion import EndMotion
 
 
-@settings(max_examples=examples(50))
+@settings(max_examples=examples(25))
 @given(st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
     lambda inner: st.lists(inner) | st.tuples(inner, inner) | st.dictionaries(st.text(), inner),
