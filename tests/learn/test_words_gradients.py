@@ -42,7 +42,7 @@ def test_derivatives_of_random_vocabularies_are_those_of_differences():
         assert np.all(np.abs(found - sixth)[smooth] < 1e-9 * (1 + np.abs(found[smooth])))
     assert compared > 300 and telling > 60
     # Gradual rules have kinks where words become fully true as well.
-    assert left_out < 0.02 * compared
+    assert left_out < 0.03 * compared
 
 
 @every("seed", range(12))
