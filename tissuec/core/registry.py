@@ -70,7 +70,7 @@ class Family(Mapping[str, T], Generic[T]):
             self._begun = False
 
     def __getitem__(self, name: str) -> T:
-        if not self._complete and name.isidentifier():
+        if not self._complete and name.isidentifier() and not name.startswith("_"):
             with _filling:
                 self._import(name)
         return self._members[name] if name in self._members else self._own()[name]
