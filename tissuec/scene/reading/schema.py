@@ -11,6 +11,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
+from tissuec.core.errors import enumerated
 from tissuec.core.fields import (
     FileIn,
     FromTo,
@@ -73,11 +74,14 @@ def build(
     schema, usual = entries_of(cls), usual or {}
     with scope.findings.together():  # what is missing may be what was misspelt
         values, places = read(schema, items, scope, what=what)
-    with scope.findings.together():
-        for entry in schema.values():
-            if entry.is_required and entry.name not in places and entry.field not in usual:
-                hint = missing(entry.example, where)
-                scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
+    lacking = [
+        one for one in schema.values()
+        if one.is_required and one.name not in places and one.field not in usual
+    ]  # fmt: skip
+    if lacking:
+        names = enumerated((f'"{one.name}"' for one in lacking), "and")
+        hint = missing("; ".join(one.example for one in lacking), where)
+        scope.findings.reject("TIS304", f"{what} needs {names}", where, hint=hint)
     try:
         with np.errstate(all="ignore"):
             return cls(**{**usual, **values}), places
