@@ -251,7 +251,7 @@ MISTAKES = {
     "made = elements": 'TIS312: a body is "made of" elements or springs',
     "made is elements": 'TIS312: a body is "made of" elements or springs',
     "made elements": 'TIS312: a body is "made of" elements or springs',
-    "made of element": 'TIS305: a body cannot be made of "element"',
+    "made of element": 'TIS305: unknown constituent "element"',
     "made of gel": 'TIS305: a body cannot be made of "gel"',
     "made of elements; made of elements": 'TIS307: "made" is given twice',
     "made of elements; interface is softer":

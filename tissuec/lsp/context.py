@@ -17,11 +17,9 @@ from tissuec.scene.tissues.evidence import KNOWN
 
 def named_with(prefix: Prefix) -> Expected:
     """Return the completions right after the first words of a part or entry."""
-    match prefix.block.kind, prefix.subject:
-        case _, "known":
-            return Expected((v.KNOWN_TERMS,))
-        case kind, entry:
-            return together(first_places(forms_of(kind, entry)))
+    if prefix.subject == KNOWN:
+        return Expected((v.KNOWN_TERMS,))
+    return together(first_places(forms_of(prefix.block.kind, prefix.subject)))
 
 
 def objects(prefix: Prefix) -> tuple[str, ...]:

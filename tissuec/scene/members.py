@@ -99,7 +99,7 @@ class _ActsReader(SentenceReader):
     def __init__(self, item: s.Sentence | s.Assign, example: str, scope: Scope):
         wrong = '"acts" is followed by "on" and one set or body'
         super().__init__(
-            "acts", SentenceKind((ActsWords,), (example,), wrong=wrong), item, scope
+            "acts", SentenceKind((ActsWords,), examples=(example,), wrong=wrong), item, scope
         )
 
     def missing(self, part: Part, *, word: str | None = None) -> NoReturn:

@@ -77,7 +77,6 @@ class AloneWords(VerbSentence, frozen=True):
 SENTENCES: dict[str, SentenceKind] = {
     TRAJECTORY: SentenceKind(
         (TrajectoryWords,),
-        (),
         "Positions of all or some nodes at regular times.",
         is_single=True,
         begins=" every ",
@@ -85,31 +84,26 @@ SENTENCES: dict[str, SentenceKind] = {
     ),
     PRECISION: SentenceKind(
         (PrecisionWords,),
-        (),
         f"Whether positions are stored with single or double precision; without it, {SINGLE}.",
         is_single=True,
     ),
     COMPRESS: SentenceKind(
         (AloneWords,),
-        (),
         "Makes frames and surfaces smaller, without loss.",
         is_single=True,
     ),
     BLOCKS: SentenceKind(
         (AloneWords,),
-        (),
         "A file for ParaView with the parts of bodies, beside the result.",
         is_single=True,
     ),
     SURFACE: SentenceKind(
         (SurfaceWords,),
-        (),
         "A smooth surface through a body at regular times.",
         opens=block_of(SURFACES, "kind of surface", default=""),
     ),
     ENERGY: SentenceKind(
         (RecordedWords,),
-        (),
         "Energies of the whole scene and the drift of their sum.",
         is_single=True,
         begins=" every ",
@@ -120,7 +114,7 @@ SENTENCES: dict[str, SentenceKind] = {
 def recorded() -> dict[str, SentenceKind]:
     """Return all outputs by name; measures of something are written with parentheses."""
     return SENTENCES | {
-        name: SentenceKind((RecordedWords,), (f"{measure.form} every 10 ms",), "A measure.")
+        name: SentenceKind((RecordedWords,), "A measure.", (f"{measure.form} every 10 ms",))
         for name, measure in MEASURES.items()
         if name not in SENTENCES
     }

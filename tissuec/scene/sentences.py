@@ -23,12 +23,13 @@ from tissuec.script.parts import (
     UnionClause,
     UnitClause,
     ValueClause,
+    new_name,
 )
 
 #: What sets are chosen from, and what tables contain.
 KINDS = ("nodes", "springs")
 
-Name = Annotated[s.Name, NameClause("", what="set", places=(Placeholder("NAME", new="set"),))]
+Name = Annotated[s.Name, new_name("set", "set")]
 Ids = Annotated[s.Expression | None, ValueClause("in", place="LIST")]
 Where = Annotated[s.Expression | None, ConditionClause("where", place="CONDITION")]
 

@@ -346,6 +346,16 @@ Lasting = Annotated[float | None, LastingPart()]
 Chosen = Annotated[str, CasePart()]
 
 
+def new_name(kind: str, what: str = "") -> NameClause:
+    """Return the place of the name of something that is declared.
+
+    Args:
+        kind: What is declared, such as "body".
+        what: What messages call the name.
+    """
+    return NameClause("", what=what, places=(Placeholder("NAME", new=kind),))
+
+
 def point(word: str, example: str = "(10, 0, 0) mm") -> VectorClause:
     """Return a clause with a position."""
     return VectorClause(word, LENGTH, what="point", example=f"{word} {example}")

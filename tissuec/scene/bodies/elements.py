@@ -5,10 +5,10 @@ to be ``made of springs``; any other body is made of springs.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal, removal
+from tissuec.core.hints import Edit, Hint, leaving_out, removal
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Elemental, Generator, is_wall
@@ -20,31 +20,27 @@ from tissuec.scene.reading.entries import written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
-from tissuec.script.forms import VerbForm, VerbSentence
-from tissuec.script.parts import NameClause, Placeholder
+from tissuec.script.forms import VerbSentence
+from tissuec.script.parts import ChoiceClause
 
 Part = tuple[Tissue, Span]  # a tissue, and where it is written that a body consists of it
 ELEMENTS, SPRINGS = "elements", "springs"
-MADE_OF = (ELEMENTS, SPRINGS)
 
 
-def _made_of(word: str) -> NameClause:
-    return NameClause("of", what="choice", places=(Placeholder(word, words=(word,)),))
+class MadeWords(VerbSentence, frozen=True):
+    """What a body consists of."""
+
+    of: Annotated[
+        str,
+        ChoiceClause(
+            "of",
+            {ELEMENTS: "Finite elements.", SPRINGS: "Springs between nodes."},
+            what="constituent",
+        ),
+    ]
 
 
-class OfElements(VerbSentence, frozen=True):
-    """That a body consists of finite elements."""
-
-    of: Annotated[s.Name, _made_of(ELEMENTS)]
-
-
-class OfSprings(VerbSentence, frozen=True):
-    """That a body consists of springs."""
-
-    of: Annotated[s.Name, _made_of(SPRINGS)]
-
-
-_KIND = SentenceKind((OfElements, OfSprings), wrong='a body is "made of" elements or springs')
+_KIND = SentenceKind((MadeWords,), wrong='a body is "made of" elements or springs')
 MADE_ENTRY = written(
     "made", "whether a solid consists of finite elements or of springs", *_KIND.forms
 )
@@ -65,34 +61,18 @@ def read_made_of(
         tissues: Names of tissues, which may be meant.
         scope: Of the scene.
     """
-    said: OfElements | OfSprings = _MadeReader("made", _KIND, item, scope).get()
-    word = said.of
-    if word.key in MADE_OF:
-        return MadeOfElements(item.span, is_written=True) if word.key == ELEMENTS else None
-    meant = f"tissue is {word.text}"
-    scope.findings.reject(
-        "TIS305",
-        f'a body cannot be made of "{word.text}"',
-        word.span,
-        hint=Hint(f"write {meant}", Edit(meant, item.span))
-        if word.key in tissues
-        else alternatives(word.key, MADE_OF, what="choices"),
-    )
-
-
-class _MadeReader(SentenceReader):
-    """Reads what a body is made of."""
-
-    def check_complete(self, form: VerbForm) -> None:
-        if not isinstance(self.sentence, s.Sentence) or not self.clauses or self.object.text:
-            self.reject_form()
-
-    def reject_form(self) -> NoReturn:
-        known = [word for word in MADE_OF if word in self.span.text.lower()]
-        hint = f"for example: made of {ELEMENTS}"
-        if len(known) == 1:
-            hint = proposal(f"made of {known[0]}", self.span)
-        self.scope.findings.reject("TIS312", self.kind.wrong, self.span, hint=hint)
+    reader = SentenceReader("made", _KIND, item, scope)
+    if not isinstance(item, s.Sentence) or item.name.key != "made" or not item.clauses:
+        reader.reject_form()
+    word = item.clauses[0].value
+    if isinstance(word, s.Name) and word.key in tissues:
+        meant = f"tissue is {word.text}"
+        scope.findings.reject(
+            "TIS305", f'a body cannot be made of "{word.text}"', word.span,
+            hint=Hint(f"write {meant}", Edit(meant, item.span)),
+        )  # fmt: skip
+    said: MadeWords = reader.get()
+    return MadeOfElements(item.span, is_written=True) if said.of == ELEMENTS else None
 
 
 def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements | None:

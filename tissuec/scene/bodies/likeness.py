@@ -14,13 +14,13 @@ from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import LIKE
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import BODY, NameClause, Placeholder
+from tissuec.script.parts import BODY, NameClause, new_name
 
 
 class BodyWords(VerbSentence, frozen=True):
     """A body, and the one that it is like."""
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="body"),))]
+    name: Annotated[s.Name, new_name("body")]
     like: Annotated[s.Name | None, NameClause(LIKE, places=(BODY,))]
 
 

@@ -265,18 +265,18 @@ class WriteWords(VerbSentence, frozen=True):
 SENTENCES: dict[str, SentenceKind] = {
     "data": SentenceKind(
         (DataWords, DatumWords),
-        (
-            'data = ["one.csv", "two.csv"]',
-            'data "three.csv" from 12.4 s { NAME = 2 mm }',
-        ),
         "Files of measurements beside the scene: tables, results of runs (HDF5), or H5MD. A"
         " block after the name gives the params of the scene that differ in this experiment."
         " ``from`` is the time of the file at which the run begins (by default 0 s); earlier"
         " rows are not used. Needed for fits of measures.",
+        examples=(
+            'data = ["one.csv", "two.csv"]',
+            'data "three.csv" from 12.4 s { NAME = 2 mm }',
+        ),
         opens=block({}),
     ),
     "time": SentenceKind(
-        (TimeWords,), (),
+        (TimeWords,),
         "The column of times, or of the numbers of pictures and the time between them, as in"
         ' ``column "frame" in 10 ms``. By'
         " default the first column (in TRC files the column of times), in seconds or in the"
@@ -284,7 +284,7 @@ SENTENCES: dict[str, SentenceKind] = {
         is_single=True,
     ),
     "displacement": SentenceKind(
-        (DisplacementWords,), (),
+        (DisplacementWords,),
         "Instead of a time: the displacement of the set in each row, where the net is in"
         " equilibrium. It counts to where the script moves the set; ``along`` gives it a sign,"
         " for tension and compression in one table.",
@@ -292,36 +292,27 @@ SENTENCES: dict[str, SentenceKind] = {
     ),
     "fit": SentenceKind(
         (FitWords, FitTissueWords),
-        (
-            'fit = force(SET) using column "force_N" in N every 10 ms to 2 mN weighing 0.5',
-            'fit = position(SET along (1, 0, 0)) using column "x_mm" in mm with free zero',
-            'fit = positions(SET) using columns "node x y z" in mm',
-            "fit = QUANTITY of TISSUE weighing 2",
-            "fit = QUANTITY of all tissues",
-        ),
         "The measured quantity: a measure, or the positions of all nodes of a set, and its"
         " columns. Results of runs need no columns. ``every`` sets the least interval in time,"
         " ``to`` gives the standard deviation of the measured values, ``weighing`` gives their"
         " weight, and ``with free zero`` allows for an unknown constant offset. Or numbers of"
         " tissues that their words should give: those that are written, or else the evidence;"
         " such a block has no data.",
+        examples=(
+            'fit = force(SET) using column "force_N" in N every 10 ms to 2 mN weighing 0.5',
+            'fit = position(SET along (1, 0, 0)) using column "x_mm" in mm with free zero',
+            'fit = positions(SET) using columns "node x y z" in mm',
+            "fit = QUANTITY of TISSUE weighing 2",
+            "fit = QUANTITY of all tissues",
+        ),
         is_needed=True,
     ),
     "against column": SentenceKind(
-        (AgainstWords,), (),
+        (AgainstWords,),
         "The column of the fit on the line above, if that names none.",
     ),
     "adjust": SentenceKind(
         (AdjustListed, AdjustScales, AdjustWeights, AdjustWords, LimitWords),
-        (
-            "adjust = [spring constant, viscosity]",
-            "adjust spring constant of TISSUE from 1 N/m to 1 kN/m around 20 N/m by 30 %",
-            "adjust spring constant of SET per spring around initial value by 50 %",
-            "adjust start position of SET along (1, 0, 0)",
-            "adjust stiffness of FORCE from 1 kPa/m to 1 MPa/m",
-            "adjust words of QUANTITY",
-            "adjust weights of RULES",
-        ),
         "The adjusted parameters: a quantity of a tissue (by default the tissue or force with"
         " the name of the block), a constant of its laws, or a param in their formulas; a"
         " spring constant, viscosity, mass or rest length of a set, body or region by one"
@@ -331,20 +322,29 @@ SENTENCES: dict[str, SentenceKind] = {
         " ``from … to …`` are limits, ``around … by …`` is the expected value and its"
         " relative deviation (one standard deviation); ``around initial value`` expects each"
         " where it starts.",
+        examples=(
+            "adjust = [spring constant, viscosity]",
+            "adjust spring constant of TISSUE from 1 N/m to 1 kN/m around 20 N/m by 30 %",
+            "adjust spring constant of SET per spring around initial value by 50 %",
+            "adjust start position of SET along (1, 0, 0)",
+            "adjust stiffness of FORCE from 1 kPa/m to 1 MPa/m",
+            "adjust words of QUANTITY",
+            "adjust weights of RULES",
+        ),
         is_needed=True,
     ),
     "revise rules": SentenceKind(
-        (ReviseWords,), (),
+        (ReviseWords,),
         "Rules that may be changed, added or dropped if this reduces the error of rows that"
         " were not fitted. Words and numbers are fitted again with each candidate.",
     ),
     "hold out": SentenceKind(
-        (FilesHeld, FileWords, PartHeld, TissuesHeld, TissueHeld), (),
+        (FilesHeld, FileWords, PartHeld, TissuesHeld, TissueHeld),
         "Data for testing, not for learning: some of the files, the last part of each"
         " experiment, or tissues whose numbers are fitted.",
     ),
     "write": SentenceKind(
-        (WriteWords,), (),
+        (WriteWords,),
         "The file of the preset, or of the vocabulary, relative to the scene.",
         is_single=True,
     ),

@@ -20,7 +20,12 @@ from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import SCENE, declare
 from tissuec.scene.reading.values import Value
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import LimitsClause, NameClause, Placeholder, Refusal, ValueClause
+from tissuec.script.parts import (
+    LimitsClause,
+    Refusal,
+    ValueClause,
+    new_name,
+)
 
 #: Names that every scene knows; its own ones win.
 CONSTANTS = {"pi": math.pi}
@@ -35,14 +40,14 @@ class LetWords(VerbSentence, frozen=True):
         )
     })  # fmt: skip
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="let"),))]
+    name: Annotated[s.Name, new_name("let")]
     value: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
 
 
 class ParamWords(VerbSentence, frozen=True):
     """A number that can be set from outside."""
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="param"),))]
+    name: Annotated[s.Name, new_name("param")]
     value: Annotated[s.Expression, ValueClause("=", place="NUMBER")]
     limits: Annotated[s.Bounds | None, LimitsClause("between", place="NUMBER")]
 

@@ -25,12 +25,10 @@ from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.parts import REPEAT, declare
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import NameClause, Placeholder, ValueClause
+from tissuec.script.parts import ValueClause, new_name
 
 EXAMPLE = "repeat i from 1 to 8 { … }"
-Index = Annotated[
-    s.Name, NameClause("", what="index", places=(Placeholder("NAME", new="let"),))
-]
+Index = Annotated[s.Name, new_name("let", "index")]
 
 
 class RepeatedCounting(VerbSentence, frozen=True):
@@ -49,7 +47,7 @@ class RepeatedFor(VerbSentence, frozen=True):
 
 
 REPEAT_KIND = SentenceKind(
-    (RepeatedCounting, RepeatedFor), (EXAMPLE,), wrong=f"wrong form of {REPEAT}"
+    (RepeatedCounting, RepeatedFor), examples=(EXAMPLE,), wrong=f"wrong form of {REPEAT}"
 )
 declare(
     REPEAT, "Repeats the statements of a block, each time with another value of an index.", 55,

@@ -39,9 +39,9 @@ class SentenceKind(Struct, frozen=True):
 
     Attributes:
         forms: Its forms; the parts of each are those of the class.
+        about: What it says.
         examples: How it is written, if its forms together with the examples of their parts do
             not show it; words in capitals are placeholders.
-        about: What it says.
         wrong: The message about a sentence that has none of its forms.
         behind: What follows it in messages, such as a block.
         opens: The block that can follow it.
@@ -52,8 +52,8 @@ class SentenceKind(Struct, frozen=True):
     """
 
     forms: tuple[type[VerbSentence], ...]
-    examples: tuple[str, ...] = ()
     about: str = ""
+    examples: tuple[str, ...] = ()
     wrong: str = ""
     behind: str = ""
     is_needed: bool = False

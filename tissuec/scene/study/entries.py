@@ -136,7 +136,10 @@ class MeasuredCurve(MeasuredWords, frozen=True):
 SENTENCES: dict[str, SentenceKind] = {
     VARY: SentenceKind(
         (VariedRange, VariedValues, Varied),
-        (
+        "A factor: a param, or an entry of a block, and its values. ``in 9 steps`` gives 9"
+        " values with both ends. A range without steps, a distribution, or a param alone"
+        " (uniform within its limits) is for random designs.",
+        examples=(
             "vary lift = 2 mm to 10 mm in 9 steps",
             "vary lift = 2 mm to 10 mm by 1 mm",
             "vary lift = [2 mm, 5 mm]",
@@ -146,12 +149,9 @@ SENTENCES: dict[str, SentenceKind] = {
             "vary tissue of BODY = [healthy, cirrhotic]",
             "vary tolerance = [1e-3, 1e-4]",
         ),
-        "A factor: a param, or an entry of a block, and its values. ``in 9 steps`` gives 9"
-        " values with both ends. A range without steps, a distribution, or a param alone"
-        " (uniform within its limits) is for random designs.",
     ),
     ROWS: SentenceKind(
-        (FileWords,), (),
+        (FileWords,),
         "A CSV file with one row for each run and a column for each factor, with its unit in"
         " the head: ``lift [mm]``. Commas, semicolons or tabs"
         " separate columns.",
@@ -159,16 +159,16 @@ SENTENCES: dict[str, SentenceKind] = {
     ),
     MEASURE: SentenceKind(
         (MeasuredOver, MeasuredEvent, MeasuredAt, MeasuredCurve),
-        (
+        "A column of the table: the largest (``max``), smallest (``min``), ``mean``, ``first``"
+        " or ``last`` value of a measure; its value at a time; the time of the first event of a"
+        " kind; or with ``every`` the whole curve.",
+        examples=(
             "measure pull = max(force(forceps A))",
             "measure height = position(tip along (0, 0, 1)) at 0.3 s",
             "measure tear = time of rupture",
             "measure curve = force(forceps A) every 1 ms",
             "measure early = mean(force(forceps A)) from 0 s to 0.1 s",
         ),
-        "A column of the table: the largest (``max``), smallest (``min``), ``mean``, ``first``"
-        " or ``last`` value of a measure; its value at a time; the time of the first event of a"
-        " kind; or with ``every`` the whole curve.",
         is_needed=True,
     ),
 }  # fmt: skip

@@ -68,7 +68,7 @@ from tissuec.scene.tissues.written_numbers import quantity_meant, read_given
 from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.words.vocabulary import RulesBlock, Vocabulary
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import RULES, TISSUE, NameClause, Placeholder
+from tissuec.script.parts import RULES, TISSUE, NameClause, new_name
 
 MOST_PARENTS = 50
 _RULES = 'use "fuzzy/soft_matter", and in the tissue first: described in soft matter'
@@ -77,7 +77,7 @@ _RULES = 'use "fuzzy/soft_matter", and in the tissue first: described in soft ma
 class TissueHead(VerbSentence, frozen=True):
     """A tissue, and the one that it is like."""
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="tissue"),))]
+    name: Annotated[s.Name, new_name("tissue")]
     like: Annotated[s.Name | None, NameClause(LIKE, places=(TISSUE,))]
 
 

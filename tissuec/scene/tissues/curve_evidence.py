@@ -91,7 +91,7 @@ class KnownRelaxation(VerbSentence, frozen=True):
 
 CURVES = SentenceKind(
     (KnownStress, KnownRelaxation),
-    tuple(_EXAMPLES.values()),
+    examples=tuple(_EXAMPLES.values()),
     wrong="evidence on a curve needs places, a range at each of them, and a source",
 )
 KNOWN_ENTRY = written(

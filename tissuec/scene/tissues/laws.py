@@ -2,10 +2,11 @@
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, cast
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, defstruct
 
 from tissuec.core import units
 from tissuec.core.fields import OneOf
@@ -57,41 +58,20 @@ Entry = s.Sentence | s.Assign | s.Block | s.Function
 SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0, MODULUS.name: 1.0}
 
 
-def _argument(name: str, word: str = "of") -> NameClause:
-    """Return the clause with an argument of a formula."""
-    return NameClause(word, what="variable", places=(Placeholder(name, new="variable"),))
-
-
-FormulaValue = Annotated[s.Expression, ValueClause("=", place="NUMBER")]
-
-
-class FormulaOfE(VerbSentence, frozen=True):
-    """A formula with the elongation of a spring."""
-
-    e: Annotated[s.Name, _argument("e")]
-    value: FormulaValue
-
-
-class FormulaOfStrain(VerbSentence, frozen=True):
-    """A formula with the strain of a bar."""
-
-    strain: Annotated[s.Name, _argument("strain")]
-    value: FormulaValue
-
-
-class FormulaOfW(VerbSentence, frozen=True):
-    """A formula with the rate of elongation of a dashpot."""
-
-    w: Annotated[s.Name, _argument("w")]
-    value: FormulaValue
-
-
-class FormulaOfBoth(VerbSentence, frozen=True):
-    """A formula with the elongation of a dashpot and its rate."""
-
-    e: Annotated[s.Name, _argument("e")]
-    w: Annotated[s.Name, _argument("w", "and")]
-    value: FormulaValue
+@cache
+def formula_of(*names: str) -> type[VerbSentence]:
+    """Return the class of sentences that give a formula of variables with some names."""
+    words = dict(zip(names, ("of", "and"), strict=False))
+    places = {name: (Placeholder(name, new="variable"),) for name in names}
+    arguments = [
+        (name, Annotated[s.Name, NameClause(word, what="variable", places=places[name])])
+        for name, word in words.items()
+    ]
+    value = ("value", Annotated[s.Expression, ValueClause("=", place="NUMBER")])
+    words_of = defstruct(
+        "FormulaWords", [*arguments, value], bases=(VerbSentence,), frozen=True
+    )
+    return cast(type[VerbSentence], words_of)
 
 
 class Form(Struct, frozen=True):
@@ -99,7 +79,6 @@ class Form(Struct, frozen=True):
 
     Attributes:
         name: "spring force", before the arguments.
-        sentences: The classes of its sentences, the one with fewest arguments first.
         about: What it is, in one sentence.
         dimension: Of what the formula gives.
         arguments: Variable of formulas and dimension of each argument; a
@@ -109,12 +88,17 @@ class Form(Struct, frozen=True):
     """
 
     name: str
-    sentences: tuple[type[VerbSentence], ...]
     about: str
     dimension: Dimension
     arguments: tuple[tuple[str, Dimension], ...]
     names: Mapping[str, tuple[str, Dimension]]
     as_force: Callable[[Formula], Formula] = lambda formula: formula
+
+    @property
+    def sentences(self) -> tuple[type[VerbSentence], ...]:
+        """The classes of its sentences, the one with fewest arguments first."""
+        names = [name for name, _ in self.arguments]
+        return tuple(formula_of(*names[-count:]) for count in range(1, len(names) + 1))
 
     @property
     def heads(self) -> tuple[str, ...]:
@@ -175,12 +159,12 @@ LAW_KINDS = (
         "The law of the springs by name, instead of linear springs.",
         (
             Form(
-                "spring force", (FormulaOfE,),
+                "spring force",
                 "A formula for the force of a spring as a function of its elongation e.",
                 units.FORCE, _LENGTHENING, _STIFF | _REST,
             ),
             Form(
-                "stress", (FormulaOfStrain,),
+                "stress",
                 "A formula for the nominal stress of a bar as a function of its strain.",
                 units.PRESSURE, (("strain", units.NUMBER),), _MODULUS, of_stress,
             ),
@@ -192,7 +176,7 @@ LAW_KINDS = (
         "The law of the dashpots by name, instead of linear dashpots.",
         (
             Form(
-                "viscous force", (FormulaOfW, FormulaOfBoth),
+                "viscous force",
                 "A formula for the force of a dashpot as a function of its rate of elongation "
                 "w, or of its elongation e and w.",
                 units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST,

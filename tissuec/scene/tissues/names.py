@@ -22,7 +22,7 @@ class TissueNamed(VerbSentence, frozen=True):
     tissue: Annotated[s.Name, NameClause("is", places=(TISSUE,))]
 
 
-_KIND = SentenceKind((TissueNamed,), ("tissue is fallopian tube",))
+_KIND = SentenceKind((TissueNamed,), examples=("tissue is fallopian tube",))
 
 
 def tissue_entry(about: str) -> Entry:

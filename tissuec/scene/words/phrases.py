@@ -18,7 +18,7 @@ from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import declare
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import NameClause, Placeholder, ValueClause
+from tissuec.script.parts import Placeholder, ValueClause, new_name
 
 DIRECTIONS = ("outward", "inward")
 
@@ -26,7 +26,7 @@ DIRECTIONS = ("outward", "inward")
 class HedgeWords(VerbSentence, frozen=True):
     """A hedge, and what it does to words."""
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="hedge"),))]
+    name: Annotated[s.Name, new_name("hedge")]
     shape: Annotated[
         s.Expression, ValueClause("=", places=(Placeholder("HEDGE"),), place="SHAPE")
     ]

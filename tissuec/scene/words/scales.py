@@ -28,6 +28,7 @@ from tissuec.script.parts import (
     Placeholder,
     UnionClause,
     ValueClause,
+    new_name,
 )
 
 #: What one value can belong to.
@@ -114,7 +115,7 @@ class ShapedWord(VerbSentence, frozen=True):
 
 PLATEAUS = SentenceKind(
     (PlateauBetween, PlateauUntil, PlateauFrom),
-    ("soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",),
+    examples=("soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",),
     wrong="wrong form of a plateau",
 )
 SHAPED = SentenceKind((ShapedWord,))
@@ -123,7 +124,7 @@ SHAPED = SentenceKind((ShapedWord,))
 class PropertyWords(VerbSentence, frozen=True):
     """A property and its range."""
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="property"),))]
+    name: Annotated[s.Name, new_name("property")]
     low: Annotated[s.Expression, ValueClause("from", place="NUMBER")]
     high: Annotated[s.Expression, ValueClause("to", place="NUMBER")]
     is_log: Annotated[bool, FlagPart("on log scale", about="Use the logarithm of the values.")]
@@ -132,7 +133,7 @@ class PropertyWords(VerbSentence, frozen=True):
 class QuantityWords(PropertyWords, frozen=True):
     """A quantity and its range."""
 
-    name: Annotated[s.Name, NameClause("", places=(Placeholder("NAME", new="quantity"),))]
+    name: Annotated[s.Name, new_name("quantity")]
 
 
 _FREE = (*PLATEAUS.forms, *SHAPED.forms)
