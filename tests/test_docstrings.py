@@ -5,7 +5,8 @@ and that class's name have no leading underscore; nested functions, overloads an
 count, and a property counts only if it returns an array. Such a function needs
 
 - a docstring;
-- with three or more parameters, an ``Args:`` section that names each of them;
+- with three or more parameters, an ``Args:`` section that names each of them, unless its type
+  is a class of the package, which says what it is;
 - with arrays among its parameters or results, their shapes, and units if they are not integers
   or Booleans;
 - a ``Raises:`` section that names each class of exceptions that its own body raises.
@@ -238,7 +239,11 @@ def _missing(node: Function, module: Module, owner: Class | None) -> Iterator[st
     if owner:
         shared += _section(ast.get_docstring(owner.node) or "", "Shared arguments")
     stated = _section(doc, "Args") + shared
-    unnamed = [each.arg for each in parameters if not re.search(rf"\b{each.arg}\b", stated)]
+    unnamed = [
+        each.arg
+        for each in parameters
+        if not _is_of_package(each) and not re.search(rf"\b{each.arg}\b", stated)
+    ]
     if len(parameters) >= MANY and unnamed:
         yield f"Args: {', '.join(unnamed)}"
     used = [line for line in re.split(r"\n(?=\S)", _dedent(shared)) if _names(line, parameters)]
@@ -247,6 +252,13 @@ def _missing(node: Function, module: Module, owner: Class | None) -> Iterator[st
         yield "shape"
     if has_units and not UNIT.search(text):
         yield "unit"
+
+
+def _is_of_package(parameter: ast.arg) -> bool:
+    return (
+        isinstance(annotation := parameter.annotation, ast.Name | ast.Constant)
+        and ast.unparse(annotation).strip("'") in classes()
+    )
 
 
 def _dedent(section: str) -> str:
@@ -303,6 +315,7 @@ EXAMPLES = {
     "'''M.\n\nShared arguments:\n    x: Positions [m], shape (n,).\n'''\n"
     "def f(x: NDArray[np.float64]):\n    '''Do it.'''": "",
     "class A:\n    def f(self, a, b, c):\n        '''Do it.'''": "Args: a, b, c",
+    "def f(a, b: Network, c: 'State'):\n    '''Do it.'''": "Args: a",
     "class A:\n    @property\n    def f(self) -> int: ...": "",
     "class A:\n    @property\n    def f(self) -> NDArray[np.bool_]: ...": "docstring",
     "def _f(x): pass\nclass _A:\n    def f(self): pass": "",

@@ -115,7 +115,6 @@ def propose(
     """Return the words that come nearest to numbers.
 
     Args:
-        vocabulary: The vocabulary.
         wanted: The numbers, by keys of their quantities.
         rules: Key of the rules to be used; otherwise the first that conclude most of them.
         facts: Initial values of properties; otherwise those in the middle.
@@ -265,7 +264,6 @@ def _phrases(vocabulary: Vocabulary, key: str, begins: float | None) -> Iterator
     """Yield the words of a property, and each with each hedge that moves it.
 
     Args:
-        vocabulary: The vocabulary.
         key: Key of the property.
         begins: Its initial value; by default the middle.
     """

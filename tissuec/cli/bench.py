@@ -116,7 +116,6 @@ def measured(
         reported: Makes the report.
         scene: The file.
         plot: File of the plot, if there is one.
-        given: Options of scenes.
         asked: Options of ``bench``.
     """
     if plot is not None:

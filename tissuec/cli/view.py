@@ -428,7 +428,6 @@ def field_range(text: str, field: NodeField) -> tuple[float, float]:
 
     Args:
         text: Such as "0,2 mm", "-5 %,5 %" or "0 .. 20 %".
-        field: The field.
 
     Raises:
         ValueError: It is none; says what to write.

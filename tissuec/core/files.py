@@ -62,7 +62,6 @@ def read_rest(file: BufferedReader, most: int) -> bytes:
     """Return the rest of an open file, from its current position.
 
     Args:
-        file: The file.
         most: Its largest size [bytes].
 
     Raises:

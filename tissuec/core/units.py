@@ -280,7 +280,6 @@ def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
 
     Args:
         value: In SI units.
-        dimension: Its dimension.
         digits: Number of significant digits.
     """
     return show_si(value, si_unit(dimension), digits=digits)

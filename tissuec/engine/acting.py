@@ -66,7 +66,6 @@ class ActingSprings:
         """Choose the springs that act in a state, and copy their present numbers.
 
         Args:
-            state: The state.
             held: Nodes that are held or driven, shape (node,).
             moved: Nodes on prescribed paths, shape (node,).
         """

@@ -46,7 +46,6 @@ def new_work(
 
     Args:
         integrator: The integrator.
-        network: The network.
         team: Threads that share loops.
         places: Of nodes in the arrays; those of all by default.
     """
@@ -102,7 +101,6 @@ def moved_work(work: Work, network: Network, places: int, **vectors: Floats) -> 
 
     Args:
         work: As it was.
-        network: The network.
         places: How many there are.
         vectors: ``x`` [m], ``v`` [m/s], ``a`` [m/s²] and ``origin`` [m] by their new places,
             shape (3 place,).
@@ -215,7 +213,6 @@ def new_task(
     """Return the constant part of the arguments of all calls of a run.
 
     Args:
-        network: The network.
         integrator: The integrator.
         tolerance: Relative error of positions that the scene allows.
         duration: Of the run [s].
@@ -283,7 +280,6 @@ def most_stored(network: Network, displacement: float) -> float:
     """Return the energy of the stiffest spring if it is stretched by a displacement [J].
 
     Args:
-        network: The network.
         displacement: [m].
     """
     return 0.5 * float(network.springs.sudden.max(initial=0.0)) * displacement * displacement

@@ -120,7 +120,6 @@ def may_break(loads: Loads, stepper: Stepper, start: Floats, steps: int) -> bool
     """Return whether an element may break in the last steps that were glanced at.
 
     Args:
-        loads: The loads.
         stepper: It has computed states within the steps.
         start: Positions at the start of the first of them [m], flat, shape (3 node,).
         steps: How many of the last ones.
@@ -236,7 +235,6 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
 
     Args:
         stepper: It has computed states within the step.
-        within: The step.
         watch: The condition.
         stop: Time in the step [s].
     """
@@ -270,7 +268,6 @@ def cut_step(stepper: Stepper, within: AcceptedStep, stop: float) -> None:
 
     Args:
         stepper: It has made the step.
-        within: The step.
         stop: Time in the step [s].
     """
     while stepper.buffer.is_due(stepper.progress, stop):

@@ -213,7 +213,6 @@ def activated(network: Network, nodes: Indices) -> Iterator[tuple[Any, Indices]]
     """Yield elements that have fibres, with the numbers of those among some nodes.
 
     Args:
-        network: The network.
         nodes: Numbers of nodes, shape (node,); an element is active if all of its nodes are
             among them.
 

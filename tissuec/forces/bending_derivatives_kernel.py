@@ -85,7 +85,6 @@ def bend(h: int, x: Floats, folds: HingeTable) -> Bend:
     Args:
         h: Its index.
         x: Positions of all nodes [m], flat, shape (3 node,).
-        folds: The hinges.
     """
     e0, e1, e2, q0, q1, q2, r0, r1, r2 = spread_of(h, x, folds)
     a0, a1, a2 = e1 * q2 - e2 * q1, e2 * q0 - e0 * q2, e0 * q1 - e1 * q0
@@ -125,7 +124,6 @@ def spread_of(h: int, u: Floats, folds: HingeTable) -> Nine:
     Args:
         h: Index of the hinge.
         u: Vectors of all nodes in any unit, flat, shape (3 node,).
-        folds: The hinges.
     """
     i, j = int(3 * folds.nodes[h, 0]), int(3 * folds.nodes[h, 1])
     k, m = int(3 * folds.nodes[h, 2]), int(3 * folds.nodes[h, 3])
@@ -312,7 +310,6 @@ def pull_folds(
 
     Args:
         by: Derivatives by stiffness, damping and drawn folds.
-        folds: The hinges.
     """
     count = folds.stiffness.size
     for h in range(count):
@@ -347,7 +344,6 @@ def push_nine(h: int, factor: float, part: Nine, to: Floats, folds: HingeTable) 
         factor: Of all.
         part: The vectors.
         to: Vectors of all nodes in any unit, flat, shape (3 node,).
-        folds: The hinges.
     """
     i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]
     k, m = 3 * folds.nodes[h, 2], 3 * folds.nodes[h, 3]
@@ -378,7 +374,6 @@ def push_folds(
 
     Args:
         dn: Changes of stiffness, damping and drawn folds.
-        folds: The hinges.
     """
     count, own = folds.stiffness.size, room.size
     for h in range(count):

@@ -24,11 +24,7 @@ class HingeTable(NamedTuple):
 def fold(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, folds: HingeTable
 ) -> None:
-    """Add the forces of hinges to those on nodes, and the power that they dissipate.
-
-    Args:
-        folds: The hinges.
-    """
+    """Add the forces of hinges to those on nodes, and the power that they dissipate."""
     for h in range(folds.stiffness.size):
         i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]
         k, m = 3 * folds.nodes[h, 2], 3 * folds.nodes[h, 3]

@@ -63,7 +63,6 @@ def pull_contact(
 
     Args:
         by: Derivatives by the stiffness of each node.
-        table: The contact.
     """
     touches = table.touches
     for k in range(touches.nodes.size):
@@ -132,7 +131,6 @@ def push_contact(
 
     Args:
         dn: Changes of the stiffness of each node.
-        table: The contact.
     """
     touches = table.touches
     for k in range(touches.nodes.size):

@@ -66,9 +66,6 @@ def press_elements(
     """Add the forces of elements to those on nodes, and the power that they dissipate.
 
     The rates of hidden nodes are added as forces on them.
-
-    Args:
-        solid: The elements.
     """
     at, flow, push = solid.own[0], solid.own[1], solid.own[2]
     for e in range(solid.nodes.shape[0]):
@@ -140,7 +137,6 @@ def stress(e: int, pressure: float, here: Floats, solid: ElementTable) -> None:
         e: Number of the element.
         pressure: Derivative of the volumetric energy by J [Pa].
         here: The state there, shape (STATE,); see ``deform``.
-        solid: The elements.
     """
     shear, j, i1 = solid.shear[e], here[18], here[19]
     g, by_j = isochoric(j)
@@ -175,7 +171,6 @@ def stretch(e: int, along: Floats, here: Floats, solid: ElementTable) -> None:
         e: Number of the element.
         along: Unit vector of the fibres as drawn, dimensionless, shape (3,).
         here: The state there; see ``deform``.
-        solid: The elements.
     """
     a0, a1, a2, spread = along[0], along[1], along[2], solid.dispersion[e]
     b0 = here[0] * a0 + here[1] * a1 + here[2] * a2
@@ -243,7 +238,6 @@ def relax(
         v: Velocities of all nodes [m/s], flat; those of hidden ones keep Ci - 1.
         f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
         here: The state there; see ``deform``.
-        solid: The elements.
 
     Returns:
         The power that it dissipates [W/m³].
@@ -307,7 +301,6 @@ def give_way(
         f: Forces on all nodes [N], flat; those on hidden ones are rates [m/s²].
         here: The state there; see ``deform``. Of what is set apart, P makes P of law and
             branches, neither fibres nor viscosity.
-        solid: The elements.
 
     Returns:
         The power that it dissipates [W/m³].
@@ -351,7 +344,6 @@ def bear(
         point: Number of the point.
         v: Velocities of all nodes [m/s], flat; those of hidden ones keep Cp - 1.
         here: The state there; see ``deform``. A copy of P follows it, to be set apart.
-        solid: The elements.
     """
     i, s = solid.yield_slot[e] + 6 * point, 1.0 / solid.yield_rate[e]
     c0, c1, c2 = 1.0 + s * v[i], 1.0 + s * v[i + 1], 1.0 + s * v[i + 2]

@@ -76,7 +76,6 @@ class FluidCavities(KeptVolumes, frozen=True):
         """Return the cavities enclosed by faces.
 
         Args:
-            network: The network.
             name: Of the set or body.
             faces: They face out of the cavities.
             modulus, density, span: See the classes.
@@ -418,7 +417,6 @@ def _by_cavity(faces: PressedFaces, component: Indices) -> WeightedTriangles:
     """Return weighted triangles, those of each cavity as one face.
 
     Args:
-        faces: The faces.
         component: The cavity of each triangle of the skin, shape (triangle,).
     """
     of_face = np.empty(faces.triples.count, dtype=np.int64)

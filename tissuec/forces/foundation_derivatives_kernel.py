@@ -18,7 +18,6 @@ def pull_bed(
 
     Args:
         by: Derivatives by stiffness, damping and where nodes are drawn.
-        bed: The bed.
     """
     count = bed.nodes.size
     for k in range(count):
@@ -47,7 +46,6 @@ def push_bed(
 
     Args:
         dn: Changes of stiffness, damping and where nodes are drawn.
-        bed: The bed.
     """
     count, own = bed.nodes.size, room.size
     for k in range(count):

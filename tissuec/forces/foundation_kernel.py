@@ -15,11 +15,7 @@ class BedTable(NamedTuple):
 
 
 def hold(time: float, x: Floats, v: Floats, f: Floats, power: Floats, bed: BedTable) -> None:
-    """Add the forces of a bed to those on nodes, and the power that its dashpots dissipate.
-
-    Args:
-        bed: The bed.
-    """
+    """Add the forces of a bed to those on nodes, and the power that its dashpots dissipate."""
     for k in range(bed.nodes.size):
         stiffness, damping = bed.stiffness[k], bed.damping[k]
         for axis in range(3):

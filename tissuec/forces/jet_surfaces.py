@@ -46,7 +46,6 @@ class JetSurface(Struct, frozen=True, eq=False):
         """Return the triangles that a jet may meet.
 
         Args:
-            network: The network.
             nodes: Nodes whose triangles are pushed, shape (n,).
             width: Width b0 of the jet [m].
             alive: Springs that exist, shape (spring,).
@@ -77,7 +76,6 @@ def finest_width(network: Network, nodes: Indices, bore: float) -> float:
     """Return b0 of a jet, or the smallest width that triangles of some nodes resolve [m].
 
     Args:
-        network: The network.
         nodes: Nodes whose triangles are pushed, shape (n,).
         bore: Diameter of the opening [m].
     """
@@ -124,7 +122,6 @@ def buried_in(network: Network, position: Floats, point: Floats) -> str:
     """Return the name of a body with a closed surface around a point, empty if there is none.
 
     Args:
-        network: The network.
         position: Of all nodes [m], shape (node, 3).
         point: The point [m], shape (3,).
     """

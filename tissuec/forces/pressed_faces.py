@@ -166,7 +166,6 @@ def faces_of(network: Network, rows: Indices) -> PressedFaces:
     every other triangle is a face of its own.
 
     Args:
-        network: The network.
         rows: Numbers of the triangles among those of the skin, ascending, shape (n,).
     """
     corners = network.skin[rows].astype(np.int64)

@@ -92,8 +92,6 @@ def _of_body(
     """Return the pressed triangles of a body, and which are pressed against their normal.
 
     Args:
-        network: The network.
-        part: The body.
         rows: The requested triangles of its skin, shape (n,).
         pressed: The pressed set or body.
     """
@@ -171,7 +169,6 @@ def _met_by_more(network: Network, pairs: Indices, alike: Indices, most: int) ->
     """Return the nodes of the first edge of more triangles than it may have; "" without one.
 
     Args:
-        network: The network.
         pairs: Nodes of the edges of triangles, shape (edge, 2).
         alike: Equal for those that are one edge, shape (edge, 2).
         most: Largest number of triangles that it may have.
@@ -258,7 +255,6 @@ def enclosed(
 
     Args:
         position: Of all nodes [m], shape (…, node, 3).
-        triples: The triangles.
         rims: All rims of these.
         crossing: Of the planes of symmetry at which the triangles end.
     """
@@ -287,9 +283,7 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
     """Reject faces whose rims caps cannot close.
 
     Args:
-        network: The network.
         name: Of the set or body.
-        faces: The faces.
 
     Raises:
         NoSide: There is no rim, or one is not a single loop.

@@ -261,7 +261,6 @@ def where_open(network: Network, edges: Indices) -> str:
     """Return where the free edges of a surface are, by the nodes of the rings that they form.
 
     Args:
-        network: The network.
         edges: Node pairs, each in the direction of its triangle, shape (edge, 2).
     """
     rings = _rings(edges)

@@ -177,7 +177,6 @@ def stretched(springs: Springs, position: Floats, velocity: Floats) -> SpringPul
     """Return lengths and tensions of springs that all act, as laws say at zero length, too.
 
     Args:
-        springs: The springs.
         position: Of all nodes [m], shape (…, node, 3).
         velocity: Of all nodes [m/s], shape as ``position``.
     """

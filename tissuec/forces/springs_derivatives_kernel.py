@@ -313,7 +313,6 @@ def sow(factor: float, row: int, matrix: Sparse, out: Floats) -> None:
     Args:
         factor: Any factor.
         row: Index of the row.
-        matrix: The matrix.
         out: Vector of the row's unit times that of ``factor``, shape (column,).
     """
     for z in range(matrix.rows[row], matrix.rows[row + 1]):

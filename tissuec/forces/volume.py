@@ -70,7 +70,6 @@ class Enclosure(KeptVolumes, frozen=True):
         """Return the enclosed volumes of a body: its cells, or its surface if it has no cells.
 
         Args:
-            network: The network.
             name: Name of the body.
             modulus: Bulk modulus K [Pa].
             span: The sentence in the source.

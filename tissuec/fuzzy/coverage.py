@@ -111,7 +111,6 @@ def coverage(base: RuleBase, quantity: str, *, limit: int = 100_000) -> Coverage
     values, such as the point where two triangles touch.
 
     Args:
-        base: The rules.
         quantity: Name of the quantity.
         limit: How many partial combinations to try before giving up.
 

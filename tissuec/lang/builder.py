@@ -353,7 +353,6 @@ def with_rows(head: s.Table, rows: Rows, close: int) -> s.Table:
 
     Args:
         head: The node of the head.
-        rows: Its rows.
         close: Offset after its closing brace.
     """
     place = Span(head.span.source, rows.start, rows.end)

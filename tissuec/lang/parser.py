@@ -185,7 +185,6 @@ class _TreeParser:
         """Return the node of a statement, or of the head of a block; None if it is wrong.
 
         Args:
-            statement: The statement.
             rule: The rule of the grammar.
             must_end: Whether nothing is allowed there.
         """
@@ -227,7 +226,6 @@ class _TreeParser:
         """Report the mistake of a statement; return its node if only a unit is wrong.
 
         Args:
-            statement: The statement.
             place: How many of its tokens precede the wrong one.
             accepted: Types of tokens that are allowed there.
         """

@@ -142,7 +142,6 @@ def cell_span(table: Table, row: int, column: int) -> Span:
     """Return the place of a cell of rows that were read without error.
 
     Args:
-        table: The table.
         row: Index of the row, from 0.
         column: Index of the column, from 0.
     """

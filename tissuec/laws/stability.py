@@ -76,7 +76,6 @@ def is_stable(law: SolidLaw, first: _Numbers, second: _Numbers) -> NDArray[np.bo
     """Return whether a law is stable at some strains, dimensionless, shape (…).
 
     Args:
-        law: Of a solid.
         first, second: Isochoric invariants, shape (…).
     """
     with np.errstate(all="ignore"):  # of what is turned inside out, which no law describes

@@ -209,7 +209,6 @@ def fitted_block(lattice: Lattice, mesh: Mesh, fibres: Fibres | None = None) -> 
     """Return the constants of a lattice's springs per shear modulus [m], shape (spring,).
 
     Args:
-        lattice: The lattice.
         mesh: Its nodes and springs.
         fibres: Fibres that stiffen it, None if there are none.
 

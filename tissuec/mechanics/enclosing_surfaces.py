@@ -44,7 +44,6 @@ def enclosed_volume(network: Network, name: str, position: Floats) -> Floats | f
     """Return the volume in the surface of a body [m³], shape (…); 0 where none closes it.
 
     Args:
-        network: The network.
         name: Of the body.
         position: Of all nodes [m], shape (…, node, 3).
     """

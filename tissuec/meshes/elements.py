@@ -139,7 +139,6 @@ def node_shares(shape: ElementShape, corners: Floats) -> Floats:
     """Return the volume that each node has of each element [m³], shape (element, node).
 
     Args:
-        shape: Of all elements.
         corners: Positions of their nodes [m], shape (element, node, 3).
     """
     return np.einsum("eq,qa->ea", Measures.of(shape, corners).volume, shape.lumped)
@@ -149,7 +148,6 @@ def _refuse_flat(elements: ElementMesh, position: Floats) -> None:
     """Reject elements of one shape that are flat or folded at one of their points.
 
     Args:
-        elements: The elements.
         position: Nodes [m], shape (node, 3).
     """
     corners = position[elements.nodes]

@@ -117,7 +117,6 @@ class FrameRecorder:
         """Return the checked numbers of a channel that frames show, shape (frame, shown, …).
 
         Args:
-            channel: The channel.
             given: Numbers of the whole network by the names of channels.
             times: Of the frames [s].
         """

@@ -75,7 +75,6 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         """Return the part of a network with some nodes and springs.
 
         Args:
-            network: The network.
             nodes: Ascending indices, shape (node,).
             springs: Ascending indices, shape (spring,).
 

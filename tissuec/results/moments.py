@@ -105,7 +105,6 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         a node, in the unit of the field.
 
         Args:
-            channel: Of a field.
             row: Number of the row.
         """
         trajectory = self.trajectory

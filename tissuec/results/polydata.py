@@ -312,7 +312,6 @@ def read_cells(file: ResultGroup, part: int, springs: NDArray[np.integer]) -> Ce
     """Return the cells that a part of a file draws.
 
     Args:
-        file: The file.
         part: Number of the part.
         springs: Ascending numbers of the springs that are recorded, shape (spring,).
     """

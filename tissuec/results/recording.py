@@ -169,7 +169,6 @@ def concerned(springs: Sequence[int], network: Network) -> tuple[int, str]:
     Args:
         springs: Of the event. Where there are marks of elements among them, all others are
             edges of these.
-        network: The network.
     """
     marks = sum(spring >= network.first_mark for spring in springs)
     if marks:
@@ -185,7 +184,6 @@ def springs_of_events(
 
     Args:
         events: Kinds with the springs.
-        network: The network.
     """
     counts: Counter[tuple[str, str]] = Counter()
     for kind, springs in events:
@@ -211,7 +209,6 @@ def members(network: Network, groups: Sequence[NamedGroup], name: str, what: str
     """Return the network numbers of the nodes or springs with a name, ascending, shape (n,).
 
     Args:
-        network: The network.
         groups: Its sets and regions.
         name: Of a set, body or joint, or of a region with its body, such as "scar of liver".
         what: "nodes" or "springs"; springs of a set of nodes are those with both ends in it.

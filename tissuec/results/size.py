@@ -62,7 +62,6 @@ def file_size(
     """Return the approximate size of the result file of a run before compression [bytes].
 
     Args:
-        network: The network.
         recording: What is recorded.
         output: How often it is recorded.
         duration: Of the run [s].
@@ -111,8 +110,6 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
     """Yield the bytes of the columns that hold frames.
 
     Args:
-        network: The network.
-        columns: Of the frames.
         frames: How many there are.
         parts: How many topologies they have.
     """

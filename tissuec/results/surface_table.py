@@ -185,7 +185,6 @@ def read_triangles(file: ResultGroup, path: str, part: int) -> NDArray[Any]:
     They are point indices without a unit, of shape (triangle, 3).
 
     Args:
-        file: The file.
         path: Path of the surface.
         part: Number of the part; -1 for the last one.
     """

@@ -133,7 +133,6 @@ def rows_in_hdf5(
 
     Args:
         path: The table, which need not exist.
-        head: Of the study.
         digests: Of each of its runs.
         fresh: Whether to discard the rows of any study.
 
@@ -160,7 +159,6 @@ def _matching(
     Args:
         path: What messages call the table.
         head, rows: What it holds.
-        own: Head of the study.
         digests: Of each of its runs.
     """
     way_out = f"{_way_out(path)}; --fresh discards the table"

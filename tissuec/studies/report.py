@@ -40,7 +40,6 @@ def study_report(
 
     Args:
         scene: The path of the scene.
-        prepared: The study.
         result: Its table and verdicts.
         target: The file of the table.
         diagnostics: Warnings about the text.
@@ -102,7 +101,6 @@ def summary(table: StudyTable, path: Path) -> dict[str, Any]:
     """Return a summary of a table, with ranges in the units of its columns.
 
     Args:
-        table: The table.
         path: Its file.
     """
     head, table = table.head, table.shown
@@ -152,12 +150,7 @@ def values_of(factor: Column) -> str:
 
 
 def range_of(table: StudyTable, measure: Column) -> str:
-    """Return the range of a measure over the runs that came to an end, with its median.
-
-    Args:
-        table: The table.
-        measure: The measure.
-    """
+    """Return the range of a measure over the runs that came to an end, with its median."""
     found = completed(table, measure)
     if not len(found.rows):
         return f"no value; {found.left_out}"

@@ -162,7 +162,6 @@ def run_study(
     """Do the runs of a study that are not done yet, and return its table.
 
     Args:
-        prepared: The study.
         workers: Who does the runs.
         out: The table, which is there at any moment, and results beside it if they are kept; in
             HDF5 there is one in CSV beside it. None writes nothing.

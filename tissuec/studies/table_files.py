@@ -59,7 +59,6 @@ def export(table: StudyTable, names: Sequence[str] = ()) -> Export:
     With curves, there is a row for each sample of a run, which repeats what has one value.
 
     Args:
-        table: The table.
         names: Of measures and curves; all measures if none is named.
 
     Raises:

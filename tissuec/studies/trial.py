@@ -354,7 +354,6 @@ def failed(job: Job, planned: PlannedRun, outcome: str, reason: str) -> Row:
 
     Args:
         job: Of the study.
-        planned: The run.
         outcome: One of ``OUTCOMES``.
         reason: Why.
     """

@@ -326,7 +326,6 @@ def near_ties(
 
     Args:
         misses: Breaks in only one solution.
-        network: The network.
         strains: Largest tension or pressure divided by its limit, of each spring in the run and
             in the reference, shape (spring,) each.
         shift: Allowed error of positions [m]; two ends give twice the change of length.

@@ -143,7 +143,6 @@ def first_true(
 
     Args:
         holds: Condition as a function of the time [s] and the unknowns then.
-        step: The step.
         stop: Last time of interest [s].
         resolution: Accuracy of the result [s].
 

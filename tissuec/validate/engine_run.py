@@ -77,8 +77,6 @@ def observe(
     No file is written and no expectation evaluated; the energy ledger is kept.
 
     Args:
-        network: The network.
-        plan: The plan.
         times: Times of interest [s], shape (row,).
         progress: Called with the simulated time [s].
 

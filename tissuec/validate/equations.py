@@ -553,7 +553,6 @@ def overloaded(equations: Equations, moved: Floats, springs: SpringStates) -> In
     Args:
         equations: Of the stretch.
         moved: Displacements of all nodes [m], shape (node, 3).
-        springs: State of the springs.
     """
     torn = equations.springs[equations.burdens(springs) > 1.0]
     broken = equations.marks[equations.element_burdens(moved) > 1.0]

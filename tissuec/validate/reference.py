@@ -445,8 +445,6 @@ def reference(
     """Return the solution of a plan.
 
     Args:
-        network: The network.
-        plan: The plan.
         times: Times of interest [s], ascending, shape (row,).
         method: One of SciPy's: DOP853, RK45, RK23, Radau, BDF or LSODA.
         rtol: Error per step relative to the largest displacement, speed and energy so far; a

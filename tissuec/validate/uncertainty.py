@@ -67,8 +67,6 @@ def known_reference(
     """Return a reference that is as accurate as the tolerance requires, if possible.
 
     Args:
-        network: The network.
-        plan: The plan.
         times: Times of interest [s], ascending, shape (row,).
         method: One of SciPy's methods.
         rtol: Error per step; None: a thousandth of the tolerance, and finer where necessary.
@@ -152,7 +150,6 @@ def uncertainty(first: Reference, second: Reference, network: Network) -> Floats
         first: One solution.
         second: Another one at some of the times of the first, including the last; times in
             between count as the next one does.
-        network: The network.
     """
     shared = np.searchsorted(first.times, second.times)
     pairs = zip(first.position[shared], second.position, strict=True)
@@ -171,7 +168,6 @@ def relative_positions(error: Floats, displacement: Floats, network: Network) ->
     Args:
         error: Distances [m], shape (row,).
         displacement: Largest displacement so far [m], shape (row,).
-        network: The network.
     """
     beyond = np.maximum(error - resolution_of(network), 0.0)
     return relative(beyond, displacement, floor_of(network))

@@ -115,7 +115,6 @@ class Examiner:
 
         Args:
             test: Name of the test.
-            curve: The curve.
             why: The reason why it ends.
         """
         self.found.curves.append(curve)

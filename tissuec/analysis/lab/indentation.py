@@ -113,9 +113,6 @@ def blocks(bench: TestBench) -> tuple[IndentedBlock, IndentedBlock]:
 def indentation(bench: TestBench, block: IndentedBlock, tension: TensionTest) -> float:
     """Return the Young's modulus of the layer that resists the ball as the block does [Pa].
 
-    Args:
-        block: The block.
-
     Raises:
         Unmeasured: The run stopped, or the block does not resist.
     """

@@ -22,7 +22,6 @@ def chosen(words: ResolvedProgram, name: str | None, source: Source) -> list[Tis
     """Return the tissue of a name; otherwise those of bodies, or all tissues of a file.
 
     Args:
-        words: The resolved program.
         name: Name of a tissue; None for all.
         source: The file.
 
@@ -55,7 +54,6 @@ def examine(
 
     Args:
         request: The text that declares it.
-        tissue: The tissue.
         spacing: Length of cells, if its quantities belong to springs [m].
         thickness: Of strips of a sheet [m]; None for bars.
         listener: Called with each row once it is measured.

@@ -128,7 +128,6 @@ def known_of(tissue: Tissue, mode: str) -> tuple[KnownCurve, ...]:
     """Return the evidence of a tissue on a curve.
 
     Args:
-        tissue: The tissue.
         mode: One of ``known_curves.MODES``; empty for a relaxation. Tension along fibres and
             tension are the same.
     """

@@ -303,7 +303,6 @@ def left_by_law(branches: Branches, ramp: float, time: Floats) -> Floats:
     """Return the share of the stress that remains after a ramp; see the module.
 
     Args:
-        branches: The branches.
         ramp: Duration of the ramp [s].
         time: Since its end [s], shape (time,).
     """

@@ -160,7 +160,6 @@ def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None
 
     Args:
         bench: The bench of the tissue.
-        coupon: The coupon.
         modulus: Of the tissue [Pa].
         near: Stress at which another coupon broke [Pa]; None if there was none.
 

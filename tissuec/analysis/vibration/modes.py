@@ -289,7 +289,6 @@ def out_of_balance(state: State, chosen: NDArray[np.bool_]) -> str:
     """Return by how much forces fail to balance, as a clause; empty if they balance.
 
     Args:
-        state: The state.
         chosen: Which nodes move, shape (node,).
     """
     balance = Balance(state, chosen)

@@ -79,7 +79,6 @@ def modes_report(modes: Modes, file: Path | None = None) -> Report:
     """Return the report on modes.
 
     Args:
-        modes: The modes.
         file: The result file that shows them, if one was written.
     """
     parts: list[Part] = [FactTable(HEAD, [*map(_row, modes)], least=(6, 12, 10, 15))]
@@ -133,7 +132,6 @@ def write_modes(
     """Write modes as a result file and return its path.
 
     Args:
-        modes: The modes.
         compiled: The scene.
         path: Of the file.
         manifest: Facts about the scene.

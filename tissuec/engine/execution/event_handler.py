@@ -281,7 +281,6 @@ def broken_elements(
     """Yield an event for all that broke by one entry of a scene.
 
     Args:
-        network: The network.
         position: Of all nodes [m], shape (node, 3).
         marks: Of the elements that break now, shape (n,).
         edges: Springs that are lost with them, shape (m,); they are entered with the first.

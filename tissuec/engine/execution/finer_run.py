@@ -47,7 +47,6 @@ def finer(plan: Plan, factor: float, method: str = "") -> Plan:
     """Return a plan with finer steps and without outputs of its own.
 
     Args:
-        plan: The plan.
         factor: Factor that its tolerance is divided by; a fixed step is divided by half of it.
         method: Another one than that of the plan, if any.
     """
@@ -77,7 +76,6 @@ def stepped(
     They are NaN at times that the run did not reach.
 
     Args:
-        network: The network.
         plan: The plan of the run.
         times: Times of interest [s], ascending, shape (time,).
         factor: See ``finer``.

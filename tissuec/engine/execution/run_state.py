@@ -56,8 +56,6 @@ class RunState(Struct, eq=False):
         """Return the state of a run at 0 s, before the events of that time.
 
         Args:
-            network: The network.
-            plan: The plan.
             memory: The state of the recorder.
         """
         return cls(
@@ -78,8 +76,6 @@ def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> Ru
 
     Args:
         saved: The text and arrays.
-        network: The network.
-        plan: The plan.
 
     Raises:
         ValueError: The state is not the checkpoint of a run.

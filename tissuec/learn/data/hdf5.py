@@ -87,7 +87,6 @@ def read_h5md(fit: Fit, file: ResultGroup, network: Network, complaints: Complai
     Args:
         fit: What is compared with data.
         file: The open file.
-        network: The network.
         complaints: Takes errors in the data.
 
     Raises:
@@ -263,8 +262,6 @@ def read_result(
 
     Args:
         fit: What is compared with data.
-        result: The result.
-        network: The network.
         complaints: Takes errors in the data.
 
     Raises:

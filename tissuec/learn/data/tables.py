@@ -379,7 +379,6 @@ def read_long(fit: Fit, columns: Floats, rows: DataRows, network: Network) -> Se
         fit: What is compared with data.
         columns: Ids of nodes and positions [m], shape (4, row).
         rows: The rows that count.
-        network: The network.
 
     Raises:
         CompileError: A cell is no id, no node has the id, or a node has two rows at a time.

@@ -122,7 +122,6 @@ def stands(
         network: With all its numbers.
         plan: The plan of the experiment.
         times: In the script [s], ascending, each once, shape (time,).
-        order: Of the numbers.
 
     Raises:
         Unbalanced: There is no equilibrium.

@@ -49,7 +49,6 @@ class EventRecorder:
         """Return the schedule up to a time.
 
         Args:
-            network: The network.
             vector: Its numbers in SI units, shape (number,).
             stop: The time [s].
         """
@@ -134,7 +133,6 @@ def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
     """Store the effect of an action on an array.
 
     Args:
-        action: The action.
         changes: What the script changed so far, by name; changed in place.
         state: The present state.
     """

@@ -226,10 +226,8 @@ def leg_of(
     """Return the leg that begins with a state whose events are over.
 
     Args:
-        state: The state.
         stop: End of the leg [s].
         changes: What the script changed in arrays, by name.
-        order: Of the numbers.
         remembers: Whether what springs remember changes.
         set_anew: Which free nodes were given their velocities by events, shape (node,).
     """
@@ -270,7 +268,6 @@ def present_fields(leg: Leg, values: Values) -> dict[str, Field]:
     """Return the fields of a leg with their numbers, by name.
 
     Args:
-        leg: The leg.
         values: The numbers of this leg.
     """
     found: dict[str, Field] = {}

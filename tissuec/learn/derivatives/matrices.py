@@ -40,7 +40,6 @@ def stage_matrix(act: LegForces, time: float, at: NodeState, own: float) -> LowR
     Args:
         act: Everything that acts.
         time: [s].
-        at: The state.
         own: Step size times the diagonal coefficient of the method [s].
 
     Raises:
@@ -59,7 +58,6 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
     Args:
         act: Everything that acts.
         time: [s].
-        at: The state.
     """
     links = act.forces.links
     of_x, of_v = np.empty((2, len(links.low), 3, 3))

@@ -251,7 +251,6 @@ class Motion:
         Args:
             vector: Numbers in SI units, shape (number,).
             act: What acts on the leg.
-            stretch: The stretch.
             start: Its first state.
         """
         reach = act.reach

@@ -258,11 +258,7 @@ def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Observable | None:
 
 
 def pull(look: Observable, view: StateView, weights: Floats) -> ObservableDerivative:
-    """Return the derivatives of Σ weights · components.
-
-    Args:
-        look: The observable.
-    """
+    """Return the derivatives of Σ weights · components."""
     if isinstance(look, Places):
         by = np.zeros((len(view.x) // 3, 3))
         sense = weights.reshape(-1, 3) if look.along is None else np.outer(weights, look.along)
@@ -282,10 +278,8 @@ def push(
     """Return the derivatives of components by parameters, shape (component, change).
 
     Args:
-        look: The observable.
         view: State and numbers.
         tx, tv: Changes of positions [m] and velocities [m/s], shape (3 node, change).
-        order: Order of the numbers.
         change: Of all numbers, shape (number, change).
     """
     if isinstance(look, Places):

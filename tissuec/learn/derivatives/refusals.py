@@ -78,8 +78,6 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
     """Return why no learning of a scene has exact derivatives; empty if it may have them.
 
     Args:
-        plan: The plan.
-        network: The network.
         at_rest: Whether equilibria are meant.
     """
     actions = [event.action for event in plan.every_event]

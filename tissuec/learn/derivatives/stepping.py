@@ -67,7 +67,6 @@ def act_on(
     """Return everything that acts on a leg, while nodes are near some places.
 
     Args:
-        leg: The leg.
         laws: Laws of springs.
         values: Numbers in SI units as they are on this leg, shapes as in ``Values``.
         x: The places [m], shape (3 node,).

@@ -45,9 +45,7 @@ def assess(
     The time it took and the texts of words are left to the caller.
 
     Args:
-        session: The learning.
         problem: What was fitted.
-        search: The search.
         end: Where it ended.
         resample: Returns intervals by bootstrap, from the noise of each fit; None if they
             follow from derivatives.
@@ -128,7 +126,6 @@ def estimates(
     """Yield the numbers of each ``adjust`` entry, with their intervals.
 
     Args:
-        session: The learning.
         theta: The parameters, shape (parameter,).
         sureness: How well the data determines them.
         resampled: Intervals by bootstrap.

@@ -30,7 +30,6 @@ def misfit(
     Args:
         problem: Residuals of all experiments.
         theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
-        structure: Of the residuals.
         singles: The same problem for each experiment by itself.
     """
     if _is_met(problem, theta):
@@ -79,7 +78,6 @@ def remarks(problem: Problem, theta: Floats, structure: ResidualStructure) -> It
     Args:
         problem: Residuals of all experiments.
         theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
-        structure: Of the residuals.
     """
     if _is_met(problem, theta):
         return

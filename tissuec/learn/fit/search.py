@@ -374,7 +374,6 @@ def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str
     """Return a digest of everything the result depends on: texts, settings, data, versions.
 
     Args:
-        session: The learning.
         texts: All texts of the scene.
     """
     digest = hashlib.sha256()

@@ -251,7 +251,6 @@ class Entries:
         """Return the derivative of the numbers, shape (number, parameter).
 
         Args:
-            order: Order of the numbers.
             vector: Result of ``put`` in SI units, shape (number,).
             size: Number of parameters.
         """

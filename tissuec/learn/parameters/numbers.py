@@ -184,7 +184,6 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         """Return the order for a network some constants of whose laws may change.
 
         Args:
-            network: The network.
             constants: How many.
             fields: All fields that have derivatives.
         """
@@ -226,10 +225,6 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         """Return the numbers of a network in SI units, shape (number,).
 
         Constants of laws are 0, and so are numbers of fields that are not there.
-
-        Args:
-            network: The network.
-            fields: Its fields.
         """
         parts = [network.array(name) for name in NETWORK]
         parts += [np.zeros(self.sizes["constants"]), np.zeros(self.sizes["drag"])]

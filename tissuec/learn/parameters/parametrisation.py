@@ -327,7 +327,6 @@ def put_volumes(order: NumberOrder, vector: Floats) -> Floats:
     """Return the numbers with volumes as they are at start positions, changed in place.
 
     Args:
-        order: Order of the numbers.
         vector: In SI units, shape (number,).
     """
     position = order.array(vector, "position").reshape(-1, 3)
@@ -342,7 +341,6 @@ def change_of_volumes(
     """Return the derivative of these volumes, in the rows of all numbers.
 
     Args:
-        order: Order of the numbers.
         vector: In SI units, shape (number,).
         change: Of all numbers by each parameter, shape (number, parameter).
 

@@ -61,7 +61,6 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
     """Return a scene with other numbers.
 
     Args:
-        scene: The scene.
         given: Numbers of tissues and forces.
         constants: Constants of laws by name; numbers, or formulas that replace them.
     """
@@ -226,7 +225,6 @@ class Compilations:
         """Return the derivative by one of these numbers, in SI units, shape (number,).
 
         Args:
-            key: The number.
             given: Present numbers.
 
         Raises:

@@ -59,7 +59,6 @@ class RuleTexts(Struct, frozen=True):
         """Return how each word of a scale is spelt where it is declared.
 
         Args:
-            named: The scale.
             kind: "property" or "quantity".
             key: Lower-case name of the scale.
         """
@@ -212,7 +211,6 @@ def revise(
     that is scored passes ``check`` and adds no contradiction.
 
     Args:
-        scene: The scene.
         rules: Name of the rules.
         score: Errors with new texts; called first with those of the start.
         start: Texts of files that were changed before.
@@ -299,7 +297,6 @@ def added(texts: RuleTexts, key: str) -> Iterator[Candidate]:
     """Yield new rules for what tissues in use are, where the present ones hardly fire.
 
     Args:
-        texts: The rules.
         key: Their name in small letters.
     """
     seen: set[str] = set()

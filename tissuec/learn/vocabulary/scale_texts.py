@@ -72,7 +72,6 @@ def read_form(declared: Declared, named: NamedScale, scope: Scope) -> ScaleForm:
 
     Args:
         declared: Its declaration.
-        named: The scale.
         scope: Looks up names of expressions.
     """
     block = declared.item

@@ -62,7 +62,6 @@ def scale_edits(scale: MovingScale, theta: Floats, close: float = CLOSE) -> Iter
     """Yield the edits that write a scale whose words moved.
 
     Args:
-        scale: The scale.
         theta: Parameters that move it, dimensionless, shape (number,).
         close: Allowed deviation of a written place, as a part of the smallest gap.
     """

@@ -60,7 +60,6 @@ def surface(image: LabelImage, values: tuple[int, ...], resolution: float | None
     """Return the surface of a body as triangles facing outwards, in metres.
 
     Args:
-        image: The image.
         values: Labels of the body. A group of nodes for each has those beside its voxels.
         resolution: About the distance of neighbouring nodes [m], if it is above the size of a
             voxel; None for the latter.
@@ -252,7 +251,6 @@ def with_inner_nodes(
     of the surface: a smooth surface passes through voxels outside.
 
     Args:
-        image: The image.
         shape: Its surface.
         inner: Nodes inside [m], numbered after those of the surface, shape (node, 3).
     """
@@ -289,7 +287,6 @@ def size(image: LabelImage, values: tuple[int, ...], cell: float) -> tuple[int, 
     """Return about how many nodes and springs there are, rather too many.
 
     Args:
-        image: The image.
         values: Labels of the body.
         cell: Edge of a cube [m].
     """
@@ -305,7 +302,6 @@ def cubes(image: LabelImage, values: tuple[int, ...], cell: float) -> RawMesh:
     its cubes.
 
     Args:
-        image: The image.
         values: Labels of the body.
         cell: Edge of a cube [m].
 

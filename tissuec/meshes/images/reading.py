@@ -69,7 +69,6 @@ def _require_unit(raw: RawImage, given: float) -> None:
     """Refuse another unit than that of the file, if it states one.
 
     Args:
-        raw: The image.
         given: Metres in the unit that the scene gives.
     """
     if raw.unit is not None and not isclose(raw.unit, given):

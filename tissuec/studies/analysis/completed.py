@@ -63,7 +63,6 @@ def completed(table: StudyTable, measure: Column | MeasureCurve | None = None) -
     """Return the runs that came to an end, and have a value of a measure if one is given.
 
     Args:
-        table: The table.
         measure: A measure or curve of it.
     """
     ended, known = table.finished, _has_value(table, measure)
@@ -103,10 +102,6 @@ def measure_of(table: StudyTable, name: str) -> Column:
 
 def values_of(table: StudyTable, measure: Column) -> tuple[Floats, LeftOut]:
     """Return all values of a measure, in its unit, shape (run,), and what is left out.
-
-    Args:
-        table: The table.
-        measure: A measure of it.
 
     Raises:
         ValueError: No run has a value.

@@ -87,7 +87,6 @@ def orders(table: StudyTable, measure: str, along: str | None = None) -> Observe
     """Return the observed order for each combination of the other factors.
 
     Args:
-        table: The table.
         measure: Name of the measure.
         along: Name of the refined factor; by default the only one with numbers, or the only
             one called tolerance, step or cell. Numbers without a unit from 1 on count
@@ -154,7 +153,6 @@ def refined_factor(table: StudyTable, along: str | None = None) -> Column:
     """Return the factor that a study refines.
 
     Args:
-        table: The table.
         along: Its name, if it is given.
 
     Raises:

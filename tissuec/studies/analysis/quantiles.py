@@ -82,7 +82,6 @@ def quantiles(table: StudyTable, measure: str, parts: Sequence[float] = PARTS) -
     """Return quantiles of a measure over the runs that came to an end.
 
     Args:
-        table: The table.
         measure: Name of the measure.
         parts: Of the runs below each quantile, between 0 and 1, both excluded.
 

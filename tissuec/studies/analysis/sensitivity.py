@@ -95,7 +95,6 @@ def sobol_indices(table: StudyTable, measure: str) -> SobolIndices:
     """Return first-order and total indices of a study with the design "sobol indices".
 
     Args:
-        table: The table.
         measure: Name of the measure.
 
     Raises:

@@ -123,7 +123,6 @@ def presets(
     """Return the tissues described by the rules of a program, its own ones first.
 
     Args:
-        words: The resolved program.
         library: Folders in which ``use`` finds files.
         libraries: Folders of ``--library``.
     """

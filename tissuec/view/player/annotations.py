@@ -329,7 +329,6 @@ def draw_field_legend(
 
     Args:
         sheet: Axes in pixels.
-        values: The field.
         size: Width and height of the picture [px].
         above: Height of what is below it [px].
     """

@@ -215,7 +215,6 @@ def marks(events: Iterable[Event], duration: float, network: "Network") -> list[
     Args:
         events: In the order of time.
         duration: Of the run [s].
-        network: The network.
     """
     found: list[tuple[Event, int, str]] = []
     for event in events:

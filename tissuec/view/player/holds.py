@@ -83,7 +83,6 @@ def read_held(
     Args:
         trajectory: The result.
         timeline: The frames that are shown.
-        drawn: The net that is drawn.
         seen: Tools that are drawn themselves, and not the nodes that they hold.
     """
     masks = list(_changes(trajectory, timeline, drawn.thin, seen))

@@ -46,7 +46,6 @@ class FieldValues(Struct, frozen=True, eq=False):
         """Return the values of a field with their ranges.
 
         Args:
-            field: The field.
             value: In its unit, NaN where it is unknown, shape (row, node).
         """
         known = [row[np.isfinite(row)] for row in value]
@@ -144,7 +143,6 @@ def field_colours(values: FieldValues, numbers: Floats) -> Floats:
     """Return the colours of numbers of a field, from 0 to 1, shape (…, 3).
 
     Args:
-        values: The field.
         numbers: In its unit, NaN where it is unknown, shape (…).
     """
     part = np.clip((numbers - values.low) / (values.high - values.low), 0.0, 1.0)
@@ -157,7 +155,6 @@ def between_rows(values: FieldValues, at: float) -> Floats:
     """Return the numbers at a moment, in the unit of the field, shape (node,).
 
     Args:
-        values: The field.
         at: Moment, in rows of the film.
     """
     first = int(at)

@@ -306,9 +306,7 @@ def spring_strips(
     """Return springs as strips; those that are pressed are dashed.
 
     Args:
-        setting: Of the picture.
         shading: Of the moment.
-        moment: The moment.
         chosen: Which lines of the film, shape (line,).
     """
     lines, field = setting.film.lines, setting.spring_field

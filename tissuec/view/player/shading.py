@@ -89,7 +89,6 @@ class Shading(Struct, frozen=True, eq=False):
         """Return triangles in the light, of other colour inside.
 
         Args:
-            mesh: The triangles.
             tint: Colour and gloss of their corners, dimensionless, shape (triangle, 3, 4).
             hollow: Which of them have an inside, shape (triangle,).
             paler: Whether springs lie on it.
@@ -110,8 +109,6 @@ class Shading(Struct, frozen=True, eq=False):
         """Return triangles in the colours of a field.
 
         Args:
-            mesh: The triangles.
-            values: The field.
             numbers: At their corners, in the unit of the field, shape (triangle, 3).
         """
         seen, outer, to_eye = self._facing(mesh)
@@ -124,7 +121,6 @@ class Shading(Struct, frozen=True, eq=False):
         """Return triangles in the light.
 
         Args:
-            mesh: The triangles.
             base: Colours of their corners, from 0 to 1, dimensionless, shape (triangle, 3, 3).
             shine: Of the highlight, one number or shape (triangle, 3, 1).
         """

@@ -124,7 +124,6 @@ def mark_events(
     Args:
         axes: One above the other, with the same axis of time.
         happened: Times [s] and texts, see `clusters`.
-        scale: Of that axis.
         color: Colour of the lines.
         linestyle: Style of the lines.
 

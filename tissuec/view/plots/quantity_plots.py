@@ -120,7 +120,6 @@ def spectrum_of(log: LoggedQuantity, segment: float | None = None) -> Spectrum:
     """Return the power spectral density of a quantity over time.
 
     Args:
-        log: The quantity.
         segment: Length of segments [s]; by default there are 8.
 
     Raises:

@@ -194,9 +194,6 @@ class StudyCurves(StudyPlot, frozen=True):
     def panels(self, table: StudyTable) -> Panels:
         """Return a panel for each measure.
 
-        Args:
-            table: The table.
-
         Raises:
             TissueError: There is no such measure over time, or none but that of the other axis.
         """
@@ -257,7 +254,6 @@ def _at(curve: MeasureCurve, row: int, times: Floats) -> Floats:
     """Return the values of a run at some times, NaN where it has none, shape (time,).
 
     Args:
-        curve: The measure.
         row: Row of the run.
         times: [s], shape (time,).
     """

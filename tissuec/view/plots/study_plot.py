@@ -72,7 +72,6 @@ def chosen_measures(table: StudyTable, names: Sequence[str]) -> list[Column]:
     """Return the measures that are named, or all.
 
     Args:
-        table: The table.
         names: Of measures.
 
     Raises:
@@ -95,7 +94,6 @@ def factor_of(table: StudyTable, name: str | None, *, apart: Column | None = Non
     """Return a factor by its name, or the one with numbers that takes most of them.
 
     Args:
-        table: The table.
         name: Of the factor.
         apart: Another factor, which is not meant.
 
@@ -126,7 +124,6 @@ def groups_of(
     """Return rows by the values of all factors but some, as texts.
 
     Args:
-        table: The table.
         rows: Numbers of rows.
         apart: Factors that are left out.
 
@@ -150,7 +147,6 @@ def scale_of_measure(measure: Column, rows: Any) -> AxisUnit:
     """Return the unit that suits a measure in some rows.
 
     Args:
-        measure: The measure.
         rows: Numbers or a mask of rows, shape (n,) or (row,).
     """
     return scale_of(measure.unit, [measure.numbers[rows]])
@@ -234,7 +230,6 @@ def left_out(table: StudyTable, shown: Iterable[Column | MeasureCurve]) -> list[
     """Return which runs a picture leaves out.
 
     Args:
-        table: The table.
         shown: Measures and curves in the picture.
     """
     found = {one.name: completed(table, one).left_out for one in shown}

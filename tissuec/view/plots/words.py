@@ -94,11 +94,7 @@ _ROWS = 3
 
 
 def draw_partition(sheet: Canvas, axes: "Axes", named: "NamedScale") -> None:
-    """Draw the set of every word under its name; the axis of a log scale is logarithmic.
-
-    Args:
-        named: The scale.
-    """
+    """Draw the set of every word under its name; the axis of a log scale is logarithmic."""
     axis, words = named.scale.axis, named.scale.words
     scale = scale_along(named)
     colours = amounts(len(words))

@@ -80,7 +80,6 @@ def chart(curve: LabCurve, torn: tuple[float, float] | None = None) -> Html:
     """Return the drawing of a curve with its evidence, as a figure with a caption.
 
     Args:
-        curve: The curve.
         torn: Strain and stress [Pa] at which the tissue tears, to be marked.
     """
     across, up = _scales(curve)
@@ -220,7 +219,6 @@ def thinned(curve: LabCurve, most: int) -> LabCurve:
     """Return a curve with fewer points, which are closer at its beginning.
 
     Args:
-        curve: The curve.
         most: Largest number of points that is needed.
     """
     count = len(curve.place)

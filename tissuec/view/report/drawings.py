@@ -61,7 +61,6 @@ def for_paper(content: ReportContent, kind: str, label: str) -> Html | None:
     """Return a plot that is printed and not shown; None where there is none.
 
     Args:
-        content: Contents of the report.
         kind: Kind of plot.
         label: Description for those who do not see it.
     """

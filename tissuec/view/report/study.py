@@ -26,7 +26,6 @@ def render_study(table: StudyTable, path: Path) -> str:
     """Return the whole HTML document about a study.
 
     Args:
-        table: The table.
         path: Its file.
     """
     shown = table.shown

@@ -62,7 +62,6 @@ def cross_section(
         tetrahedra: Corners, shape (tetrahedron, 4).
         tissue: Number of the tissue of each node, shape (node,).
         count: How many tissues there are.
-        plane: The plane.
     """
     found = plane_section(position, tetrahedra, np.array(plane.normal), plane.offset)
     corners = found.mixed(position)
@@ -176,9 +175,7 @@ def section(film: PlayerData, at: float, plane: SectionPlane) -> CrossSection:
     """Return where a plane cuts the filled bodies of a film.
 
     Args:
-        film: The film.
         at: Moment, in frames.
-        plane: The plane.
     """
     place, cells = position_at(film, at)[: film.node_count], film.cells.there(at)
     return cross_section(place, cells, film.tissue, len(film.tissues), plane)
@@ -188,8 +185,6 @@ def check_plane(film: PlayerData, plane: SectionPlane, at: float | None) -> None
     """Check that a plane meets what there is at a moment.
 
     Args:
-        film: The film.
-        plane: The plane.
         at: Moment, in frames; any moment if None.
 
     Raises:
@@ -207,7 +202,6 @@ def check_reach(position: Floats, plane: SectionPlane, when: str) -> None:
 
     Args:
         position: Of the nodes [m], shape (…, 3).
-        plane: The plane.
         when: For the message, such as "at 80 ms".
 
     Raises:
@@ -240,7 +234,6 @@ def at_cap(cut: CrossSection, values: NDArray[np.floating]) -> Floats:
     """Return values at the corners of the triangles of a section, shape (triangle, 3, …).
 
     Args:
-        cut: The section.
         values: At nodes, in any unit, shape (node, …).
     """
     of, corners = cut.triangles
@@ -251,8 +244,6 @@ def rims(cut: CrossSection, plane: SectionPlane, width: float, nearer: float) ->
     """Return strips along the outlines of a section.
 
     Args:
-        cut: The section.
-        plane: Its plane.
         width: Of the strips [m].
         nearer: How far in front of the plane they lie [m].
     """

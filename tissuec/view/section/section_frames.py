@@ -54,7 +54,6 @@ def section_picture(
 
     Args:
         subjects: The result.
-        plane: The plane.
         titles: Frames, ascending, and the titles of their panels.
 
     Raises:

@@ -133,7 +133,6 @@ class _WatchedPair:
         """Return how deep the line is inside the body [m]; None if contact may let it pass.
 
         Args:
-            network: The network.
             position: Of all nodes [m], shape (node, 3).
             alive: Springs that are there, shape (spring,).
         """
