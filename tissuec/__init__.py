@@ -21,6 +21,8 @@ if TYPE_CHECKING:
         start,
         study,
     )
+    from tissuec.api.notebook import Trajectory
+    from tissuec.api.study_table import StudyTable, read_table
     from tissuec.core.errors import (
         CompileError,
         Diagnostic,
@@ -31,8 +33,6 @@ if TYPE_CHECKING:
     )
     from tissuec.core.version import __version__
     from tissuec.results import PlaceError, ResultError
-    from tissuec.view.notebook import Trajectory
-    from tissuec.view.study_table import StudyTable, read_table
 
 __all__ = [
     "CompileError",
@@ -74,8 +74,8 @@ _HOMES = {
     ),
     "tissuec.results": ("PlaceError", "ResultError"),
     "tissuec.core.version": ("__version__",),
-    "tissuec.view.notebook": ("Trajectory",),
-    "tissuec.view.study_table": ("StudyTable", "read_table"),
+    "tissuec.api.notebook": ("Trajectory",),
+    "tissuec.api.study_table": ("StudyTable", "read_table"),
 }
 _ERRORS = "tissuec.core.errors"
 

@@ -220,7 +220,7 @@ def test_what_is_shown_is_escaped(player):
 
 
 def test_many_frames_are_thinned_and_said_to_be(pulled, player, monkeypatch):
-    from tissuec.view import notebook
+    from tissuec.api import notebook
 
     monkeypatch.setattr(notebook, "MOST_POSITIONS", 15)
     assert "5 of 21 frames are shown; tissuec view" in pulled._repr_html_()
@@ -228,7 +228,7 @@ def test_many_frames_are_thinned_and_said_to_be(pulled, player, monkeypatch):
 
 
 def test_what_is_too_large_for_a_notebook_is_a_sentence(pulled, player, monkeypatch):
-    from tissuec.view import notebook
+    from tissuec.api import notebook
 
     monkeypatch.setattr(notebook, "LARGEST", 10)
     shown = pulled._repr_html_()

@@ -113,7 +113,7 @@ def test_mistakes_are_told_before_the_first_episode(change, error, said):
 def test_without_gymnasium_the_extra_is_named(monkeypatch):
     import sys
 
-    monkeypatch.delitem(sys.modules, "tissuec.stepping.environment", raising=False)
+    monkeypatch.delitem(sys.modules, "tissuec.api.environment", raising=False)
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     with pytest.raises(TissueError, match=r"tissuec\[gymnasium\]"):
         environment()

@@ -2,8 +2,8 @@
 
 import math
 
+from tissuec.api.study_table import StudyTable
 from tissuec.studies.table import DIED, DONE, REFUSED, FactorHead, MeasureHead, Row, StudyHead
-from tissuec.view.study_table import StudyTable
 
 HEAD = StudyHead(
     "lifting", "liver", "grid", 1, 0, 4,

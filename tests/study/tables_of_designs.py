@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 
+from tissuec.api.study_table import StudyTable
 from tissuec.studies.table import DIVERGED, DONE, FactorHead, MeasureHead, Row, StudyHead
-from tissuec.view.study_table import StudyTable
 
 LIFT = FactorHead("lift", "mm", values="1 mm to 6 mm in 6 steps")
 

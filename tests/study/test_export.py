@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from tests.study import tables_of_designs as tables
+from tissuec.api.study_table import read_table
 from tissuec.cli import group
-from tissuec.view.study_table import read_table
 
 
 def call(*words):

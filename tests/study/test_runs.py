@@ -8,11 +8,11 @@ from tests.engine.execution.test_doubts import SOLID
 from tests.every import every
 from tests.study.scenes import SCENE, STUDY, carried_out, prepared
 from tests.test_cli import tissuec as command
+from tissuec.api.study_table import read_table
 from tissuec.core.workers.workers import OwnProcess
 from tissuec.studies.report import summary
 from tissuec.studies.study import run_study
 from tissuec.view.report.study import render_study
-from tissuec.view.study_table import read_table
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")
 

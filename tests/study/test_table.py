@@ -11,10 +11,10 @@ from msgspec.structs import replace
 
 from tests import damage
 from tests.study.tables import HEAD, ROWS, table
+from tissuec.api.study_table import StudyTable, read_table
 from tissuec.results import ResultError
 from tissuec.studies.table import Column, rows_of
 from tissuec.studies.table_text import as_csv, head_lines, row_line
-from tissuec.view.study_table import StudyTable, read_table
 
 
 def assert_equal(one: StudyTable, other: StudyTable) -> None:

@@ -16,7 +16,7 @@ from tissuec.results.export import table_rows, write_csv
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.page import render
 from tissuec.view.plots import draw
-from tissuec.view.report import drawings
+from tissuec.view.report import page
 from tissuec.view.report.content import ReportContent
 
 #: Components below 1 of a unit whose resultants are above, and quantities of every kind.
@@ -80,7 +80,7 @@ def _in_page(run):
 def _in_report(run):
     rows = re.findall(
         r'<tr><th scope="row">([^<:]*)[^<]*</th>(?:<td>[^<]*</td>){3}<td>([^<]*)</td></tr>',
-        drawings.logs(ReportContent(run)).body,
+        page.logs(ReportContent(run)).body,
     )
     return {name: unit.replace("–", "") for name, unit in rows}
 

@@ -9,9 +9,10 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import converted
-from tissuec.lang.habit_forms import (
+from tissuec.lang.habits_of_blocks import (
     AMOUNT,
     NUMBER,
+    OF_BLOCKS,
     TEXT,
     TIMED,
     UNIT,
@@ -20,7 +21,6 @@ from tissuec.lang.habit_forms import (
     WORDS,
     Habit,
 )
-from tissuec.lang.habits_of_blocks import OF_BLOCKS
 from tissuec.lang.mistake import Mistake
 from tissuec.lang.ranges import MESSAGE, one_of, without_tolerance
 from tissuec.lang.token_names import shown

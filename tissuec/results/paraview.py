@@ -1,9 +1,11 @@
-"""Files that show ParaView the smooth surfaces of a result.
+"""Files that show ParaView the smooth surfaces of a result, and copies of results with them.
 
 ParaView opens what stands under ``/VTKHDF`` in a file, which is the net. A *view* is a file of
 a kilobyte beside the result whose ``/VTKHDF`` is a link to one of its surfaces.
 """
 
+import os
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -12,9 +14,11 @@ import h5py
 from tissuec.core.files import replacing
 from tissuec.results import PlaceError, ResultError
 from tissuec.results.hdf5 import external_link, open_file, set_attribute
-from tissuec.results.layout import BLOCKS, VIEW
-from tissuec.results.places import final_path
+from tissuec.results.journal import has_journal
+from tissuec.results.layout import BLOCKS, VIEW, check_replaceable
+from tissuec.results.places import check_place, final_path
 from tissuec.results.store import LIBVER
+from tissuec.results.surface_table import SurfaceSeries
 
 BLOCKS_NAME = "blocks"
 """What the name of a blocks file has behind that of its result."""
@@ -102,3 +106,31 @@ def _is_marked(path: Path, mark: str) -> bool:
             return mark in file.attrs
     except OSError:
         return False
+
+
+def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries]) -> Path:
+    """Copy a result, write the views of its surfaces, and return where it is.
+
+    Args:
+        path: The result.
+        target: Where the copy is written.
+        surfaces: Its smooth surfaces by the names of bodies.
+
+    Raises:
+        PlaceError: It cannot stand there, or something other than a result does.
+        ResultError: It is still being written, or the copy cannot be.
+    """
+    check_place(target)
+    check_replaceable(target)
+    check_views(target, list(surfaces))
+    if target.exists() and os.path.samefile(path, target):
+        raise PlaceError(f'"{target}" is this result itself; give another file')
+    if has_journal(path):
+        raise ResultError(f'"{path}" is still being written, or its run was killed')
+    try:
+        with replacing(target) as beside:
+            shutil.copyfile(path, beside)
+    except OSError as error:
+        raise ResultError(f'cannot write "{target}": {error.strerror or error}') from error
+    write_views(target, {name: series.path for name, series in surfaces.items()})
+    return target

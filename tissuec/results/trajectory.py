@@ -501,7 +501,7 @@ class Trajectory:
         Raises:
             PlaceError: It cannot stand there, or something else does.
         """
-        from tissuec.results.copying import copy_result
+        from tissuec.results.paraview import copy_result
 
         return copy_result(self.path, Path(path), self.surfaces)
 

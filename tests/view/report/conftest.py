@@ -3,7 +3,7 @@
 import pytest
 
 from tests.results.conftest import example
-from tissuec.view.report import drawings
+from tissuec.view.report import page
 
 __all__ = ["example"]
 
@@ -11,4 +11,4 @@ __all__ = ["example"]
 @pytest.fixture
 def without_pictures(monkeypatch):
     """Pictures take time, and have tests of their own."""
-    monkeypatch.setattr(drawings, "lacking", lambda: "there is no time for pictures")
+    monkeypatch.setattr(page, "lacking", lambda: "there is no time for pictures")

@@ -18,9 +18,9 @@ from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
-from tissuec.view.report import drawings, origins
-from tissuec.view.report.drawings import chosen
+from tissuec.view.report import origins
 from tissuec.view.report.origins import stretches
+from tissuec.view.report.page import chosen
 
 
 @pytest.fixture(scope="module")
@@ -356,7 +356,7 @@ def test_without_matplotlib_the_page_says_what_brings_it(result, monkeypatch):
     def missing():
         raise TissueError('a plot needs matplotlib; install it: pip install "tissuec[plot]"')
 
-    monkeypatch.setattr(drawings, "need_matplotlib", missing)
+    monkeypatch.setattr("tissuec.view.report.page.need_matplotlib", missing)
     page = Page(page_of(result))
     assert 'install it: pip install "tissuec[plot]".' in page.section("curves").text
     assert not page.root.all("svg") and not page.root.all("img")

@@ -6,10 +6,10 @@ import pytest
 from click.testing import CliRunner
 
 from tests.study import tables_of_designs as tables
+from tissuec.api.study_table import StudyTable
 from tissuec.cli import group
 from tissuec.studies.table import FactorHead, rows_of
 from tissuec.view.report.study import MOST_ROWS, render_study
-from tissuec.view.study_table import StudyTable
 
 pytest.importorskip("matplotlib")
 pytestmark = pytest.mark.usefixtures("unplaced")

@@ -14,10 +14,9 @@ from tissuec.studies.analysis.sensitivity import ends, sobol_indices
 from tissuec.studies.report import doubts_in_words, promises, range_of, values_of
 from tissuec.studies.table import DONE, ENDED, StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw
-from tissuec.view.report.drawings import inline, lacking
 from tissuec.view.report.markup import Content, Html, Section, element, html, row
 from tissuec.view.report.markup import table as table_of
-from tissuec.view.report.page import document
+from tissuec.view.report.page import document, inline, lacking
 
 MOST_ROWS = 500  # of the table on the page
 

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from tissuec.analysis.bodies import BodyProperties
     from tissuec.analysis.lab.laboratory import Examination
     from tissuec.analysis.vibration.modes import Modes
+    from tissuec.api.environment import TissueEnv
+    from tissuec.api.notebook import Trajectory
+    from tissuec.api.stepped_run import SteppedRun
+    from tissuec.api.study_table import StudyTable
     from tissuec.compiler.compile import Compiled
     from tissuec.engine.execution.companion import Mode
     from tissuec.engine.execution.run import Outcome
     from tissuec.scene.overrides.texts import Given
     from tissuec.scene.request import Request
-    from tissuec.stepping.environment import TissueEnv
-    from tissuec.stepping.stepped_run import SteppedRun
-    from tissuec.view.notebook import Trajectory
-    from tissuec.view.study_table import StudyTable
 
 #: The text of a scene, or the file that holds it.
 Scene: TypeAlias = "str | os.PathLike[str]"
@@ -46,7 +46,7 @@ def load(path: str | os.PathLike[str]) -> "Trajectory":
     Raises:
         ResultError: There is none, or it is truncated, or no result.
     """
-    from tissuec.view.notebook import Trajectory
+    from tissuec.api.notebook import Trajectory
 
     return Trajectory(Path(path))
 
@@ -135,8 +135,8 @@ def start(
         PlaceError: The result cannot be written there, or another run is writing it.
         SimulationError: What happens at 0 s ends the run.
     """
+    from tissuec.api.stepped_run import SteppedRun
     from tissuec.pipeline import compile_request
-    from tissuec.stepping.stepped_run import SteppedRun
 
     _check_threads(threads)
     request = _request(scene, {**(params or {}), **more}, libraries)
@@ -178,7 +178,7 @@ def environment(
         ValueError: A sentence has no ``{}``, or limits do not ascend.
     """
     try:
-        from tissuec.stepping.environment import TissueEnv
+        from tissuec.api.environment import TissueEnv
     except ImportError as error:
         raise TissueError(
             'an environment needs gymnasium; install it: pip install "tissuec[gymnasium]"'
@@ -386,11 +386,11 @@ def study(
         PlaceError: The table cannot be written there.
         TypeError, ValueError: ``vary`` or ``workers`` is not understood.
     """
+    from tissuec.api.study_table import with_methods
     from tissuec.core.workers.selection import workers_of
     from tissuec.studies.report import StudyProgress
     from tissuec.studies.study import prepare, run_study
     from tissuec.studies.writing import sentences_of
-    from tissuec.view.study_table import with_methods
 
     more, crew = arguments.several(sentences, "sentences"), workers_of(workers, scheduler)
     request = _request(scene, params or {}, libraries)
@@ -496,7 +496,7 @@ def _told(
 
 def _judged(path: Path, outcome: "Outcome", *, strict: bool, temporary: bool) -> "Trajectory":
     """Return a result; what is wrong with it is an error or a warning."""
-    from tissuec.view.notebook import Trajectory
+    from tissuec.api.notebook import Trajectory
 
     trajectory = Trajectory.temporary(path) if temporary else Trajectory(path)
     for complaint in _complaints(outcome, trajectory):

@@ -10,6 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.api.text_reader import TextReader, recorded
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.quantities import ObservedExpression
 from tissuec.core import arguments
@@ -27,7 +28,6 @@ from tissuec.scene.overrides.texts import Given
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs import VERBS
-from tissuec.stepping.text_reader import TextReader, recorded
 
 if TYPE_CHECKING:
     import pyvista  # pyright: ignore[reportMissingImports]

@@ -116,7 +116,7 @@ class StudyTable(studies.StudyTable, frozen=True, eq=False):
         Raises:
             ImportError: pandas is not installed.
         """
-        from tissuec.studies.table_conversion import to_pandas
+        from tissuec.studies.table_hdf5 import to_pandas
 
         return to_pandas(self)
 
@@ -126,7 +126,7 @@ class StudyTable(studies.StudyTable, frozen=True, eq=False):
         Raises:
             ImportError: xarray is not installed.
         """
-        from tissuec.studies.table_conversion import to_xarray
+        from tissuec.studies.table_hdf5 import to_xarray
 
         return to_xarray(self)
 

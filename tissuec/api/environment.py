@@ -11,10 +11,10 @@ import gymnasium  # pyright: ignore[reportMissingImports, reportMissingTypeStubs
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.api.stepped_run import SteppedRun
 from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, counted
 from tissuec.model.network import Floats
-from tissuec.stepping.stepped_run import SteppedRun
 
 Limits = tuple[float, float]
 PLACE = "{}"  # in a sentence: the place of the number of the action
