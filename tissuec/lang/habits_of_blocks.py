@@ -1,4 +1,4 @@
-"""What people write out of habit about blocks, copies, laws and names, and how it is described."""
+"""Habits about blocks, copies, laws and names, and how any habit is described."""
 
 from typing import NamedTuple
 
