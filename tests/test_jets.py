@@ -616,4 +616,4 @@ def test_threads_change_nothing(threads_in_small_nets):
     simulate { duration = 1 ms; step = 0.2 ms; integrator is velocity verlet }
     output { trajectory every 1 ms; energy every 1 ms }
     """
-    assert same_on_threads(scene, 2, 3).energies.value[-1].max() > 0.0
+    assert same_on_threads(scene, 3).energies.value[-1].max() > 0.0

@@ -59,4 +59,4 @@ def test_no_thin_tool_passes_a_block():
 
 @pytest.mark.slow
 def test_no_thin_tool_of_a_hundred_passes_a_block():
-    assert 0 < held(range(12, 100)) < 50
+    assert 0 < held(range(6, 100)) < 50

@@ -93,7 +93,7 @@ def test_parts_add_up_to_the_field(scene):
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_every_number_is_the_same_to_the_last_bit(scene, threads_in_small_nets, monkeypatch):
-    one = same_on_threads(HEAD + scene, 2, 5).position[:]
+    one = same_on_threads(HEAD + scene, 3).position[:]
     monkeypatch.setattr(threads, "LEAST_BLOCKS", 10**9)
     whole = tissuec.run(HEAD + scene, companion="off").position[:]
     moved = np.abs(whole - whole[0]).max()

@@ -19,8 +19,9 @@ def first_ruptures(compiled):
         compiled: Takes the entry ``method`` of ``simulate``.
     """
     found = []
+    end = "when ruptured(strip): end the run"
     for method in ("dop853", "velocity verlet", "esdirk43", "rkc2"):
-        outcome, _ = carried_out(compiled(method=f"integrator is {method}"))
+        outcome, _ = carried_out(compiled(method=f"integrator is {method}", script=end))
         found.append(ruptures(outcome)[0][0])
     return found
 

@@ -324,7 +324,7 @@ output { trajectory every 0.2 ms; energy every 0.2 ms }
 
 
 def test_threads_share_triangles_and_change_no_bit(threads_in_small_nets):
-    found = same_on_threads(CLOTH, 2, 5)
+    found = same_on_threads(CLOTH, 5)
     assert np.ptp(found.position[:], axis=0).max() > 1e-7
     network = compile_request(Request(Source("cloth.tis", CLOTH)))[0].network
     for field in network.of_kind("membranes", "plates"):

@@ -14,7 +14,6 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on
 #: Scenes, and faults that they have to tell from the truth.
 QUICK = {
     "springs": {
-        "stiffness[k] * (length - rest[k])",
         "damping[k] * closing",
         "part * reach[k]",
     },
