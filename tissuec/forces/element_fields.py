@@ -18,6 +18,8 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
+    from tissuec.forces.element_memory import StoredTensors
+
 
 class ElementField(WalledField, frozen=True):
     """A field whose items are elements.
@@ -175,6 +177,41 @@ class MaterialField(ElementField, frozen=True):
     @abstractmethod
     def limit_table(self, place: Indices, limits: LimitColumns) -> NamedTuple:
         """Return the record of these loops; see ``element_limits.Loaded``."""
+
+    # --- memory -------------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def tensors(self) -> "tuple[StoredTensors, ...]":
+        """Return what hidden nodes store, in their order."""
+
+    @property
+    @abstractmethod
+    def points(self) -> int:
+        """Return the number of points of an element at which it is stored."""
+
+    @property
+    def remembers(self) -> bool:
+        """Return whether any element relaxes or yields."""
+        return bool(self.tensors)
+
+    @property
+    def hidden(self) -> Indices:
+        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate([none, *(each.nodes(self.points) for each in self.tensors)])
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
+        if not self.remembers:
+            super().add_forces(time, position, velocity, to)
+            return
+        hidden = self.hidden
+        before = to[..., hidden, :]
+        super().add_forces(time, position, velocity, to)
+        to[..., hidden, :] = before
 
     # --- bounds -------------------------------------------------------------------------------
 

@@ -304,7 +304,7 @@ class SolidElements(MaterialField, frozen=True):
         volume = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(volume), volume
-        strain = self.yielding.plastic(velocity, self._points).equivalent
+        strain = self.yielding.plastic(velocity, self.points).equivalent
         return np.einsum("eqa,eq->ea", self._shares, strain), volume
 
     @property
@@ -416,9 +416,9 @@ class SolidElements(MaterialField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        tensors = sum(len(each.exists) for each in self._stored())
+        tensors = sum(len(each.exists) for each in self.tensors)
         own = _SECONDS * self.item_count * self.shape.nodes
-        return self._points * (own + _BRANCH_SECONDS * tensors)
+        return self.points * (own + _BRANCH_SECONDS * tensors)
 
     @property
     def matrix_seconds(self) -> float:
@@ -429,9 +429,9 @@ class SolidElements(MaterialField, frozen=True):
     # --- memory -------------------------------------------------------------------------------
 
     @property
-    def remembers(self) -> bool:
-        """Return whether any element relaxes or yields."""
-        return any(True for _ in self._stored())
+    def tensors(self) -> tuple[StoredTensors, ...]:
+        """Return what branches and plastic strain store, in their order."""
+        return tuple(each for each in (self.branches, self.yielding) if each is not None)
 
     @property
     def yields(self) -> NDArray[np.bool_]:
@@ -444,12 +444,6 @@ class SolidElements(MaterialField, frozen=True):
         if self.branches is not None:
             return "there are elements that relax"
         return "" if self.yielding is None else "there are elements that yield"
-
-    @property
-    def hidden(self) -> Indices:
-        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
-        none = np.zeros(0, dtype=np.int64)
-        return np.concatenate([none, *(each.nodes(self._points) for each in self._stored())])
 
     @property
     def relaxed(self) -> Self:
@@ -466,11 +460,11 @@ class SolidElements(MaterialField, frozen=True):
         """
         size, found = np.cbrt(self.volume), self
         if self.branches is not None:
-            branches = self.branches.stored(3 * first, self._points, fastest, size)
+            branches = self.branches.stored(3 * first, self.points, fastest, size)
             found = replace(found, branches=branches)
-            first += len(branches.nodes(self._points))
+            first += len(branches.nodes(self.points))
         if self.yielding is not None:
-            yielding = self.yielding.stored(3 * first, self._points, fastest, size)
+            yielding = self.yielding.stored(3 * first, self.points, fastest, size)
             found = replace(found, yielding=yielding)
         return found
 
@@ -492,8 +486,8 @@ class SolidElements(MaterialField, frozen=True):
         branches, yielding = self.branches, self.yielding
         return replace(
             self,
-            remembered=branches and branches.remembered(velocity, self._points),
-            plastic=yielding and yielding.plastic(velocity, self._points),
+            remembered=branches and branches.remembered(velocity, self.points),
+            plastic=yielding and yielding.plastic(velocity, self.points),
         )
 
     def giving(self, position: Floats, velocity: Floats) -> float:
@@ -505,7 +499,7 @@ class SolidElements(MaterialField, frozen=True):
                 rate, relaxing = own.branches.fastest(strain, velocity)
                 fastest = max(fastest, rate)
             if own.yielding is not None:
-                plastic = own.yielding.plastic(velocity, self._points)
+                plastic = own.yielding.plastic(velocity, self.points)
                 elastic = plastic.elastic(strain)
                 slopes = own._slopes(elastic)
                 rate = own.yielding.fastest(elastic.first, elastic.second, slopes, relaxing)
@@ -539,18 +533,6 @@ class SolidElements(MaterialField, frozen=True):
             right = strain.f.swapaxes(-1, -2) @ strain.f
             self.branches.keep(velocity, strain.g[..., None, None] * right, items)
 
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
-        if not self.remembers:
-            super().add_forces(time, position, velocity, to)
-            return
-        hidden = self.hidden
-        before = to[..., hidden, :]
-        super().add_forces(time, position, velocity, to)
-        to[..., hidden, :] = before
-
     # --- for the engine -----------------------------------------------------------------------
 
     @property
@@ -560,7 +542,7 @@ class SolidElements(MaterialField, frozen=True):
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
         """Return the record of the kernel, which is valid at any position."""
-        points, count = self._points, self.shape.nodes
+        points, count = self.points, self.shape.nodes
         used, row = np.unique(self.row, return_inverse=True)
         gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
         is_curved = bool(self.law.any())
@@ -603,16 +585,9 @@ class SolidElements(MaterialField, frozen=True):
     # --- parts --------------------------------------------------------------------------------
 
     @property
-    def _points(self) -> int:
+    def points(self) -> int:
         """Return the number of points of an element."""
         return len(self.shape.weights)
-
-    def _stored(self) -> Iterator[StoredTensors]:
-        """Yield the tensors that hidden nodes keep, in their order."""
-        if self.branches is not None:
-            yield self.branches
-        if self.yielding is not None:
-            yield self.yielding
 
     def _elastic(self, strain: SolidStrain) -> SolidStrain:
         """Return the elastic strain, for which laws store energy, at the points of F."""

@@ -32,7 +32,7 @@ Green's strain and B = cof C Ė,
 Branches that relax and yielding are in ``forces.membrane_memory``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -341,7 +341,7 @@ class Membranes(MaterialField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        tensors = sum(len(each.exists) for each in self._stored())
+        tensors = sum(len(each.exists) for each in self.tensors)
         return _SECONDS * self.item_count + _TENSOR_SECONDS * tensors
 
     @property
@@ -352,9 +352,14 @@ class Membranes(MaterialField, frozen=True):
     # --- memory -------------------------------------------------------------------------------
 
     @property
-    def remembers(self) -> bool:
-        """Return whether any triangle relaxes or yields."""
-        return any(True for _ in self._stored())
+    def tensors(self) -> tuple[StoredTensors, ...]:
+        """Return what branches and plastic strain store, in their order."""
+        return tuple(each for each in (self.branches, self.yielding) if each is not None)
+
+    @property
+    def points(self) -> int:
+        """Return 1: strain is the same in the whole triangle."""
+        return 1
 
     @property
     def yields(self) -> NDArray[np.bool_]:
@@ -367,12 +372,6 @@ class Membranes(MaterialField, frozen=True):
         if self.branches is not None:
             return "there are elements that relax"
         return "" if self.yielding is None else "there are elements that yield"
-
-    @property
-    def hidden(self) -> Indices:
-        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
-        none = np.zeros(0, dtype=np.int64)
-        return np.concatenate([none, *(each.nodes(1) for each in self._stored())])
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
         """Return the derivatives of branches and plastic strain; see ``Field``."""
@@ -415,13 +414,6 @@ class Membranes(MaterialField, frozen=True):
             yielding = self.yielding.stored(3 * first, 1, fastest, size)
             found = replace(found, yielding=yielding)
         return found
-
-    def _stored(self) -> Iterator[StoredTensors]:
-        """Yield the tensors that hidden nodes keep, in their order."""
-        if self.branches is not None:
-            yield self.branches
-        if self.yielding is not None:
-            yield self.yielding
 
     def fastest(self, mass: Floats) -> float:
         """Return about the largest angular frequency of the triangles [1/s].
@@ -467,18 +459,6 @@ class Membranes(MaterialField, frozen=True):
             own = self.only(items).relaxed.recalling(velocity)
             right, _ = MembraneStrain(own, own.deformations(position)).isochoric
             self.branches.keep(velocity, right[:, None], items)
-
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
-        if not self.remembers:
-            super().add_forces(time, position, velocity, to)
-            return
-        hidden = self.hidden
-        before = to[..., hidden, :]
-        super().add_forces(time, position, velocity, to)
-        to[..., hidden, :] = before
 
     # --- for the engine -----------------------------------------------------------------------
 
