@@ -149,7 +149,7 @@ def test_brackets_as_deep_as_allowed_parse_and_one_deeper_is_reported():
 MILLION, MANY = 1_000_000, 100_000
 
 
-@pytest.mark.parametrize("share", [8, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [24, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("before", "repeated", "behind", "count"),
     [*(("", part, "", MILLION) for part in ("(", "}", ")", "[", "{", " ", '"', "“", "#", "1")),

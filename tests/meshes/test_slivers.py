@@ -99,10 +99,10 @@ simulate { duration = 1 ms }
 
 
 def test_the_quality_of_elements_is_a_property_of_bodies(tmp_path):
-    mesh = filled(tmp_path, egg())
+    mesh = filled(tmp_path, egg(), cell=0.008)
     path = tmp_path / "egg.tis"
     path.write_text(
-        SCENE.replace("FILLING", "filling is tetrahedra; cell = 6 mm"), encoding="utf-8"
+        SCENE.replace("FILLING", "filling is tetrahedra; cell = 8 mm"), encoding="utf-8"
     )
     (body,) = tissuec.properties(path, frequencies=0)
     values = qualities(mesh.build_elements())

@@ -20,6 +20,8 @@ LONG = {
     "breast_lumps",
     "indentation",
     "ligature",
+    "liver",
+    "suture",
     "tubal_ligation",
 }  # scenes whose beginnings take long, too
 #: Scenes whose reference takes more than a quarter of an hour, because their tissue is stiff or
