@@ -7,9 +7,9 @@ from msgspec.structs import replace
 import tissuec
 from tests.learn.trials import adjust, differing, fit, moving, series
 from tissuec.core.source import Source
-from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.foundation import Bed
 from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
+from tissuec.forces.matrices import ForceDerivatives
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.presets.preset import compose, place

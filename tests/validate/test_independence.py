@@ -10,7 +10,6 @@ FOLDER = Path(tissuec.validate.__file__).parent
 FORBIDDEN = ("engine", "kernels", "mechanics")
 SOLVER = (
     "contact_search",
-    "crossings",
     "equations",
     "field_matrices",
     "forces",

@@ -32,7 +32,7 @@ from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
-from tissuec.model.net_size import NetSize
+from tissuec.model.blocks import NetSize
 from tissuec.model.network import BodyPart, Indices
 
 Kind: TypeAlias = Literal["solid", "wall", "thread", "bars", "points"]

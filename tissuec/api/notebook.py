@@ -10,7 +10,7 @@ from tissuec.core.data import printable
 from tissuec.core.errors import counted
 from tissuec.core.report import holding
 from tissuec.core.units import show_interval
-from tissuec.model.net_size import NetSize
+from tissuec.model.blocks import NetSize
 from tissuec.results import trajectory as results
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ Shared arguments:
         them.
     part, parts: Index of this thread's share of the loop, and the number of shares.
     net: Record of the network; its fields give the shapes and units.
-    weight, by_x, by_v, dx, dv, df, room: Of derivatives, see ``forces.derivatives``; shapes
+    weight, by_x, by_v, dx, dv, df, room: Of derivatives, see ``forces.matrices``; shapes
         (3 node,), (3 node change,) and (change,), in any unit.
 """
 
@@ -43,9 +43,9 @@ from tissuec.model.profiles import TimeProfile, tabulated
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-    from tissuec.forces.derivatives import ForceDerivatives
     from tissuec.forces.element_limits import BreakableElements
     from tissuec.forces.load import Load
+    from tissuec.forces.matrices import ForceDerivatives
     from tissuec.forces.memory import MemoryTangents
     from tissuec.forces.triangles import SkinTriangles
 

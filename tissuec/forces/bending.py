@@ -29,8 +29,7 @@ from msgspec.structs import replace
 from tissuec.core.arrays import cross, cross_matrices, dot
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
-from tissuec.forces.derivatives import ForceDerivatives
-from tissuec.forces.matrices import assembled
+from tissuec.forces.matrices import ForceDerivatives, assembled
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices

@@ -304,7 +304,7 @@ def pull_folds(
     by: Floats,
     folds: HingeTable,
 ) -> None:
-    """Add the derivatives of Σ weight · f; see ``tissuec.forces.derivatives``.
+    """Add the derivatives of Σ weight · f; see ``tissuec.forces.matrices``.
 
     With g = ∂θ/∂x, the dashpots give -d w (g·v) (g·weight), whose factors all depend on x.
 
@@ -370,7 +370,7 @@ def push_folds(
     room: Floats,
     folds: HingeTable,
 ) -> None:
-    """Add the changes of the forces for many changes; see ``tissuec.forces.derivatives``.
+    """Add the changes of the forces for many changes; see ``tissuec.forces.matrices``.
 
     Args:
         dn: Changes of stiffness, damping and drawn folds.

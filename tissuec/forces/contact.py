@@ -56,7 +56,7 @@ from tissuec.forces.contact_points import NO_FACE
 from tissuec.forces.contact_points_kernel import PLACING, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
 from tissuec.forces.contact_sliding import turning
-from tissuec.forces.derivatives import ForceDerivatives
+from tissuec.forces.matrices import ForceDerivatives
 from tissuec.geometry.nearest import TRIANGLE, NearestPlace, places
 from tissuec.kernels.records import (
     BoundaryConditions,

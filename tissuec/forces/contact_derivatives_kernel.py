@@ -59,7 +59,7 @@ def pull_contact(
     by: Floats,
     table: ContactNodeTable,
 ) -> None:
-    """Add the derivatives of Σ weight · f; see ``tissuec.forces.derivatives``.
+    """Add the derivatives of Σ weight · f; see ``tissuec.forces.matrices``.
 
     Args:
         by: Derivatives by the stiffness of each node.
@@ -127,7 +127,7 @@ def push_contact(
     room: Floats,
     table: ContactNodeTable,
 ) -> None:
-    """Add the changes of the forces for many changes; see ``tissuec.forces.derivatives``.
+    """Add the changes of the forces for many changes; see ``tissuec.forces.matrices``.
 
     Args:
         dn: Changes of the stiffness of each node.

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.forces import FORCES, Acted, Field, Force, Resisting
-from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.foundation_kernel import BedTable, hold
-from tissuec.forces.matrices import diagonal
+from tissuec.forces.matrices import ForceDerivatives, diagonal
 from tissuec.kernels.records import BoundaryConditions, Floats
 from tissuec.model.network import Indices
 

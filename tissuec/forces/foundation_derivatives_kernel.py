@@ -14,7 +14,7 @@ def pull_bed(
     by: Floats,
     bed: BedTable,
 ) -> None:
-    """Add the derivatives of Σ weight · f; see ``tissuec.forces.derivatives``.
+    """Add the derivatives of Σ weight · f; see ``tissuec.forces.matrices``.
 
     Args:
         by: Derivatives by stiffness, damping and where nodes are drawn.
@@ -42,7 +42,7 @@ def push_bed(
     room: Floats,
     bed: BedTable,
 ) -> None:
-    """Add the changes of the forces for many changes; see ``tissuec.forces.derivatives``.
+    """Add the changes of the forces for many changes; see ``tissuec.forces.matrices``.
 
     Args:
         dn: Changes of stiffness, damping and where nodes are drawn.

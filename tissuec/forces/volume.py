@@ -33,9 +33,8 @@ from tissuec.core.arrays import counted_up, cross, cross_matrices
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.forces import Items, Resisting
-from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.kept_volumes import KeptVolumes
-from tissuec.forces.matrices import assembled
+from tissuec.forces.matrices import ForceDerivatives, assembled
 from tissuec.forces.rims import where_open
 from tissuec.forces.volume_kernel import CellTable, press
 from tissuec.geometry.edges import parallelograms

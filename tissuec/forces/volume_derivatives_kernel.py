@@ -22,7 +22,7 @@ def pull_volumes(
     by: Floats,
     cells: CellTable,
 ) -> None:
-    """Add the derivatives of Σ weight · f; see ``tissuec.forces.derivatives``.
+    """Add the derivatives of Σ weight · f; see ``tissuec.forces.matrices``.
 
     Args:
         by: Derivatives by the bulk modulus and by drawn volumes.
@@ -61,7 +61,7 @@ def push_volumes(
     room: Floats,
     cells: CellTable,
 ) -> None:
-    """Add the changes of the forces for many changes; see ``tissuec.forces.derivatives``.
+    """Add the changes of the forces for many changes; see ``tissuec.forces.matrices``.
 
     Args:
         dn: Changes of the bulk modulus and of drawn volumes.

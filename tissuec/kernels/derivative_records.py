@@ -129,7 +129,7 @@ class ActingFields(NamedTuple):
     """Fields that act beside springs: addresses of their loops and tables.
 
     Attributes:
-        force, pull_back, push_forward: Of loops, see ``forces.derivatives``, shape (field,).
+        force, pull_back, push_forward: Of loops, see ``forces.matrices``, shape (field,).
         table: Of what they read, shape (field,).
         first: Numbers of field k are first[k]:first[k + 1] of ``Values.fields``, shape
             (field + 1,).

@@ -1,15 +1,24 @@
-"""The law of an incompressible solid from its curve of stress in uniaxial tension.
+"""Laws of matter by its stress in tension along one axis: from a curve, or that of Fung.
 
-Of all solids with that curve, it is the one whose energy depends on I1 alone. Stretched by λ,
-its nominal stress is σ = 2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ, so that W = ∫ σ dλ. (R. S.
-Rivlin, D. W. Saunders, Phil. Trans. A 243:251, 1951.) Compression, shear and equibiaxial
-tension follow from it.
+Of all incompressible solids with a curve, the one that is taken has an energy that depends on I1
+alone. Stretched by λ, its nominal stress is σ = 2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ, so that
+W = ∫ σ dλ. (R. S. Rivlin, D. W. Saunders, Phil. Trans. A 243:251, 1951.) Compression, shear and
+equibiaxial tension follow from it.
+
+Matter that stiffens after Fung has the nominal stress E/k (exp(k ε) - 1) in uniaxial tension and
+compression, so that the stiffness grows linearly with the stress (Y. C. Fung, Am. J. Physiol.
+213:1532, 1967).
 """
+
+from typing import Annotated
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.laws.formula import Formula, Spline
+from tissuec.core import units
+from tissuec.core.fields import Real
+from tissuec.laws import MODULUS, STRAIN, of_stress
+from tissuec.laws.formula import Formula, Spline, exp
 from tissuec.laws.solid import I1
 
 LARGEST = 4.0  # stretch up to which the curve is followed; beyond, dW/dI1 stays
@@ -60,3 +69,21 @@ class OfTension(Struct, frozen=True):
     def _at(self, strain: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> np.ndarray:
         found = self.stress.at({"strain": strain})
         return np.broadcast_to(np.asarray(found, dtype=float), strain.shape)
+
+
+#: Up to this, the stress at four times the length is still finite.
+LARGEST_STIFFENING = 200.0
+
+
+class Stiffening(Struct, frozen=True):
+    """The law that follows from the ``stiffening`` of a tissue.
+
+    Attributes:
+        stiffening: The number k; at the strain 1/k, the stiffness is 2.718 times that at rest.
+    """
+
+    stiffening: Annotated[float, Real(units.NUMBER, above=0.0, at_most=LARGEST_STIFFENING)]
+
+    def force(self) -> Formula:
+        """Return the force of a bar under the stress E/k (exp(k ε) - 1)."""
+        return of_stress(MODULUS / self.stiffening * (exp(self.stiffening * STRAIN) - 1.0))

@@ -1,9 +1,10 @@
-"""Blocks: what a net consists of beside its nodes and springs."""
+"""What a net consists of beside its nodes and springs, and how large it is."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec import Struct
 
+from tissuec.core.errors import counted
 from tissuec.core.source import Span
 
 #: Kinds of blocks that are no ``force`` blocks, in the order in which their forces are added.
@@ -42,3 +43,30 @@ class FieldBlock(Struct, frozen=True, eq=False):
     kind: str
     field: Any
     span: Span | None
+
+
+class NetSize(NamedTuple):
+    """Numbers of nodes, springs and finite elements.
+
+    Attributes:
+        nodes: None of joints, which join nodes of bodies.
+        springs: Without the edges of elements, which resist nothing.
+    """
+
+    nodes: int
+    springs: int
+    elements: int = 0
+
+    def __str__(self) -> str:
+        parts = [counted(self.nodes, "node")] if self.nodes else []
+        if self.elements:
+            parts.append(counted(self.elements, "element"))
+        if self.springs or not self.elements:
+            parts.append(counted(self.springs, "spring"))
+        return ", ".join(parts)
+
+    @property
+    def facts(self) -> dict[str, int]:
+        """Return the numbers by name; elements only where there are any."""
+        found = self._asdict()
+        return found if self.elements else {name: found[name] for name in ("nodes", "springs")}

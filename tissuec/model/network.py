@@ -14,8 +14,7 @@ from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.model.blocks import FieldBlock
-from tissuec.model.net_size import NetSize
+from tissuec.model.blocks import FieldBlock, NetSize
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
 

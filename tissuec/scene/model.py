@@ -13,7 +13,7 @@ from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.stiffening import Stiffening
+from tissuec.laws.uniaxial import Stiffening
 from tissuec.meshes.generators import Generator, is_wall
 from tissuec.model.network import Floats
 from tissuec.scene.environment import Environment

@@ -23,9 +23,8 @@ from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import MEASURES
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.holding import FIX
-from tissuec.validate.crossings import Break
 from tissuec.validate.engine_run import Observed
-from tissuec.validate.solution import Reference, TriggerFiring
+from tissuec.validate.solution import Break, Reference, TriggerFiring
 from tissuec.validate.uncertainty import floor_of, relative, relative_positions
 
 FLOOR = 1e-6  # of the largest energy of the run: below, rounding and errors look alike

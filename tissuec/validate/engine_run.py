@@ -17,8 +17,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan, without_outputs
-from tissuec.validate.crossings import Break
-from tissuec.validate.solution import TriggerFiring
+from tissuec.validate.solution import Break, TriggerFiring
 
 WITHOUT_OUTPUT = 101  # times at which a scene that writes nothing is observed
 MOST_ROWS = 2001

@@ -21,10 +21,17 @@ from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import LOAD_STEPS, Plan, ScheduledAction
 from tissuec.script.verbs import Action, LoggedEvent
 from tissuec.script.verbs.settle import Settle
-from tissuec.validate.crossings import Break, Strains, first_true
 from tissuec.validate.equations import Equations, ErrorScales, overloaded
 from tissuec.validate.resting import rest
-from tissuec.validate.solution import Reference, Track, TriggerFiring, standing_energy
+from tissuec.validate.solution import (
+    Break,
+    Reference,
+    Strains,
+    Track,
+    TriggerFiring,
+    first_true,
+    standing_energy,
+)
 from tissuec.validate.stepping import ONE_STEP, Effort, ReferenceStepper, Step
 
 SAME = 1e-12  # of the duration: times closer than this are one time

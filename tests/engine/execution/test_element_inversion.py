@@ -9,7 +9,7 @@ import tissuec
 from tests.every import every
 from tissuec.cli import group
 from tissuec.engine.execution.doubts import WATCHES
-from tissuec.model.net_size import NetSize
+from tissuec.model.blocks import NetSize
 
 SCENE = """language 1
 param pull = 10 mm

@@ -24,7 +24,7 @@ from tissuec.laws import (
 )
 from tissuec.laws.formula import variables
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.stiffening import Stiffening
+from tissuec.laws.uniaxial import Stiffening
 from tissuec.model.network import Floats
 from tissuec.scene.model import WrittenLaws
 from tissuec.scene.reading.findings import Findings

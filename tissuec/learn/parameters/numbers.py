@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.forces import Field
-from tissuec.forces.derivatives import ForceDerivatives, numbers_of, places_of
+from tissuec.forces.matrices import ForceDerivatives, numbers_of, places_of
 from tissuec.kernels.derivative_records import Seeds, Sparse, SpringMemory, Values
 from tissuec.model.inelastic import Inelastic
 from tissuec.model.network import Floats, Indices, Network

@@ -8,10 +8,16 @@ from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.learn.fit.outcome import percent
-from tissuec.learn.presets.checking import Pending
-from tissuec.learn.presets.comments import entry, mark
+from tissuec.learn.presets.files import (
+    Pending,
+    entry,
+    free_name,
+    is_of_words,
+    mark,
+    marked,
+    words_alone,
+)
 from tissuec.learn.presets.preset import Preset
-from tissuec.learn.presets.vocabularies import free_name, is_of_words, marked, words_alone
 from tissuec.learn.vocabulary.texts import TextEdit, apply
 from tissuec.learn.words_fit import LearntVocabulary
 from tissuec.pipeline import read_words

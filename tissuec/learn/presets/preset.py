@@ -20,13 +20,15 @@ from tissuec.core.units import si_unit
 from tissuec.lang.printer import format_source
 from tissuec.lang.words import written_name
 from tissuec.learn.fit.outcome import Estimates, Learnt
-from tissuec.learn.presets.checking import mistakes
-from tissuec.learn.presets.comments import (
+from tissuec.learn.presets.files import (
     ONE_BY_ONE,
+    WrittenVocabularies,
     is_ours,
     mark,
+    mistakes,
     of_nodes_and_springs,
     origin,
+    vocabularies,
 )
 from tissuec.learn.presets.tissues import (
     IN_NUMBERS,
@@ -42,7 +44,6 @@ from tissuec.learn.presets.tissues import (
 )
 from tissuec.learn.presets.tissues import PRESET_FORMS as FORMS
 from tissuec.learn.presets.tissues import learnt as numeral
-from tissuec.learn.presets.vocabularies import WrittenVocabularies, vocabularies
 from tissuec.learn.vocabulary.used import warnings_of
 from tissuec.model.network import Network
 from tissuec.scene.model import Scene

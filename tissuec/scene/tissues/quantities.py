@@ -11,7 +11,7 @@ from tissuec.core.fields import Real
 from tissuec.core.names import key_of
 from tissuec.core.units import Dimension, describe
 from tissuec.lang import syntax as s
-from tissuec.laws.stiffening import LARGEST_STIFFENING
+from tissuec.laws.uniaxial import LARGEST_STIFFENING
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.scene.reading.entries import Entry, written
 from tissuec.script.forms import VerbSentence

@@ -14,7 +14,7 @@ from tissuec.compiler.prediction import Prediction, predict
 from tissuec.core.errors import counted
 from tissuec.core.report import holding
 from tissuec.core.units import TIME, show
-from tissuec.model.net_size import NetSize
+from tissuec.model.blocks import NetSize
 from tissuec.results.info import summary
 from tissuec.results.manifest import RUNNING, credits
 from tissuec.results.promise import Doubt, Promise, kinds, stepping
