@@ -1,7 +1,7 @@
 """Matrices of fields from blocks of nodes and items, and exact derivatives of their forces.
 
-A field whose forces have exact derivatives, for learning, names the ``columns`` of numbers that its forces depend on, and two loops
-beside its kernel, which get the same table:
+A field whose forces have exact derivatives, for learning, names the ``columns`` of numbers that
+its forces depend on, and two loops beside its kernel, which get the same table:
 
     ``pull_back`` adds the derivatives of Σ weight · f by positions, velocities and numbers;
     ``push_forward`` adds the changes of f for many changes of these.

@@ -1,13 +1,13 @@
 """Laws of matter by its stress in tension along one axis: from a curve, or that of Fung.
 
-Of all incompressible solids with a curve, the one that is taken has an energy that depends on I1
-alone. Stretched by λ, its nominal stress is σ = 2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ, so that
+Of all incompressible solids with a curve, the one that is taken has an energy that depends on
+I1 alone. Stretched by λ, its nominal stress is σ = 2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ, so that
 W = ∫ σ dλ. (R. S. Rivlin, D. W. Saunders, Phil. Trans. A 243:251, 1951.) Compression, shear and
 equibiaxial tension follow from it.
 
-Matter that stiffens after Fung has the nominal stress E/k (exp(k ε) - 1) in uniaxial tension and
-compression, so that the stiffness grows linearly with the stress (Y. C. Fung, Am. J. Physiol.
-213:1532, 1967).
+Matter that stiffens after Fung has the nominal stress E/k (exp(k ε) - 1) in uniaxial tension
+and compression, so that the stiffness grows linearly with the stress (Y. C. Fung, Am. J.
+Physiol. 213:1532, 1967).
 """
 
 from typing import Annotated
