@@ -149,7 +149,7 @@ def in_clause(prefix: Prefix) -> Expected:
     if prefix.block.kind == "script" and not prefix.has_verb:
         time = number()._replace(dimension=units.TIME)
         return measured() if prefix.head == "when" else time
-    if prefix.clause == "in" and prefix.block.kind in ("mesh", "script"):
+    if prefix.clause == "in" and prefix.block.kind == "script":
         return Expected(unit=True, dimension=units.LENGTH)
     expected = together(_contents(prefix))
     last = prefix.last

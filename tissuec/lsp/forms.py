@@ -133,7 +133,7 @@ def _of_kind(entry: Entry) -> Iterator[SentenceForm]:
     """Yield the forms of an entry that its kind alone says."""
     plain_number = number()._replace(dimension=entry.dimension)
     match entry.kind:
-        case Written():
+        case Written() | Named():
             return
         case OneOf():
             clauses = [("is", Expected())]
@@ -144,8 +144,6 @@ def _of_kind(entry: Entry) -> Iterator[SentenceForm]:
         case FileIn():
             unit = Expected(unit=True, dimension=entry.dimension)
             clauses = [("", Expected(files=entry.name)), ("in", unit)]
-        case Named():
-            return
         case _:
             clauses = [("=", plain_number)]
     first = clauses[0][0]

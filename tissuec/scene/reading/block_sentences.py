@@ -107,7 +107,10 @@ class SentenceReader(ClauseReader):
         forms = tuple(map(form_of, kind.forms))
         super().__init__(item, entry, forms, scope, texts=kind.texts(entry))
         self.kind = kind
-        self.verb = entry or self.object.text
+        if not entry:  # what begins it is a name of the author's own
+            self.verb = self.object.text
+            if not kind.examples:
+                self.texts = [f"{self.verb} {text.partition(' ')[2]}" for text in self.texts]
         self.lead = "for example" if kind.examples or kind.about else "write"
         self.is_named = False  # whether words after the first ones belong to the sentence
 
