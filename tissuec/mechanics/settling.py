@@ -181,8 +181,8 @@ def _equilibrium(
     size = max(float(np.ptp(balance.start, axis=0).max()), longest)
     far = (FAR if patiently else NEARBY) * size or np.inf
     for _ in range(TURNS if patiently else 1):
-        limits = (ROUNDS, far) if patiently else (SOON, far, WORSE)
-        x, found = descend(balance, x, *limits)
+        rounds, worse = (ROUNDS, ROUNDS) if patiently else (SOON, WORSE)
+        x, found = descend(balance, x, rounds, far, worse)
         if found:
             return x, remarks
         if not patiently or not greatest(x - balance.start) <= far:
