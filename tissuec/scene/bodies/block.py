@@ -150,7 +150,8 @@ class _BodyReader:
             is_whole = self.findings.failures == failures
         elif self.parts.regions and is_whole and "interface" not in self.rest:
             is_whole = self.parts.require_interface(self.name.text, self.block.head)
-        if self.elements is None:
+        is_known = "made" in self.once or "tissue" not in self.once or self.tissue is not None
+        if self.elements is None and is_known:
             self._refuse_directions()
         if is_whole:
             self._check_graded()

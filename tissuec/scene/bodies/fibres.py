@@ -67,10 +67,8 @@ def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Directio
     if isinstance(said, FibreWord):
         return said.word
     node = said.direction
-    if isinstance(node, s.Quantity | s.Signed):
-        angle = scope.number(node)
-        scope.expect(angle, units.NUMBER, node.span, what="the angle of fibres")
-        return Helix(float(angle.amount))
+    if not scope.evaluate(node).is_vector:
+        return Helix(schema.read_angle(node, scope, what="the angle of fibres"))
     vector = schema.read_value(Point(units.NUMBER), node, scope, what="fibres")
     direction = np.asarray(vector, dtype=float)
     if not direction.any():

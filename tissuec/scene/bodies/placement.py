@@ -16,6 +16,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.reading.clauses import ClauseReader
 from tissuec.scene.reading.entries import by_name, written
 from tissuec.scene.reading.expressions import Scope
+from tissuec.scene.reading.schema import read_angle
 from tissuec.script.forms import VerbSentence, form_of
 from tissuec.script.parts import ClausePart, DirectionClause, Part, VectorClause, point
 
@@ -204,16 +205,7 @@ class _PlacementReader(ClauseReader):
 
     def _angle(self, word: str) -> float:
         """Return an angle [rad]."""
-        node = self.clauses[word].value
-        value = self.scope.number(node)
-        self.scope.expect(value, NUMBER, node.span, what="the angle")
-        angle = float(value.amount)
-        if value.is_literal and abs(angle) > 2.0 * np.pi:
-            self.scope.findings.reject(
-                "TIS308", f"an angle of {angle:g} rad is more than a whole turn", node.span,
-                hint=proposal(f"{node.span.text} deg"),
-            )  # fmt: skip
-        return angle
+        return read_angle(self.clauses[word].value, self.scope, what="the angle")
 
     def _factors(self, word: str) -> Floats:
         """Return the factors along x, y and z, shape (3,)."""
