@@ -108,6 +108,12 @@ def test_a_lattice_of_a_wrong_tissue_is_not_asked_for_a_kind():
     assert _codes(scene("", tissue="Poisson's ratio = 0.5").source.text) == {"TIS308"}
 
 
+def test_a_body_of_a_wrong_tissue_is_asked_for_nothing_of_springs():
+    directed = "prestress along (0, 0, 1); fibres = (1, 0, 0); second fibres = (0, 1, 0)"
+    wrong = "Poisson's ratio = 0.5; fibre modulus = 30 kPa; prestress = 10 %"
+    assert _codes(scene(directed, tissue=wrong).source.text) == {"TIS308"}
+
+
 def test_an_open_file_is_a_wall_and_a_filled_one_a_solid(tmp_path):
     shape = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
     (tmp_path / "tip.obj").write_text(shape)
@@ -302,6 +308,35 @@ def test_what_is_of_springs_is_refused_of_a_tissue(tissue, many):
 
 SETTLED = "at 0 s: settle"
 PRESTRESSED = "fibre modulus = 30 kPa; prestress = 10 %"
+
+
+TUBE = """language 1
+let steep = 35 deg
+tissue wall { Young's modulus = 60 kPa; density = 1000 kg/m^3; fibre modulus = 100 kPa }
+body tube {
+  mesh is thick tube { axis from (0, 0, 0) mm to (0, 0, 4) mm; inner radius = 2 mm
+    outer radius = 3 mm; rings = 3; sides = 12; layers = 1 }
+  tissue is wall; fibres = FIBRES
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
+
+
+def test_the_angle_of_fibres_can_be_computed():
+    def fibres(angle):
+        text = TUBE.replace("FIBRES", angle)
+        return compile_request(Request(Source("tube.tis", text)))[0].network.blocks[0].field
+
+    expected = fibres("35 deg").fibres
+    for angle in ("steep", "0.5 * 70 deg", "-(-steep)"):
+        found = fibres(angle).fibres
+        np.testing.assert_allclose(found.along, expected.along, atol=1e-15)
+    found = finding_of(
+        compile_request, Request(Source("tube.tis", TUBE.replace("FIBRES", "-35")))
+    )
+    assert found.message == "an angle of -35 rad is more than a whole turn"
+    assert 'write "-35 deg"' in found.hint
 
 
 def test_prestress_goes_along_the_only_fibres_unless_something_else_is_written():
