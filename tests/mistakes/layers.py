@@ -62,6 +62,21 @@ expect count(pieces of strip) == 2 at 0.45 s
 """
 
 MISTAKES = {
+    "bars of an absolute value": M(
+        "nodes of strip where x > 39 mm",
+        "nodes of strip where |x - 20 mm| > 19 mm",
+        "TIS114",
+        "|",
+        'write "abs(x - 20 mm)"',
+    ),
+    "a copy that is moved by a number": M(
+        "tool forceps A",
+        "body further like pad { moved by 60 mm }\nset end = nodes of further where x > 99 mm\n"
+        "tool forceps A",
+        "TIS312",
+        "by 60 mm",
+        "by (0, 0, 60 mm)",
+    ),
     "thickness without a unit": M(
         "thickness = 2 mm", "thickness = 2", "TIS501", "2", 'write "2 mm"'
     ),

@@ -95,7 +95,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> Hint:
     names = list(known)
     swapped = [name for name in names if sorted(name) == sorted(word)]
     near = swapped or get_close_matches(word, names, n=1, cutoff=_ALIKE)
-    return Hint(f'did you mean "{near[0]}"?', Edit(near[0], old=word)) if near else Hint("")
+    if not near:
+        return Hint("")
+    quoted = near[0] if near[0].startswith('"') else f'"{near[0]}"'
+    return Hint(f"did you mean {quoted}?", Edit(near[0], old=word))
 
 
 def alternatives(

@@ -52,6 +52,9 @@ _INSTEAD = {
 #: A text in curly quotes, on one line.
 CURLY = re.compile('[{0}]([^{0}"\n]*)[{0}]'.format(_INSTEAD['"']))
 
+#: Bars around an expression, on one line.
+_IN_BARS = re.compile(r"\|(?! )([^|\n\"]+)(?<! )\|")
+
 #: Signs between the ends of a range, and before a number that is not exact.
 _ABOUT = "≈≅≃~"
 _BETWEEN = f"–—…{_ABOUT}"
@@ -111,9 +114,14 @@ def _not_text(text: str, raw: bytes | str) -> tuple[int, str]:
 
 
 def odd_character(span: Span) -> Diagnostic | None:
-    """Return the finding about one suspect character; None for a letter, which is fine."""
+    """Return the finding about one suspect character.
+
+    None for a letter, which is fine, and for the second of two bars, of which the first has it.
+    """
     character = span.text
     if not character.isascii() and character.isalpha():
+        return None
+    if (bars := _in_bars(span)) is not None and span.start > bars.start():
         return None
     if len(character) > 1:  # && and ||
         word = "and" if character == "&&" else "or"
@@ -135,9 +143,29 @@ def odd_character(span: Span) -> Diagnostic | None:
         or _range(span)
         or _paired(span)
         or _apostrophe(span)
+        or _absolute(span)
         or _REMEDY.get(character, fallback)
     )
     return Diagnostic("TIS114", message, span, hint)
+
+
+def _in_bars(span: Span) -> re.Match[str] | None:
+    """Return the expression in bars, such as ``|y - 8 mm|``, that a bar opens or closes."""
+    if span.text != "|":
+        return None
+    nearby = max(span.start - _LONGEST_LINE, 0)
+    line = max(nearby, span.source.text.rfind("\n", nearby, span.start) + 1)
+    found = _IN_BARS.finditer(span.source.text, line)
+    return next((one for one in found if span.start in (one.start(), one.end() - 1)), None)
+
+
+def _absolute(span: Span) -> Hint | str:
+    """Return a hint about bars around an expression, if this is the first of them."""
+    found = _in_bars(span)
+    if found is None:
+        return ""
+    absolute = f"abs({found[1]})"
+    return Hint(f'write "{absolute}"', Edit(absolute, Span(span.source, *found.span())))
 
 
 def _apostrophe(span: Span) -> Hint | str:

@@ -158,8 +158,8 @@ class _TreeBuilder:
                 token = Token(token.type, token.text * 2, token.start, token.stop + 1)
                 behind = token.stop
             problem = odd_character(Span(self.source, token.start, token.stop))
-            assert problem is not None  # letters belong to words
-            self._add(problem)
+            if problem is not None:  # nothing of the second of two bars
+                self._add(problem)
             if (quoted := CURLY.match(text, token.start)) is not None:
                 token = Token("STRING", f'"{quoted[1]}"', *quoted.span())
                 self.statement.parts.append(token)

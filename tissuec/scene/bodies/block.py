@@ -129,7 +129,10 @@ class _BodyReader:
     def read(self) -> Body:
         failures = self.findings.failures
         self._items()
+        before = self.findings.failures
         placement = read_placement(self.placements, self.scope)
+        if self.findings.failures > before:
+            self.findings.stop()  # everything else depends on the place
         is_whole = self.findings.failures == failures
         if self.mesh is None and self.mesh_kind != EXPLICIT and not is_whole:
             self.findings.stop()  # the mesh may be what is wrong
