@@ -16,7 +16,7 @@ DEPTH, FRICTION = 0.3e-3, 0.4
 RUBBED = f"""language 1
 tissue gel {{ {GEL} }}
 body block {{
-  mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to (10, 5, 5) mm }}; tissue is gel
+  mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to (5, 5, 5) mm }}; tissue is gel
 }}
 tool plate {{ kind is plane; point = (0, 0, 4.7) mm; normal = (0, 0, -1) }}
 environment {{
@@ -84,8 +84,8 @@ simulate {{ duration = 12 ms; tolerance = 1e-3 }}
 """
     compiled = compiled_scene(text)
     network, plan, times = compiled.network, compiled.plan, np.linspace(0.0, 12e-3, 4)
-    one, other = (reference(network, plan, times, rtol=rtol) for rtol in (1e-7, 1e-6))
-    assert float(uncertainty(one, other, network)[-1]) < 1e-5
+    one, other = (reference(network, plan, times, rtol=rtol) for rtol in (1e-6, 1e-5))
+    assert float(uncertainty(one, other, network)[-1]) < 1e-4
     assert one.effort.steps < 80
 
 
