@@ -62,6 +62,19 @@ expect count(pieces of strip) == 2 at 0.45 s
 """
 
 MISTAKES = {
+    "assert for expect": M(
+        "expect count(pieces", "assert count(pieces", "TIS312", "assert", 'write "expect"'
+    ),
+    "a colon after expect": M(
+        "expect count(pieces", "expect: count(pieces", "TIS312", "expect:", 'write "expect"'
+    ),
+    "a tool without kind": M(
+        "{ kind is scissors }",
+        "{ is scissors }",
+        "TIS312",
+        "is scissors",
+        'write "kind is scissors"',
+    ),
     "bars of an absolute value": M(
         "nodes of strip where x > 39 mm",
         "nodes of strip where |x - 20 mm| > 19 mm",

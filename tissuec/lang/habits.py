@@ -280,7 +280,7 @@ _HABITS = (
     ),
     Habit(
         rf"^(?P<wrong>(?:(?:def|function|param|set) )?(?P<what>{UNUSED}{WORDS}) ?"
-        rf"\((?P<names>{WORDS}(?:, ?{WORDS})*)\)) ?=",
+        rf"\((?P<names>{WORDS}(?:, ?{WORDS})*)\)) ?=(?!=)",
         'a function is declared with "let"', r"let \g<what>(\g<names>)",
     ),
     Habit(

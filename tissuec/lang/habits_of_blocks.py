@@ -45,6 +45,15 @@ OF_BLOCKS = (
         r"^(?P<wrong>[-*•] )(?=[^\W\d])", "a statement begins with its first word", "",
         "leave out the dash",
     ),
+    Habit(
+        r"^(?P<wrong>(?:expects|expected|expecting|except|assert|ensure|require|verify|check):?"
+        r"|expect:) .*(?:[<>]|==|\bbetween\b|\bruptured\b).*",
+        'an expectation begins with "expect"', "expect",
+    ),
+    Habit(
+        r"^(?P<wrong>is (?P<what>forceps|clamp|needle|scissors|probe|hook|plane|nozzle))$",
+        'what a tool is follows "kind is"', r"kind is \g<what>",
+    ),
     # copies and places
     Habit(
         rf"^(?:body|tissue) [^\W\d].*?(?P<wrong> (?:is like|is as|is a copy of|is|as|equals|="
