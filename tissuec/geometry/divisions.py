@@ -45,7 +45,7 @@ def filling_tetrahedra(position: Floats, triangles: Indices) -> Indices:
     """
     if len(position) < 4 or not len(triangles):
         return np.zeros((0, 4), dtype=np.int64)
-    cells = oriented(position, _triangulated(position, triangles))
+    cells = oriented(position, regular_triangulation(position, triangles))
     cells = cells[inside(position[cells].mean(axis=1), position, triangles)]
     return np.concatenate([cells, _between(cells, triangles)])
 
@@ -103,8 +103,15 @@ def _between(cells: Indices, triangles: Indices) -> Indices:
     return np.array(found, dtype=np.int64).reshape(-1, 4)
 
 
-def _triangulated(position: Floats, triangles: Indices) -> Indices:
-    """Return the regular triangulation of the nodes, shape (tetrahedron, 4)."""
+def regular_triangulation(position: Floats, triangles: Indices) -> Indices:
+    """Return the regular triangulation of some nodes, shape (tetrahedron, 4).
+
+    Tetrahedra are in any orientation, and match face by face.
+
+    Args:
+        position: Of the nodes [m], shape (node, 3).
+        triangles: Some between them, shape (triangle, 3), whose usual edge scales the weights.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     if len(position) == 4:

@@ -19,6 +19,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
+from tissuec.geometry.divisions import regular_triangulation
 from tissuec.geometry.edges import Edges, Floats, Indices, volume
 from tissuec.geometry.inside import inside
 from tissuec.meshes.finer import FinePart, shaken
@@ -33,7 +34,6 @@ _FARTHEST = 2.0  # cells: no spring joins nodes that are further apart
 _JOINT, _BOND, _CHORD = (0.05, 0.3, 0.6), (0.5,), (0.05, 0.5, 0.95)
 _TOO_EMPTY = 0.05  # part of the volume that tetrahedra may miss before it is reported
 _FLAT = 1e-9  # of the cube of its longest edge: a tetrahedron of less volume is left out
-_WEIGHT = 1e-4  # of the square of the distance to the nearest point, at most
 _TIE = 1e-5  # of a length: a smaller difference may be rounding, of single precision in files
 
 
@@ -114,7 +114,9 @@ class Interior(Struct, frozen=True, eq=False):
             sites, bonds, np.asarray(np.isin(bonds, border).any(axis=1)), _BOND
         )
         points, count = np.concatenate([self.position, sites]), len(self.position)
-        cells, edges = self._divided(points) if self.for_matter else (_NONE, _NONE[:, :2])
+        cells, edges = _NONE, _NONE[:, :2]
+        if self.for_matter:
+            cells, edges = self._divided(points, _delaunay(points))
         joints = np.concatenate([self._nearest(sites, border), edges[edges[:, 0] < count]])
         joints = self._within(points, joints, joints[:, 1] >= count, _JOINT)
         bare = count - len(np.unique(joints[joints[:, 1] >= count, 0]))
@@ -127,9 +129,10 @@ class Interior(Struct, frozen=True, eq=False):
         return Filling(sites, np.concatenate([bonds + count, joints]), cells, remarks)
 
     def with_tetrahedra(self) -> Filling:
-        """Return body-centred sites and the Delaunay tetrahedra of them and the surface.
+        """Return body-centred sites and the tetrahedra of them and the surface.
 
-        Where triangles are large beside the curvature or the thickness, tetrahedra cross the
+        They are Delaunay's, and match face by face also where those are not unique. Where
+        triangles are large beside the curvature or the thickness, tetrahedra cross the
         surface, or leave gaps.
         """
         if self.part is None:
@@ -142,7 +145,7 @@ class Interior(Struct, frozen=True, eq=False):
             sites, number = self._sites(places, 3.0**0.5 / 2.0 * size / self.cell)
             sites = shaken(self.position, sites, size[number >= 0])
         points = np.concatenate([self.position, sites])
-        cells, edges = self._divided(points)
+        cells, edges = self._divided(points, regular_triangulation(points, self.triangles))
         corners = points[cells]
         content = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
         part = float(content.sum()) / volume(self.position, self.triangles)
@@ -154,25 +157,25 @@ class Interior(Struct, frozen=True, eq=False):
             )
         return Filling(sites, edges, cells, remarks)
 
-    def _divided(self, points: Floats) -> tuple[Indices, Indices]:
-        """Return Delaunay's tetrahedra of the surface and sites inside, and their edges.
+    def _divided(self, points: Floats, cells: Indices) -> tuple[Indices, Indices]:
+        """Return tetrahedra of the surface and sites inside, and their edges.
 
-        They know nothing of the surface. Those whose centre lies outside are left out, and
-        edges that pass through the outside.
+        They know nothing of the surface. Flat ones and those whose centre lies outside are left
+        out, and edges that pass through the outside.
 
         Args:
             points: Of the surface, and after them the sites [m], shape (point, 3).
+            cells: All between them, shape (tetrahedron, 4).
 
         Returns:
             Shapes (tetrahedron, 4) and (edge, 2), of edges the lower node first.
         """
-        cells, neighbours = _delaunay(points)
-        flat = _are_flat(points[cells])
-        if _leave_slits(neighbours, flat):
-            cells = _regular(points)
-            flat = _are_flat(points[cells])
-        cells = cells[~flat]
-        cells = cells[self._holds(points[cells].mean(axis=1))]
+        corners = points[cells]
+        content = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
+        longest = np.ptp(corners, axis=1).max(axis=1)
+        solid = content > _FLAT * longest**3
+        solid[solid] = self._holds(corners[solid].mean(axis=1))
+        cells = cells[solid]
         edges = np.concatenate([cells[:, [i, j]] for i in range(3) for j in range(i + 1, 4)])
         size, count = len(points), len(self.position)
         keys = np.unique(np.sort(edges, axis=1) @ (size, 1))
@@ -263,65 +266,15 @@ class Interior(Struct, frozen=True, eq=False):
         return np.stack(ends, axis=1)
 
 
-def _delaunay(points: Floats) -> tuple[Indices, Indices]:
-    """Return Delaunay's tetrahedra, and those beside each, -1 for none, (tetrahedron, 4) both.
+def _delaunay(points: Floats) -> Indices:
+    """Return Delaunay's tetrahedra, shape (tetrahedron, 4).
 
-    Where more than four points lie on a sphere, some of its tetrahedra may be flat: between
-    two halves of a polygon whose diagonals differ.
+    Where they are not unique, faces of some may not match; their edges are alike in more
+    directions.
     """
     from scipy.spatial import Delaunay
 
-    found = Delaunay(points - points.mean(axis=0))
-    return found.simplices.astype(np.int64), found.neighbors.astype(np.int64)
-
-
-def _regular(points: Floats) -> Indices:
-    """Return a regular triangulation with small weights, none of whose tetrahedra is flat.
-
-    It is the lower hull of points in four dimensions, at the height x² + w, as that of Delaunay
-    is without weights (H. Edelsbrunner, N. R. Shah, Algorithmica 15:223, 1996). Random weights
-    decide between the diagonals of polygons, alike on both sides.
-    """
-    from scipy.spatial import ConvexHull, KDTree
-
-    places = points - points.mean(axis=0)
-    places = places / np.ptp(places, axis=0).max()
-    height = (places * places).sum(axis=1)
-    # So small a weight hides no point: the hull of the others is higher by the square of the
-    # distance to the nearest of them.
-    gap = KDTree(places).query(places, k=2)[0][:, 1]
-    weight = _WEIGHT * gap**2 * np.random.default_rng(0).uniform(size=len(points))
-    hull = ConvexHull(np.column_stack([places, height + weight]))
-    return hull.simplices[hull.equations[:, 3] < 0.0].astype(np.int64)
-
-
-def _are_flat(corners: Floats) -> NDArray[np.bool_]:
-    """Return which tetrahedra have no volume, shape (tetrahedron,).
-
-    Args:
-        corners: [m], shape (tetrahedron, 4, 3).
-    """
-    content = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
-    longest = np.ptp(corners, axis=1).max(axis=1)
-    return np.asarray(content <= _FLAT * longest**3)
-
-
-def _leave_slits(neighbours: Indices, flat: NDArray[np.bool_]) -> bool:
-    """Return whether there would be slits without the flat tetrahedra.
-
-    Those at the hull, alone or with others beside them, only are in the way of nothing.
-
-    Args:
-        neighbours: Tetrahedra beside each, -1 for none, shape (tetrahedron, 4).
-        flat: Which are flat, shape (tetrahedron,).
-    """
-    at_hull = flat & (neighbours < 0).any(axis=1)
-    while True:
-        beside = np.where(neighbours >= 0, at_hull[neighbours], False).any(axis=1)
-        more = flat & (at_hull | beside)
-        if (more == at_hull).all():
-            return bool((flat & ~at_hull).any())
-        at_hull = more
+    return Delaunay(points - points.mean(axis=0)).simplices.astype(np.int64)
 
 
 def _neighbours(
