@@ -5,10 +5,9 @@ Solutions follow from those of S (M. A. Woodbury, 1950), and so do signs of eige
 inertia of [[S, W], [Wᵀ, -1]], K has as many negative ones as S, less those of the Schur
 complement 1 + Wᵀ S⁻¹ W (E. V. Haynsworth, Linear Algebra Appl. 1:73, 1968).
 
-Solutions of large symmetric matrices without a factor, by conjugate gradients.
-
-The inverses of the diagonal blocks of nodes are the preconditioner. (M. R. Hestenes, E.
-Stiefel, J. Res. Nat. Bur. Stand. 49:409, 1952.)
+Large systems are solved without a factor, by conjugate gradients (M. R. Hestenes, E. Stiefel,
+J. Res. Nat. Bur. Stand. 49:409, 1952). Their preconditioner consists of the inverses of the
+diagonal blocks of nodes.
 """
 
 from typing import TYPE_CHECKING, Any, cast
