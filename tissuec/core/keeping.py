@@ -2,10 +2,9 @@
 
 ``functools.lru_cache`` would hold whole nets that nobody else needs any more.
 
-The user's cache of what takes long to make: machine code, and parse tables.
-
-What is kept there is run as code. So it is read only if nobody but this user can have written
-it: that is tested on the open file, as the meaning of a name may change in between.
+What the cache of a user keeps is run as code. So it is read only if nobody but this user can
+have written it: that is tested on the open file, as the meaning of a name may change in
+between.
 """
 
 import os

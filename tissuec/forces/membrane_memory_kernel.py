@@ -1,6 +1,6 @@
 """The memory of triangles of walls as loops: branches that relax, and plastic strain.
 
-For the equations see ``forces.membrane_memory`` and ``forces.membrane_memory``.
+For the equations see ``forces.membrane_memory``.
 """
 
 from math import sqrt

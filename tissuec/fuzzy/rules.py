@@ -3,10 +3,8 @@
 A tree is evaluated in two steps: the degree of each ``is`` in written order, then the tree over
 those degrees. Explanations show the first step, and coverage analysis replaces it.
 
-The operators a rule base chooses by name.
-
-(E. H. Mamdani, S. Assilian, Int. J. Man-Mach. Stud. 7:1, 1975: smallest and largest degree;
-P. M. Larsen, Int. J. Man-Mach. Stud. 12:3, 1980: the product.)
+Rule bases name their operators (E. H. Mamdani, S. Assilian, Int. J. Man-Mach. Stud. 7:1, 1975:
+smallest and largest degree; P. M. Larsen, Int. J. Man-Mach. Stud. 12:3, 1980: the product).
 """
 
 from collections import Counter

@@ -4,8 +4,6 @@ Newton's method goes first; where it ends short of an equilibrium, relaxation co
 there and Newton's method again. Where the equilibrium is unstable, the net is pushed off along
 the motion in which it buckles, and continues from there.
 
-Newton's method for the minimum of the energy, with a line search.
-
 Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
 near it the exact K, where it is positive definite, converges quadratically. For elements, whose
 clamped K costs most, the exact one is also tried far from equilibrium, until it is first

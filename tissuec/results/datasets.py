@@ -1,7 +1,5 @@
 """The datasets and groups of a result file: their declarations, and their checksums.
 
-The table of datasets in a result file: kind, shape and checksum of each.
-
 The table is written with each commit. Numbers of frames have no checksum here, because they are
 read in parts: HDF5 keeps one of each of their chunks.
 """

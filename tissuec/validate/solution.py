@@ -1,7 +1,5 @@
 """The solution of a reference: states at given times, and events found within its steps.
 
-When springs break and conditions become true within a step.
-
 The interpolant of a step says about where; the time itself is found on states that were
 integrated there, since an interpolant is less exact than the steps.
 """

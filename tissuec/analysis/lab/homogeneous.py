@@ -5,8 +5,6 @@ test; B. M. Irons, A. Razzaque in The Mathematical Foundations of the Finite Ele
 1972, 557). The loads are those of the closed form (``closed_form``) at the wanted strains; the
 response of the element is measured and compared with the closed form.
 
-Cubes of one element under uniform strain and stress, as text of a scene.
-
 A cube in tension or compression is an eighth of a larger one, bounded by three planes of
 symmetry; a uniform stress acts on its other faces. In shear, all nodes of a cube are held or
 moved. Neither has a prestress: specimens are cut out, and free of stress at rest.

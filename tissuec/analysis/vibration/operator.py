@@ -13,8 +13,6 @@ come last; both halves likewise. For meshes of the plane the factor has O(n log 
 for solids O(n^(4/3)). (A. George, SIAM J. Numer. Anal. 10:345, 1973; G. L. Miller et al., J.
 ACM 44:1, 1997.)
 
-The lowest eigenvalues of the matrix of small motions, with their eigenvectors.
-
 Small nets are solved by a dense solver, larger ones by Lanczos's method with (A - σ)⁻¹, σ being
 just below all eigenvalues, or at the limit that they are to lie above. As the method may pass
 over copies of a multiple eigenvalue, it is repeated without what was found as long as there are

@@ -8,8 +8,6 @@ forces on free nodes by F changes their places by K⁻¹ F. A net that could mov
 any force has no K⁻¹. Where forces do no work along such a motion, how it gives way to them is
 known all the same, and nothing moves along it.
 
-Displacement of nodes by the script, and the time of a given displacement.
-
 The script is gone through once without any physics: driven nodes are on their paths, all
 others stay where they are drawn. The displacement of a row is the mean one of the moved nodes,
 along the line to where they are in the end; what counts is the first way out, as far as it

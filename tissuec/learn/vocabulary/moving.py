@@ -1,10 +1,6 @@
 """Vocabularies whose words move together: how far, and the numbers that rules then give.
 
 Each number moves a corner of one scale (or the width of a bell); zero is the expert's text.
-
-A vocabulary whose words move: from parameters to the numbers that rules give.
-
-Each number moves a corner of one scale (or the width of a bell); zero is the expert's text.
 Rules and tissues are read anew with the moved words, by the functions that compile a scene, so
 that hedges, operators and facts given as words mean what they mean there. Derivatives are
 carried along by the same functions; minimum and maximum choose a branch.

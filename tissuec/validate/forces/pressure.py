@@ -5,8 +5,6 @@ summed over its three sides, on each corner. A cap is a fan of triangles to the 
 each of whose nodes takes its share of what acts on that middle. Beside planes of symmetry, that
 is the mean of a rim with all of its mirror images.
 
-The pressure of enclosed volumes.
-
 A face of four corners is bounded by a ruled surface, whose volume from a point is the mean of
 both ways to split it into triangles; a triangle adds a sixth of the triple product of its
 corners. The derivatives are those of the triangles.

@@ -8,8 +8,6 @@ nodes. Where contact acts on faces, these take the place of nodes: a ball touche
 or more if its contact radius is about the size of a face. Tools that are thin compared with it
 are left out. The check is made at the largest force.
 
-Nodes that cross a plane of symmetry.
-
 A body and its mirror image touch only on the plane between them. Nothing holds other nodes on
 their side: a dead load, or pressure, can push them through, into the mirror image.
 """
