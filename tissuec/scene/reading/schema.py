@@ -235,7 +235,11 @@ def read_value(
 
 
 def read_angle(node: s.Expression, scope: Scope, *, what: str) -> float:
-    """Return an angle [rad], which is at most a whole turn if it is written without a unit."""
+    """Return an angle [rad], which is at most a whole turn if it is written without a unit.
+
+    Args:
+        node: The expression.
+    """
     value = scope.number(node)
     scope.expect(value, NUMBER, node.span, what=what)
     angle = float(value.amount)
