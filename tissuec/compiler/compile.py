@@ -18,7 +18,6 @@ from tissuec.compiler.ambient_damping import with_drag
 from tissuec.compiler.bodies.arrays import BodyArrays, build_body
 from tissuec.compiler.bodies.drawn import Drawing, draw
 from tissuec.compiler.bodies.threads import idle_knots, renumbered
-from tissuec.compiler.contact.build import contact_of, with_tools
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.materials.cutting_resistance import joined_resistance
 from tissuec.compiler.materials.internal_variables import (
@@ -53,8 +52,9 @@ from tissuec.model.network import (
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.recording import NamedGroup, members
+from tissuec.scene.environment import Environment
 from tissuec.scene.learning.model import VocabularyFit
-from tissuec.scene.model import Scene
+from tissuec.scene.model import Scene, Tool
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import Expectation, Plan, ScheduledAction, Simulation
@@ -168,7 +168,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
         planes = read_planes(scene, joined, findings)
         joined = replace(joined, mirrored=tuple(one.mirror for one in planes))
     braked = with_drag(joined, scene.environment, findings)
-    network = with_memory(with_tools(braked, tools, scene.environment))
+    network = with_memory(_with_tools(braked, tools, scene.environment))
     network = with_element_memory(network)
     refuse_method(scene, network, findings)
     _refuse_forces(network, findings)
@@ -402,6 +402,14 @@ def _cells(
     return mirrored
 
 
+def _with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
+    if environment.contact is None and not any(tool.shapes for tool in tools):
+        return network
+    from tissuec.compiler.contact.build import with_tools  # where something can touch
+
+    return with_tools(network, tools, environment)
+
+
 def _joints(scene: Scene, groups: Groups, findings: Findings) -> "list[JointArrays]":
     if not scene.declarations.of("joint"):
         return []
@@ -517,7 +525,12 @@ def _blocks(
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in plan.events)
-        contact = contact_of(network, tools, scene.environment, findings, settles=settles)
+        contact = None
+        if scene.environment.contact is not None:
+            from tissuec.compiler.contact.build import contact_of
+
+            law = scene.environment
+            contact = contact_of(network, tools, law, findings, settles=settles)
     found = [] if contact is None else [contact.block]
     if scene.forces and is_whole:
         from tissuec.compiler.forces import force_blocks  # where there are any

@@ -9,8 +9,6 @@ from tissuec.compiler.checks import check
 from tissuec.compiler.checks.supports import driven_by
 from tissuec.compiler.checks.threads import entry_of
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.contact.build import default_thickness
-from tissuec.compiler.contact.points import face_points
 from tissuec.core.errors import Diagnostic
 from tissuec.core.units import LENGTH, show
 from tissuec.script.verbs import Shifting, follows
@@ -34,6 +32,9 @@ def thin_skins(compiled: Compiled) -> Iterator[Diagnostic]:
         return
     about = int(float(f"{steps:.2g}"))
     place = entry_of(compiled.scene.declarations.single["environment"], "contact thickness")
+    from tissuec.compiler.contact.build import default_thickness
+    from tissuec.compiler.contact.points import face_points
+
     points = face_points(network, list(compiled.scene.tools.values()), law)
     fit = show(default_thickness(network, points), LENGTH, digits=2)
     yield Diagnostic(
