@@ -82,6 +82,9 @@ MISTAKES = {
     # expectations and studies
     "two limits": M("> 1 mN at 0.3 s", ">= 1 mN and <= 3 N at 0.3 s", "TIS312", ">= 1 mN and <= 3 N", '"between 1 mN and 3 N"'),
     "never": M(_FORCE, "expect never ruptured(pad) over run", "TIS701", "never ruptured", '"not ruptured"'),
+    "list of a study with one unit": _top("study s { vary lift = [2, 4, 6] mm; measure pull = max(force(forceps A)) }", "TIS312", "[2, 4, 6] mm", "[1 mm, 2 mm]"),
+    "study without vary": _top("study s { lift = [2 mm, 3 mm]; measure pull = max(force(forceps A)) }", "TIS303", "lift", '"vary lift"'),
+    "measure without a name": _top("study s { vary lift = [2 mm, 3 mm]; measure max(force(forceps A)) }", "TIS312", "measure max(force(forceps A))", "measure NAME = max(force(forceps A))"),
     "measure by a name alone": _top("study s { vary lift = [2 mm, 3 mm]; measure = pull }", "TIS701", "pull", "pull = max(force(A))"),
     "measure with the name of a factor": _top("study s { vary lift = [2 mm, 3 mm]; measure = lift }", "TIS312", "lift", "NAME = max(force(A))"),
     "pressurise": _fix("fix left edge; fix floor; pressurise pad with 1 kPa", "TIS404", "pressurise", '"press"'),

@@ -66,6 +66,10 @@ _HABITS = (
         'the way of a motion follows "by"', " by ", 'write "by" before the vector',
     ),
     Habit(
+        rf"^vary .*?(?P<wrong>\[{NUMBER}(?:, ?{NUMBER})*\] ?{UNIT})",
+        "each number of a list has its own unit", None, "for example: [1 mm, 2 mm]",
+    ),
+    Habit(
         rf"(?P<wrong>\[(?P<parts>{AMOUNT}, ?{AMOUNT}, ?{AMOUNT})\]) ?{UNIT}",
         "a vector has round brackets", r"(\g<parts>)",
     ),

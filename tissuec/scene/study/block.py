@@ -1,7 +1,10 @@
 """Study blocks, as far as they need no mesh: factors, design, measures as written."""
 
+from collections.abc import Sequence
+from typing import NoReturn
+
 from tissuec.core.errors import Note
-from tissuec.core.hints import did_you_mean
+from tissuec.core.hints import did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared, without
@@ -60,6 +63,7 @@ class _StudyReader(BlockItems):
         self.name, self.block = declared.name, declared.item
         super().__init__(what, SENTENCES, entries_of(StudySettings), scope)
         self.reader = FactorReader(self.block, declarations, scope)
+        self.params = declarations.of("param")
         self.columns: dict[str, Span] = {}
         self.factors: list[Factor] = []
         self.rows: list[tuple[Cell, ...]] | None = None
@@ -100,6 +104,10 @@ class _StudyReader(BlockItems):
                 self.findings.reject("TIS303", message, item.clauses[0].span)
             self.expects.append(item)
             return
+        first, _, measured = item.span.one_line.partition(" ")
+        if first == MEASURE and not isinstance(item, s.Assign | s.Sentence):
+            hint = proposal(f"{MEASURE} NAME = {measured}")
+            self.findings.reject("TIS312", "a measure has a name", item.span, hint=hint)
         match self.entry(item), item:
             case "vary", s.Assign() | s.Sentence() | s.Function():
                 factor = self.reader.vary(item)
@@ -119,6 +127,13 @@ class _StudyReader(BlockItems):
                 SentenceReader(entry, SENTENCES[entry], item, self.scope).reject_form()
             case _:
                 pass
+
+    def refuse_name(self, name: s.Name, known: Sequence[str]) -> NoReturn:
+        """Reject the name of an entry that there is not; a param is to be varied."""
+        if name.key in self.params:
+            hint = proposal(f"{VARY} {name.text}")
+            self.findings.refuse_entry(name, self.what, hint=hint)
+        super().refuse_name(name, known)
 
     def _measure(self, item: s.Assign) -> None:
         measured = in_parentheses(item)
