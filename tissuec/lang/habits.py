@@ -66,6 +66,10 @@ _HABITS = (
         'the way of a motion follows "by"', " by ", 'write "by" before the vector',
     ),
     Habit(
+        rf"^(?P<wrong>adjust ?= ?\[? ?(?P<what>{WORDS}) of (?P<whose>{WORDS})\]?)$",
+        "a list holds quantities of the tissue of the block", r"adjust \g<what> of \g<whose>",
+    ),
+    Habit(
         rf"^vary .*?(?P<wrong>\[{NUMBER}(?:, ?{NUMBER})*\] ?{UNIT})",
         "each number of a list has its own unit", None, "for example: [1 mm, 2 mm]",
     ),

@@ -322,7 +322,7 @@ class VocabularyFitReader(LearnItems):
         if isinstance(item, s.Assign) and not isinstance(item.value, s.Name | s.Listing):
             self._refuse_held(item.value.span)
         reader = self.reader("hold out", item)
-        reader.texts = ("hold out = [skin, liver]",)
+        reader.texts = ["hold out = [skin, liver]"]
         form = TissuesHeld if isinstance(item, s.Assign) else TissueHeld
         for name in reader.get(form).held:
             if name.quoted is not None:
