@@ -143,7 +143,7 @@ class Interior(Struct, frozen=True, eq=False):
             cells = np.rint((high - low) / self.cell).astype(np.int64)
             places, size = graded_sites(low, cells, self.part)
             sites, number = self._sites(places, 3.0**0.5 / 2.0 * size / self.cell)
-            sites = shaken(self.position, sites, size[number >= 0])
+            sites = shaken(self.position, self.triangles, sites, size[number >= 0])
         points = np.concatenate([self.position, sites])
         cells, edges = self._divided(points, regular_triangulation(points, self.triangles))
         corners = points[cells]

@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.geometry.divisions import regular_triangulation
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.slivers import quality
@@ -164,27 +165,26 @@ def _numbered(low: Floats, found: list[tuple[Indices, float]]) -> tuple[Floats, 
     return where, sizes_there
 
 
-def shaken(surface: Floats, sites: Floats, size: Floats) -> Floats:
+def shaken(surface: Floats, triangles: Indices, sites: Floats, size: Floats) -> Floats:
     """Return sites that are moved a little, so that few flat tetrahedra are between them [m].
 
-    Where cubes of two sizes meet, four sites lie in a plane and on a circle, and the faces of
-    tetrahedra on both sides of it can differ. Sites of flat ones are moved at random, again and
+    Where cubes of two sizes meet, four sites lie nearly in a plane and on a circle, and a flat
+    tetrahedron can be between them. Sites of flat ones are moved at random, again and
     again, and those of the best attempt are kept.
 
     Args:
         surface: Nodes that stay [m], shape (node, 3).
+        triangles: Between these, shape (triangle, 3).
         sites: Nodes after them [m], shape (site, 3).
         size: Of cubes there [m], shape (site,).
     """
-    from scipy.spatial import Delaunay
-
     random, count = np.random.default_rng(0), len(surface)
     points = np.concatenate(
         [surface, sites + size[:, None] * random.uniform(*_ALL, sites.shape)]
     )
     best, fewest = points, np.inf
     for _ in range(_ATTEMPTS):
-        cells = Delaunay(points - points.mean(axis=0)).simplices
+        cells = regular_triangulation(points, triangles)
         flat = cells[(np.abs(quality(points[cells])) < _FLAT) & (cells >= count).any(axis=1)]
         if len(flat) < fewest:
             best, fewest = points.copy(), len(flat)
