@@ -338,7 +338,11 @@ def _hinge_blocks(
         for body, n, p in zip(bodies, nodes, springs, strict=False)
         if body.hinges is not None
     ]
-    return [type(found[0]).joined(found).block] if found else []
+    if not found:
+        return []
+    from tissuec.forces.bending import Hinges
+
+    return [Hinges.joined(found).block]
 
 
 def _skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:

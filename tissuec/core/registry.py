@@ -28,7 +28,7 @@ class Family(Mapping[str, T], Generic[T]):
         kind: What one member is called in messages, such as "mesh".
 
     Raises:
-        BrokenPlugIn: On every use, if a plug-in cannot be imported.
+        BrokenPlugIn: Whenever all members are needed and a plug-in cannot be imported.
     """
 
     def __init__(self, package: str, kind: str):

@@ -182,8 +182,8 @@ class MaterialField(ElementField, frozen=True):
 
     @property
     @abstractmethod
-    def tensors(self) -> "tuple[StoredTensors, ...]":
-        """Return what hidden nodes store, in their order."""
+    def stored_tensors(self) -> "tuple[StoredTensors, ...]":
+        """Return the tensors that hidden nodes store, in the order of these nodes."""
 
     @property
     @abstractmethod
@@ -193,13 +193,15 @@ class MaterialField(ElementField, frozen=True):
     @property
     def remembers(self) -> bool:
         """Return whether any element relaxes or yields."""
-        return bool(self.tensors)
+        return bool(self.stored_tensors)
 
     @property
     def hidden(self) -> Indices:
         """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
         none = np.zeros(0, dtype=np.int64)
-        return np.concatenate([none, *(each.nodes(self.points) for each in self.tensors)])
+        return np.concatenate(
+            [none, *(each.nodes(self.points) for each in self.stored_tensors)]
+        )
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats

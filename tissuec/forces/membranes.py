@@ -341,7 +341,7 @@ class Membranes(MaterialField, frozen=True):
     @property
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
-        tensors = sum(len(each.exists) for each in self.tensors)
+        tensors = sum(len(each.exists) for each in self.stored_tensors)
         return _SECONDS * self.item_count + _TENSOR_SECONDS * tensors
 
     @property
@@ -352,8 +352,8 @@ class Membranes(MaterialField, frozen=True):
     # --- memory -------------------------------------------------------------------------------
 
     @property
-    def tensors(self) -> tuple[StoredTensors, ...]:
-        """Return what branches and plastic strain store, in their order."""
+    def stored_tensors(self) -> tuple[StoredTensors, ...]:
+        """Return the tensors of branches, and that of plastic strain."""
         return tuple(each for each in (self.branches, self.yielding) if each is not None)
 
     @property

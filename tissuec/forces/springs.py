@@ -25,7 +25,7 @@ Meanwhile the rest length of each spring follows a profile,
 
     L0(t) = base + change s(t),
 
-and whoever draws does the work -∫ f(L - L0) dL0 on it.
+and the work -∫ f(L - L0) dL0 is done on it from outside.
 """
 
 from collections.abc import Callable, Sequence

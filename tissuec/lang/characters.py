@@ -121,7 +121,8 @@ def odd_character(span: Span) -> Diagnostic | None:
     character = span.text
     if not character.isascii() and character.isalpha():
         return None
-    if (bars := _in_bars(span)) is not None and span.start > bars.start():
+    bars = _in_bars(span)
+    if bars is not None and span.start > bars.start():
         return None
     if len(character) > 1:  # && and ||
         word = "and" if character == "&&" else "or"
@@ -143,7 +144,7 @@ def odd_character(span: Span) -> Diagnostic | None:
         or _range(span)
         or _paired(span)
         or _apostrophe(span)
-        or _absolute(span)
+        or _absolute(bars, span.source)
         or _REMEDY.get(character, fallback)
     )
     return Diagnostic("TIS114", message, span, hint)
@@ -159,13 +160,12 @@ def _in_bars(span: Span) -> re.Match[str] | None:
     return next((one for one in found if span.start in (one.start(), one.end() - 1)), None)
 
 
-def _absolute(span: Span) -> Hint | str:
-    """Return a hint about bars around an expression, if this is the first of them."""
-    found = _in_bars(span)
-    if found is None:
+def _absolute(bars: re.Match[str] | None, source: Source) -> Hint | str:
+    """Return a hint about bars around an expression, if there are any."""
+    if bars is None:
         return ""
-    absolute = f"abs({found[1]})"
-    return Hint(f'write "{absolute}"', Edit(absolute, Span(span.source, *found.span())))
+    absolute = f"abs({bars[1]})"
+    return Hint(f'write "{absolute}"', Edit(absolute, Span(source, *bars.span())))
 
 
 def _apostrophe(span: Span) -> Hint | str:

@@ -68,8 +68,8 @@ def _meaning(view: View, offset: int, compiled: "Compiled | None") -> Hover | No
     if phrase is None or not phrase.parts:
         return None
     if found := view.symbols_at(offset):
-        _, start, stop = view.symbol_at(offset) or (None, phrase.start, phrase.stop)
-        texts = (_of_symbol(view, symbol, phrase, compiled) for symbol in found)
+        _, start, stop = found[0]
+        texts = (_of_symbol(view, symbol, phrase, compiled) for symbol, *_ in found)
         return Hover("\n\n---\n\n".join(texts), start, stop)
     if phrase.term is None:
         return None

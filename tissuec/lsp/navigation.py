@@ -32,7 +32,7 @@ class Place(Struct, frozen=True):
 def definitions(view: View, offset: int) -> list[Place]:
     """Return where the name at an offset is declared, or the file that is used there."""
     if found := view.symbols_at(offset):
-        return [place for one in found if (place := _place(one.span)) is not None]
+        return [place for one, *_ in found if (place := _place(one.span)) is not None]
     part, phrase = view.structure.lexeme_at(offset), view.phrase_at(offset)
     if part is None or part.kind != STRING or phrase is None or phrase.expected.files != "use":
         return []

@@ -136,13 +136,14 @@ class View(Struct, frozen=True, eq=False, dict=True):
         kinds = _kinds_of(phrase)
         return self.named(kinds, key, phrase.block) if kinds else None
 
-    def symbols_at(self, offset: int) -> list[Symbol]:
-        """Return what the name at an offset means: several declarations if it has an index.
+    def symbols_at(self, offset: int) -> list[tuple[Symbol, int, int]]:
+        """Return the declarations that the name at an offset refers to, and its place.
 
-        In ``repeat i in [left, right]``, "i tube" means "left tube" and "right tube".
+        A name with an index refers to several: in ``repeat i in [left, right]``, "i tube" is
+        "left tube" and "right tube".
         """
         if (hit := self.symbol_at(offset)) is not None:
-            return [hit[0]]
+            return [hit]
         phrase = self.phrase_at(offset)
         if phrase is None or phrase.term is not None or not phrase.expected.names:
             return []
@@ -153,7 +154,9 @@ class View(Struct, frozen=True, eq=False, dict=True):
             return []
         pattern = " ".join(".+" if word in indices else re.escape(word) for word in words)
         found = self.seen_from(phrase.block, *_kinds_of(phrase))
-        return [one for one in found if re.fullmatch(pattern, one.key)]
+        return [
+            (one, phrase.start, phrase.stop) for one in found if re.fullmatch(pattern, one.key)
+        ]
 
     def _is_own(self, key: str) -> bool:
         """Return whether a text declares a number of its own under the name of a constant."""

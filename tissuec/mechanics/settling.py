@@ -269,11 +269,12 @@ def descend(
         force = balance.force(bars)
         if is_balanced(balance, bars, force):
             return polished(balance, x, bars, force), True
-        grown, before = grown + 1 if greatest(force) > before else 0, greatest(force)
+        left = greatest(force)
+        grown, before = grown + 1 if left > before else 0, left
         if grown > worse:
             break
         balance.freeze(bars)
-        near = greatest(force) <= NEAR * balance.largest(bars)
+        near = left <= NEAR * balance.largest(bars)
         neutral = NeutralMotions.of(balance, x)
         step = None
         if hopes and not near:
