@@ -1,8 +1,8 @@
 """Branches and yielding of walls: stress in the plane that relaxes, and flow above a limit.
 
 A branch is that of a solid (``forces.solid_memory``) in plane stress. Its tensor Ci keeps the
-volume 1, and has no shear across the wall: its part P in the plane determines it by three
-numbers, as it is 1 / det P across. With C and the stretch λ of the thickness, it stores per
+volume 1 and has no shear across the wall, where it is 1 / det P with the part P in the plane;
+so three numbers determine it. With C and the stretch λ of the thickness, it stores per
 volume
 
     E = μk/2 (g (tr(C P⁻¹) + λ² det P) - 3),    g = J^(-2/3),

@@ -6,7 +6,7 @@ T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface 3:15, 2006.
 
 Prestretch of solid elements: F0, by which the drawn body is stretched.
 
-Without stress, an element is not shaped as it is drawn, but shorter by a factor λ along an
+Without stress, an element does not have its drawn shape: it is shorter by a factor λ along an
 axis n, or in all directions of the plane with the normal n, at the same volume:
 
     F0 = λ n ⊗ n + λ^(-1/2) (1 - n ⊗ n)    or    F0 = λ^(-2) n ⊗ n + λ (1 - n ⊗ n).

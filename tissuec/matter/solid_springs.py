@@ -275,8 +275,8 @@ COARSE = 1.3  # ratio from which on it is not corrected
 MOST_CALIBRATED = (
     5.0  # times as stiff or soft as before: larger corrections are reported, not made
 )
-#: Of the largest eigenvalue: a mean stiffness that springs determine less is left as it is,
-#: such as one that is not symmetric in all four indices.
+#: Relative to the largest eigenvalue: mean stiffnesses that the springs hardly determine stay
+#: unchanged, such as those that are not symmetric in all four indices.
 _WEAK = 1e-3
 _ONE, _OTHER = np.triu_indices(6)
 _TIMES = np.where(_ONE == _OTHER, 1.0, np.sqrt(2.0))  # how often each occurs in C, as a root

@@ -256,7 +256,7 @@ class VolumeField:
         return 0.5 * float(pressures**2 @ self._drawn) / self._modulus
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that whoever changes the volumes puts in [W]."""
+        """Return the power with which volumes are changed from outside [W]."""
         return float(self._pressures(time, position) @ self._drawn) * self._swell(time)[1]
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
