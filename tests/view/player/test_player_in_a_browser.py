@@ -224,6 +224,25 @@ def test_those_who_want_no_motion_get_less(opened, text):
     assert style in ("none", "none 0s ease 0s", "all 0s ease 0s") and not state(page)["playing"]
 
 
+def test_a_page_that_is_ready_has_fitted_its_picture(browser, text, tmp_path):
+    """Before its first frame: what is written below the picture takes height from it."""
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    context = browser.new_context(viewport={"width": 420, "height": 800})
+    page = context.new_page()
+    page.add_init_script("window.requestAnimationFrame = () => 0;")
+    page.add_init_script("window.ResizeObserver = class { observe() {} };")
+    page.goto((tmp_path / "page.html").as_uri())
+    shape = page.evaluate(
+        """async () => {
+          await tissuec.ready;
+          const view = document.getElementById("view");
+          return view.clientWidth / view.clientHeight;
+        }"""
+    )
+    assert state(page)["camera"]["aspect"] == shape
+    context.close()
+
+
 def test_fingers(browser, text, tmp_path):
     from tests.browser import watch
 

@@ -207,7 +207,6 @@ class Player {
 
   resize() {
     this.haste.reset();
-    this.reshape();
     const box = byId("curves");
     box.classList.toggle("many", box.childElementCount * CHART > box.clientWidth);
     this.marks = placeMarks(byId("marks"), this.film.marks, this.range, this.clock, (time) => {
@@ -231,6 +230,7 @@ class Player {
     this.pair?.draw(colours);
     this.showScale();
     this.showField();
+    this.reshape();  // after everything that takes height from the picture
     this.refresh();
   }
 
