@@ -5,8 +5,8 @@ and that class's name have no leading underscore; nested functions, overloads an
 count, and a property counts only if it returns an array. Such a function needs
 
 - a docstring;
-- with three or more parameters, an ``Args:`` section that names each of them, unless its type
-  is a class of the package, which says what it is;
+- in the modules that other programs call, with three or more parameters, an ``Args:`` section
+  that names each of them, unless its type is a class of the package, which says what it is;
 - with arrays among its parameters or results, their shapes, and units if they are not integers
   or Booleans;
 - a ``Raises:`` section that names each class of exceptions that its own body raises.
@@ -15,6 +15,8 @@ A method needs only the last of these if it overrides a method of a base class, 
 that of a protocol, with the same name and parameters. Parameters that many functions of a class
 or module share may be documented once, in a section ``Shared arguments:`` of the docstring of
 the class, the module or its package. Commands of click have their options as documentation.
+
+No entry of ``Args:`` may only repeat the name and the type of its parameter.
 """
 
 import ast
@@ -33,7 +35,11 @@ OF_OTHERS = ("view/plots/drawing.py",)
 #: Modules that do not follow the rules yet.
 NOT_YET: tuple[str, ...] = ()
 
+#: What other programs call.
+DOORS = ("api/", "pipeline.py", "example.py")
 MANY = 3
+#: Words that add nothing to a name.
+FILLERS = {"the", "a", "an", "of", "its", "their", "each", "as", "by", "in", "for", "given"}
 SHAPE = re.compile(r"\bshapes?\b|\bscalars?\b")
 UNIT = re.compile(
     r"\[\(?(1|%|m|mm|s|N|kg|J|W|Pa|rad|deg|Hz|px|pt|pixels|bytes)(?![a-z])[^\[\]]*\]"
@@ -244,7 +250,7 @@ def _missing(node: Function, module: Module, owner: Class | None) -> Iterator[st
         for each in parameters
         if not _is_of_package(each) and not re.search(rf"\b{each.arg}\b", stated)
     ]
-    if len(parameters) >= MANY and unnamed:
+    if module.path.startswith(DOORS) and len(parameters) >= MANY and unnamed:
         yield f"Args: {', '.join(unnamed)}"
     used = [line for line in re.split(r"\n(?=\S)", _dedent(shared)) if _names(line, parameters)]
     text = "\n".join([doc, *used])
@@ -252,6 +258,29 @@ def _missing(node: Function, module: Module, owner: Class | None) -> Iterator[st
         yield "shape"
     if has_units and not UNIT.search(text):
         yield "unit"
+
+
+def _restating(node: Function) -> Iterator[str]:
+    """Yield names of parameters whose entries only repeat their names and types."""
+    types = {each.arg: each.annotation for each in _parameters(node, method=False)}
+    section = _dedent(_section(ast.get_docstring(node) or "", "Args"))
+    for entry in re.split(r"\n(?=\S)", section):
+        head, _, text = entry.partition(":")
+        names = [name.strip(" *") for name in head.split(",")]
+        known = {
+            word
+            for name in names
+            for word in _words(f"{name} {ast.unparse(types[name]) if types.get(name) else ''}")
+        }
+        is_plain = text.isascii() and re.fullmatch(r"[\w\s,.]+", text)
+        if is_plain and _words(text) <= known | FILLERS:
+            yield ", ".join(names)
+
+
+def _words(text: str) -> set[str]:
+    """Return the words of names and of prose, in the singular."""
+    parted = re.findall(r"[A-Z]?[a-z]+|\d+", text)
+    return {word.lower().rstrip("s") or word for word in parted}
 
 
 def _is_of_package(parameter: ast.arg) -> bool:
@@ -291,6 +320,17 @@ def findings(module: Module) -> list[str]:
         for name, node, owner in _public(module)
         if (lacks := list(_missing(node, module, owner)))
     ]
+
+
+def test_entries_say_more_than_names_and_types():
+    found = [
+        f"{module.name}:{node.lineno} {name}: {restating}"
+        for module in modules()
+        if not module.path.startswith(DOORS)
+        for name, node, _ in _public(module)
+        for restating in _restating(node)
+    ]
+    assert not found, "entries that only repeat a name:\n" + "\n".join(found)
 
 
 @cache

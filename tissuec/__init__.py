@@ -1,8 +1,8 @@
 """tissuec: a tissue-description language, its compiler, and a validated soft-tissue simulator.
 
 From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes``,
-``properties``, ``examine``, ``start``, ``study`` and ``read_table``. The modules behind these
-names is imported when one of them is first used.
+``properties``, ``examine``, ``start``, ``study`` and ``read_table``. The module of each
+of these names is imported when the name is first used.
 """
 
 from importlib import import_module

@@ -80,7 +80,6 @@ def measure(
 
     Args:
         problem: The scene of the bench.
-        solvers: The solvers.
         tolerances: Coarse to fine.
         truth: Positions that errors are measured against [m], shape (row, node, 3).
         repeat: Timed runs of each point.

@@ -77,7 +77,6 @@ class LazyGroup(CommandGroup):
         """Find a command; for an unknown one, suggest the nearest.
 
         Args:
-            ctx: Context of click.
             args: The words of the command line.
 
         Raises:

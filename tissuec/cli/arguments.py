@@ -20,7 +20,6 @@ class OptionReader(click.ParamType):  # pyright: ignore[reportMissingTypeArgumen
         """Return the value of an option.
 
         Args:
-            value: The text, or the value.
             param: The parameter.
             ctx: Context of click.
         """

@@ -54,7 +54,6 @@ def params(
     """Return the params of the scenes on the command line, with their values.
 
     Args:
-        ctx: Context of click.
         parameter: The parameter to complete.
         incomplete: The text so far.
     """

@@ -113,7 +113,6 @@ class Operation(Shipped):
         """Return a Python function with the same arguments, for compiled code to call.
 
         Args:
-            function: The function.
             records: The net and the other records that it takes.
         """
         return InPython(function, tuple(self._fields.values()), records, self._result)

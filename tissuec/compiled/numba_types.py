@@ -117,7 +117,6 @@ def read_word(builder: Any, pointer: Any, index: int, *, changes: bool = False) 
     """Emit the load of a word of a table.
 
     Args:
-        builder: LLVM builder.
         pointer: Address of the table.
         index: Index of the word.
         changes: Whether compiled code may write into the table.
@@ -157,7 +156,6 @@ def caller(name: str, own: Signature) -> Callable[..., Any]:
 
     Args:
         name: A field of ``records.Operations``.
-        own: Its signature.
     """
     place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
     return _caller(own, NET, place)

@@ -52,7 +52,6 @@ def refuse_field(member: type, field: str, hint: Any, says: str, examples: str) 
 
     Args:
         member: The class.
-        field: The field.
         hint: Its annotation.
         says: What annotations have to say, and where that is defined.
         examples: How the field could be written.

@@ -53,7 +53,6 @@ def replace_places(page: str, contents: Mapping[str, str], mark: str = "generate
     """Return a page with new contents at its marked places.
 
     Args:
-        page: The page.
         contents: Contents by the name of the place.
         mark: First word of the marks.
 

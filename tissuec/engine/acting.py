@@ -222,7 +222,6 @@ def knots(motions: Iterable[PrescribedMotion], profiles: Iterable[TimeProfile]) 
     """Return the times at which a profile changes its curve [s], ascending, shape (knot,).
 
     Args:
-        motions: Prescribed motions.
         profiles: All profiles except those of motions.
     """
     found = [*profiles, *(term.profile for motion in motions for term in motion.shifts)]

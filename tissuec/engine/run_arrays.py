@@ -45,7 +45,6 @@ def new_work(
     """Return arrays of zeros, with the coefficients of an integrator.
 
     Args:
-        integrator: The integrator.
         team: Threads that share loops.
         places: Of nodes in the arrays; those of all by default.
     """
@@ -213,7 +212,6 @@ def new_task(
     """Return the constant part of the arguments of all calls of a run.
 
     Args:
-        integrator: The integrator.
         tolerance: Relative error of positions that the scene allows.
         duration: Of the run [s].
     """
@@ -299,7 +297,6 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
 
     Args:
         inputs: The network as the engine keeps it.
-        integrator: The integrator.
         duration: Of the run [s].
     """
     springs, nodes = inputs.springs, len(inputs.layout.order)

@@ -341,7 +341,6 @@ def push_nine(h: int, factor: float, part: Nine, to: Floats, folds: HingeTable) 
 
     Args:
         h: Index of the hinge.
-        factor: Of all.
         part: The vectors.
         to: Vectors of all nodes in any unit, flat, shape (3 node,).
     """

@@ -115,7 +115,6 @@ def with_numbers(field: Any, columns: tuple[str, ...], numbers: Floats) -> Any:
     """Return a field with other numbers.
 
     Args:
-        field: The field.
         columns: Names of its columns.
         numbers: In SI units, shape (number,).
     """
@@ -137,7 +136,6 @@ def places_of(field: Any, columns: tuple[str, ...], lost: Indices) -> Indices:
     """Return which numbers of a field are left when it loses some of its items, shape (n,).
 
     Args:
-        field: The field.
         columns: Names of its columns.
         lost: Indices of the items, shape (item,).
     """

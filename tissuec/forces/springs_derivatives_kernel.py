@@ -311,7 +311,6 @@ def sow(factor: float, row: int, matrix: Sparse, out: Floats) -> None:
     """Add a multiple of a row of a matrix to a vector.
 
     Args:
-        factor: Any factor.
         row: Index of the row.
         out: Vector of the row's unit times that of ``factor``, shape (column,).
     """

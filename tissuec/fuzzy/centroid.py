@@ -93,8 +93,6 @@ def crossings(one: Arc, other: Arc, a: float, b: float) -> list[float]:
     """Return where two arcs that both span ``[a, b]`` cross inside it.
 
     Args:
-        one: One arc.
-        other: The other arc.
         a: Start of the interval.
         b: End of the interval.
     """

@@ -76,7 +76,6 @@ def has_effect(hedge: Hedge, shape: AnyShape, axis: Axis) -> bool:
     """Return whether a hedge changes the degrees of a set anywhere.
 
     Args:
-        hedge: The hedge.
         shape: The set.
         axis: Range of its scale.
     """
@@ -90,7 +89,6 @@ def moves(hedge: Hedge, shape: AnyShape, axis: Axis) -> bool:
     """Return whether a hedge changes the value of a word that is given as a fact.
 
     Args:
-        hedge: The hedge.
         shape: The set of the word.
         axis: Range of its scale.
     """

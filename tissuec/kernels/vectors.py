@@ -260,7 +260,6 @@ def copy_sample(
         ledger: Work and dissipated energy [J], shape (2,).
         error: Estimated error of positions [m].
         index: Row of the buffer.
-        buffer: The buffer.
     """
     for i in range(x.size):
         buffer.position[index, i] = x[i]

@@ -41,7 +41,6 @@ class Builder:
         """Make ready for a statement, and forget the last one.
 
         Args:
-            source: The text.
             unknown: Where numbers and vectors end whose units were taken out of the statement.
         """
         self.source = source

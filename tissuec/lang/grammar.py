@@ -86,7 +86,6 @@ class StatementParser:
         """Return the types of tokens that can follow the beginning of a statement.
 
         Args:
-            beginning: Its tokens.
             rule: The rule of the grammar.
 
         Raises:

@@ -35,7 +35,6 @@ class KnownStatements:
         Args:
             key: The rule of the grammar, and the key of the tokens.
             tokens: Of the statement.
-            source: The text.
         """
         found = self._nodes.get(key)
         if found is None:

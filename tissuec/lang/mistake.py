@@ -52,7 +52,6 @@ class Mistake(NamedTuple):
         """Return the facts of a mistake.
 
         Args:
-            source: The text.
             place: How many of its tokens precede the wrong one.
             accepted: Types of tokens that are allowed there.
         """

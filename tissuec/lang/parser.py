@@ -73,7 +73,6 @@ def parse_tree(
     """Return the syntax nodes of a text.
 
     Args:
-        tree: The text.
         has_heading: Whether the text begins with its language.
         known: Statements that were parsed before, to which those of this text are added.
 
@@ -98,7 +97,6 @@ def readable_part(tree: Tree, known: KnownStatements | None = None) -> Module:
     """Return the syntax nodes of a text; statements with mistakes are left out.
 
     Args:
-        tree: The text.
         known: Statements that were parsed before, to which those of this text are added.
     """
     if not tree.is_sound:

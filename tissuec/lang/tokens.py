@@ -106,7 +106,6 @@ def tokens(
     """Yield every token of a part of a text, right or wrong; blanks are left out.
 
     Args:
-        text: The text.
         start: First character of the part.
         stop: End of the part; None is the end of the text.
         scanned: The text without odd characters, where that is known.

@@ -18,7 +18,6 @@ def begins_block(word: str, *, alone: bool = False) -> bool:
     """Return whether a block begins with a word.
 
     Args:
-        word: The word.
         alone: Whether to return blocks without a name.
     """
     found = [blocks()[word.lower()] for blocks in _VOCABULARIES if word.lower() in blocks()]

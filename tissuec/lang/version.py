@@ -22,7 +22,6 @@ def check_heading(
     """Return the error of the first line, if there is one.
 
     Args:
-        source: The text.
         first: Its first statement, if it has any.
         later: A statement below that gives the version of the language.
 

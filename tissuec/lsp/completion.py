@@ -273,7 +273,6 @@ def in_quotes(view: View, phrase: Phrase, offset: int) -> list[Proposal]:
     """Return files that can be named between quotes.
 
     Args:
-        view: The text.
         phrase: The words in quotes, or the place for them.
         offset: The place up to which they are typed.
     """

@@ -55,8 +55,6 @@ def check(
     """Return the findings of ``tissuec check`` for an open text.
 
     Args:
-        documents: The open texts.
-        path: The text.
         thorough: Whether to make checks that take time; earlier findings of such checks on the
             same net are returned in any case.
         resolved: Called with the findings so far once all names are resolved.
@@ -136,7 +134,6 @@ def fixes_at(
         path: The file.
         first, last: Lines, counted from 0; findings count that share one with them.
         checked: Findings in each open text; they may be about a file that it uses.
-        documents: The open texts.
     """
     found: dict[tuple[str, str, str, int, int, str], QuickFix] = {}
     for finding in (one for each in checked for one in each.diagnostics):

@@ -159,7 +159,6 @@ def _declared(form: VerbForm, entry: str, *, is_ordered: bool = False) -> Senten
     """Return a form with what its declaration expects.
 
     Args:
-        form: The form.
         entry: The first words of its sentences.
         is_ordered: Whether its clauses are offered in the order of its parts.
     """

@@ -41,7 +41,6 @@ def hover(
     """Return the information about a place of a text.
 
     Args:
-        view: The text.
         offset: The place.
         compiled: The scene in arrays, if the text has no errors: then sets are counted.
         diagnostics: Findings; their codes are explained at their places.

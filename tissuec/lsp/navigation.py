@@ -101,7 +101,6 @@ def rename(view: View, views: list[View], offset: int, name: str) -> Renaming:
     """Return the edits that rename a name everywhere.
 
     Args:
-        view: The text.
         views: The texts in which the name may occur.
         offset: Place of the name.
         name: The new name.

@@ -52,7 +52,6 @@ def tokens_of(tree: Tree, known: Memory) -> list[tuple[int, int, Kind]]:
     """Return start, stop and kind of each part of a text, as ``tokens``.
 
     Args:
-        tree: The text.
         known: What the words of statements mean, by the block and the tokens of each; those of
             this text are added.
     """

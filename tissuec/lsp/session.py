@@ -95,7 +95,6 @@ class Session(LanguageServer):
         """Return a part of a text as a range of the protocol.
 
         Args:
-            path: The text.
             start: Offset of the first character.
             stop: Offset of the end.
         """

@@ -70,7 +70,6 @@ class View(Struct, frozen=True, eq=False, dict=True):
         Args:
             kinds: Kinds of names, of which it is one.
             key: The name, as names are compared.
-            block: The block.
         """
         found = (symbol for symbol in self.seen_from(block, *kinds) if symbol.key == key)
         return next(found, None)

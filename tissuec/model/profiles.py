@@ -152,7 +152,6 @@ def tabulated(profiles: Sequence[TimeProfile], start: float, until: float) -> di
     """Return the curves of profiles in an interval, with the names of ``BoundaryConditions``.
 
     Args:
-        profiles: The profiles.
         start: Start of the interval [s].
         until: End of the interval [s].
 

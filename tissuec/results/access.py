@@ -243,9 +243,7 @@ def attribute(member: Dataset | ResultGroup, name: str, kind: type[T]) -> T:
     """Return an attribute; ResultError if there is none of that type.
 
     Args:
-        member: Dataset or group.
         name: Name of the attribute.
-        kind: Its type.
     """
     with reading(member.file, member.path):
         value = _python(member.raw.attrs.get(name))
@@ -264,9 +262,7 @@ def attribute_or(member: Dataset | ResultGroup, name: str, default: T) -> T:
     """Return an attribute converted to the type of a default; the default if it is missing.
 
     Args:
-        member: Dataset or group.
         name: Name of the attribute.
-        default: The default.
     """
     with reading(member.file, member.path):
         value: Any = member.raw.attrs.get(name, default)

@@ -162,7 +162,6 @@ def _joined_rows(logs: Sequence[Log], clock: AxisUnit) -> Iterable[list[object]]
     """Yield one row per moment of any log; a moment that a log has twice stands there twice.
 
     Args:
-        logs: The logs.
         clock: Unit of the times.
     """
     keys = [moments_of(log.time) for log in logs]

@@ -57,7 +57,6 @@ def add_text(owner: h5py.Dataset, name: bytes, text: str) -> None:
     """Add an attribute as ``attrs[name] = text`` does, in a third of the time.
 
     Args:
-        owner: The dataset.
         name: Of the attribute.
         text: Its value.
     """

@@ -100,7 +100,6 @@ def write_vtp(shape: ExportedShape, path: Path, texts: Mapping[str, Sequence[str
     """Write VTK PolyData (XML); ResultError if the file cannot be written.
 
     Args:
-        shape: The shape.
         path: The file.
         texts: Further texts that belong to all of it, by name.
     """

@@ -368,8 +368,6 @@ def describe(dataset: h5py.Dataset, unit: str, description: str) -> None:
     """Write the two attributes that every dataset has to a new dataset.
 
     Args:
-        dataset: The dataset.
-        unit: Its unit.
         description: What it contains.
     """
     for name, text in ((b"unit", unit), (b"description", description)):

@@ -135,7 +135,6 @@ def _kind(
 
     Args:
         what: The block, in messages.
-        block: The block.
         items: Of the block, without those that have been read.
         kinds: Names of the members.
         example: One of them.
@@ -171,7 +170,6 @@ def _single(
         what: The block, in messages.
         key: Name of the entry.
         example: How it could be written.
-        block: The block.
         items: Of the block, without those that have been read.
         scope: Of the scene.
         called: The entry, in messages, if not by its name.

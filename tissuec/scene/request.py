@@ -62,7 +62,6 @@ def run_command(
     """Return the command line of a run; options without a value are left out.
 
     Args:
-        scene: The scene.
         options: Options with their values.
         resume: Whether ``--resume`` is given.
         strict: Whether ``--strict`` is given.

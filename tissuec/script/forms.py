@@ -199,7 +199,6 @@ def texts_of(verb: str, *, every: bool = False) -> tuple[str, ...]:
     """Return the forms of a verb as the reference has them: "move SET by VECTOR".
 
     Args:
-        verb: The verb.
         every: Whether to return all parts of each form with each choice, also of those that
             hints leave out.
     """
@@ -271,8 +270,6 @@ def _lines(
     """Yield a text of a form, and those in which one part is written otherwise.
 
     Args:
-        verb: The verb.
-        form: The form.
         usual: Texts of parts by field.
         seen: Clauses that were shown before and need not be again; the new ones are added.
     """

@@ -89,7 +89,6 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
     """Return the content of the bytes of a file, rows in their order.
 
     Args:
-        data: The bytes.
         path: What messages call the file.
 
     Raises:

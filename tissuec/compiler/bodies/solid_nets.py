@@ -43,7 +43,6 @@ class SolidNet(NamedTuple):
         """Return the net of a body with a volume.
 
         Args:
-            part, drawing: The body.
             state: As it is drawn.
         """
         mesh, network = drawing.mesh, state.network
@@ -76,7 +75,6 @@ def acting_springs(part: BodyPart, drawing: Drawing, state: State) -> tuple[Indi
     """Return the living springs of a body that have a direction, and their behaviour.
 
     Args:
-        part, drawing: The body.
         state: Which springs are alive.
 
     Returns:

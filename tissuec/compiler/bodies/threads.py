@@ -58,7 +58,6 @@ def with_slipping(
         arrays: Numbers of springs by name in SI units, shape (spring,).
         law: Index of the law of each spring, shape (spring,).
         laws: All laws.
-        thread: The thread.
     """
     hold, slip, law = thread.hold, thread.slip, law.copy()
     changed = {name: values.copy() for name, values in arrays.items()}

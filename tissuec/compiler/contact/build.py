@@ -118,7 +118,6 @@ def contact_of(
     """Return the contact of a scene, None if there is none.
 
     Args:
-        network: The network.
         tools: Those that may touch.
         environment: Of the scene.
         findings: Takes diagnostics.

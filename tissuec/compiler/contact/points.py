@@ -82,7 +82,6 @@ class FacePoints(Struct, frozen=True, eq=False):
         bodies: their points do.
 
         Args:
-            network: The network.
             nodes: Body of each node of the bodies, shape (node,).
             surface: Surface of each face: the number of a shape of a tool, then of a thread,
                 then of the skin of a body, shape (face,).
@@ -109,7 +108,6 @@ class FacePoints(Struct, frozen=True, eq=False):
         tool or thread is in as drawn, unless a joint sews the thread to the body.
 
         Args:
-            network: The network.
             tools: Those that may touch.
 
         Returns:

@@ -441,7 +441,6 @@ def marks_of(
     """Return the springs that mark the elements of a body that may rupture.
 
     Args:
-        body: The body.
         elements: Its elements, shape by shape.
         known: Origins of their limits.
         first_node: Number of its first node in the network.

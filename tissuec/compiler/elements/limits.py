@@ -70,7 +70,6 @@ class ElementMarks(Struct, frozen=True, eq=False):
         """Return the marks of elements.
 
         Args:
-            body: The body.
             nodes: One node of each element in the network, shape (element,).
             known: Where their limits come from.
         """

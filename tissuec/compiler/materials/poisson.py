@@ -56,7 +56,6 @@ def poisson_of(
     """Return the way a body gets its Poisson's ratio; an impossible one is rejected.
 
     Args:
-        body: The body.
         matter: How its stiffness is distributed to springs.
         ratios: Poisson's ratio of each part of the body that has nodes, at least one.
         moduli: What gives the spring constants of each.

@@ -303,7 +303,6 @@ class MaterialReader:
         """Return the values for springs that follow from a quantity of matter, shape (spring,).
 
         Args:
-            given: The quantity.
             amount: Its number for each spring in its SI unit, shape (spring,).
             own: Which springs have it, shape (spring,).
         """

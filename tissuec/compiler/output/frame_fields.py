@@ -56,7 +56,6 @@ def check_fields(
 
     Args:
         asked: Fields by name, with their places.
-        network: The network.
         plan: Of the run.
         kinds: Of the forces of the scene.
         findings: Takes the errors.

@@ -22,7 +22,6 @@ def refuse_intervals(scene: Scene, network: Network, plan: Plan, findings: Findi
     """Reject static intervals of tissue that needs time, of static runs, and in one another.
 
     Args:
-        scene: The scene.
         network: Its net.
         plan: The plan of its script.
         findings: Where errors are added.

@@ -17,7 +17,6 @@ def check_studies(
 
     Args:
         compiled: The scene.
-        program: Its texts.
         overrides: Texts of ``--set``.
         levels: Whether to try the values of the factors.
 

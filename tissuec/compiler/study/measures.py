@@ -116,7 +116,6 @@ def observing(
 
     Args:
         plan: Of the scene.
-        measures: Of the study.
         ledger: Whether they need energies kept.
         whole: Whether the outputs of the scene are kept, too.
     """

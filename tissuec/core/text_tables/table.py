@@ -46,7 +46,6 @@ class TextTable(Struct, frozen=True, eq=False):
 
         Args:
             file: What messages call the file.
-            text: The text.
             delimiters: What can separate cells.
         """
         dialect = find_dialect(text, delimiters)

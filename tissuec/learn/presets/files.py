@@ -272,9 +272,6 @@ def words_alone(module: s.Module) -> str:
     """Return the vocabulary of the file of a scene, without what only scenes have.
 
     Tissues stay behind: those that are learnt are written in full.
-
-    Args:
-        module: The text.
     """
     kept = [item.span.text for item in module.items if is_of_words(item)]
     text = "\n".join(["language 1", "", *kept, ""])
@@ -297,7 +294,6 @@ def marked(text: str, mark: str) -> str:
     """Return a text with comments after its first line, which states the language.
 
     Args:
-        text: The text.
         mark: Lines of comments.
     """
     lines = text.split("\n")

@@ -36,7 +36,6 @@ def compose_vocabulary(
     Args:
         learnt: The finished fit.
         words: The program with the block.
-        request: Its text.
         target: Path of the file.
 
     Raises:
@@ -54,7 +53,6 @@ def rehearse_vocabulary(
     Args:
         fit: The learn block.
         words: The program with the block.
-        request: Its text.
         target: Path of the file.
 
     Raises:

@@ -151,7 +151,6 @@ def nearest(place: float, words: dict[str, Shape], count: int) -> list[str]:
     """Return the words whose midpoints are nearest to a place of their scale.
 
     Args:
-        place: The place.
         words: Sets of the words.
         count: Number of words.
     """

@@ -67,7 +67,6 @@ def explicit_tables(
     """Return the tables of an explicit body, or reject it at its ``head``.
 
     Args:
-        body: Name of the body.
         head: Head of its block.
         tables: Its tables by kind.
     """

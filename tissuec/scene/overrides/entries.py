@@ -245,7 +245,6 @@ def _owned(finding: Diagnostic, entry: str, owner: str) -> Diagnostic:
 
     Args:
         finding: Of the text without the name of the block.
-        entry: The entry.
         owner: The name of the block after "of", with that word and a blank before it.
     """
     hint = finding.hint.replace(f'"{entry} ', f'"{entry}{owner} ') if owner else finding.hint

@@ -165,7 +165,6 @@ def load(
     """Return the module of a source with all its imports; findings go to ``findings``.
 
     Args:
-        source: The text.
         libraries: Folders in which ``use`` finds files.
         findings: Takes diagnostics.
         files: Where texts are read from.

@@ -52,7 +52,6 @@ class Library(Struct, frozen=True):
         """Return the library of a text.
 
         Args:
-            source: The text.
             given: The folders of ``--library``.
             kept: Texts that replace files.
         """

@@ -76,7 +76,6 @@ def read_text(item: s.Sentence, scope: Scope) -> str:
     """Return the text of a sentence that consists of a word and a text in quotes.
 
     Args:
-        item: The sentence.
         scope: Takes diagnostics.
     """
     said: TextWords = SentenceReader(item.name.words.lower(), _KIND, item, scope).get()

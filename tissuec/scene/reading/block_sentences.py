@@ -319,7 +319,6 @@ class BlockItems:
         """Report that a block lacks an entry.
 
         Args:
-            entry: The entry.
             head: Head of the block.
             example: An example; by default, the first of its forms.
         """

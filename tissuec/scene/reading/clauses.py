@@ -265,7 +265,6 @@ class ClauseReader:
         """Reject a sentence without a part.
 
         Args:
-            part: The part.
             word: The clause to mark; the whole sentence if None.
         """
         examples = [part.example] if part.example else []
@@ -292,7 +291,6 @@ class ClauseReader:
         """Return the value of a part that not all sentences have.
 
         Args:
-            part: The part.
             is_optional: Whether it can be omitted.
 
         Raises:
@@ -468,7 +466,6 @@ class ClauseReader:
         """Return a name, which is none of a union.
 
         Args:
-            name: The name.
             after: The word before it.
         """
         if name.listed:

@@ -426,11 +426,7 @@ class Scope:
     # --- dimensions ---------------------------------------------------------------------------
 
     def expect(self, value: Value, dimension: Dimension, span: Span, *, what: str) -> None:
-        """Reject a value of another dimension, with a hint.
-
-        Args:
-            value: The value.
-        """
+        """Reject a value of another dimension, with a hint."""
         if value.dimension == dimension:
             return
         wanted = describe(dimension)

@@ -147,9 +147,6 @@ def find_entry(
 def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
     """Return the value of one entry in SI units, or reject the item.
 
-    Args:
-        entry: The entry.
-
     Raises:
         TypeError: The entry has a form of its own, which its block reads.
     """
@@ -186,7 +183,6 @@ def read_value(
 
     Args:
         kind: Kind of the entry.
-        node: The expression.
     """
     match kind:
         case Several(dimension=dimension, at_least=low):
@@ -235,11 +231,7 @@ def read_value(
 
 
 def read_angle(node: s.Expression, scope: Scope, *, what: str) -> float:
-    """Return an angle [rad], which is at most a whole turn if it is written without a unit.
-
-    Args:
-        node: The expression.
-    """
+    """Return an angle [rad], which is at most a whole turn if it is written without a unit."""
     value = scope.number(node)
     scope.expect(value, NUMBER, node.span, what=what)
     angle = float(value.amount)

@@ -26,7 +26,6 @@ def respelled(source: Source, *, has_heading: bool = True) -> Source:
     """Return a text with measures as conditions have them.
 
     Args:
-        source: The text.
         has_heading: Whether it begins with ``language 1``.
 
     Raises:

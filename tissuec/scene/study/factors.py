@@ -403,8 +403,6 @@ def in_unit(node: s.Expression, value: Value, unit: str) -> float:
 
     Args:
         node: How it is written.
-        value: Its value.
-        unit: The unit.
     """
     inner = node.operand if isinstance(node, s.Signed) else node
     if isinstance(inner, s.Quantity | s.Number) and getattr(inner, "unit", "") == unit:

@@ -26,7 +26,6 @@ def alone(program: Program, *, expects: bool = False) -> Program:
     """Return the scene of a program without its learn and study blocks.
 
     Args:
-        program: The program.
         expects: Whether to keep what is expected of a run.
     """
     modules = (
@@ -74,7 +73,6 @@ def check_rows(
     """Report values of runs that the scene does not take, with the runs that have them.
 
     Args:
-        study: The study.
         rows: Values of the factors for each run; None where the scene has its own.
         program: Of the scene, as ``alone`` returns it.
         overrides: Texts of ``--set``.

@@ -93,7 +93,6 @@ def read_word(
     """Return the word of a scale that a phrase means, or reject it.
 
     Args:
-        scale: The scale.
         in_conclusion: Whether the phrase is part of a conclusion.
     """
     front, rest = reading(name.key, scale.scale.words, hedges) or _unknown(
@@ -131,7 +130,6 @@ def reading(
     until the rest is a word.
 
     Args:
-        phrase: The phrase.
         words: Words of the scale.
         hedges: Known hedges.
     """

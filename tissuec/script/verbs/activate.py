@@ -88,7 +88,6 @@ class Activate(VerbSentence, frozen=True):
         """Return the active elements, shape by shape.
 
         Args:
-            network: The network.
             name: Beginning of the names of their blocks.
             profile: Of the stress.
         """

@@ -238,7 +238,6 @@ def sever(state: State, springs: Indices, cut: Cut) -> LoggedEvent:
     Args:
         state: Changed in place.
         springs: Indices, shape (n,).
-        cut: The cut.
     """
     text = sentence(cut.span)
     if state.network.cutting is not None:
@@ -257,7 +256,6 @@ def when(profile: TimeProfile, share: float, start: float, stop: float) -> float
     The time is found by bisection.
 
     Args:
-        profile: The profile.
         share: Value to be reached, 0 to 1.
         start: Time before it [s].
         stop: Time after it [s].

@@ -150,7 +150,6 @@ class CutSurface(Struct, frozen=True, eq=False):
 
         Args:
             tool: The scissors.
-            blade: The blade.
             profile: Of its way, from 0 to 1.
         """
         middle = np.clip(0.5 * (self.low + self.high), 0.0, 1.0)
@@ -218,7 +217,6 @@ def _of_elements(
     """Return the surface of elements.
 
     Args:
-        field: The elements.
         items: Which of them, shape (n,).
         each: Their resistance [J/m²], shape (n,).
         blade: None for cracks through whole elements.

@@ -78,7 +78,6 @@ def joined(motion: PrescribedMotion, state: State, nodes: Indices) -> Prescribed
     """Return a motion that carries additional nodes along from their present positions.
 
     Args:
-        motion: The motion.
         state: The present state.
         nodes: Indices, shape (n,).
     """

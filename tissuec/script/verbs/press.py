@@ -63,7 +63,6 @@ class Press(VerbSentence, frozen=True):
         """Return the pressure on the surface.
 
         Args:
-            network: The network.
             key: Name of its block.
             profile: Of the pressure.
 

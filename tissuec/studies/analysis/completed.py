@@ -60,11 +60,7 @@ class Completed(Struct, frozen=True, eq=False):
 
 
 def completed(table: StudyTable, measure: Column | MeasureCurve | None = None) -> Completed:
-    """Return the runs that came to an end, and have a value of a measure if one is given.
-
-    Args:
-        measure: A measure or curve of it.
-    """
+    """Return the runs that came to an end, and have a value of a measure if one is given."""
     ended, known = table.finished, _has_value(table, measure)
     left_out = LeftOut(
         planned=table.head.planned,

@@ -360,7 +360,6 @@ def surface_at(pieces: list[SurfacePiece], at: float) -> tuple[SurfacePiece, Flo
     """Return the visible piece of a smooth surface, and its points [m], shape (point, 3).
 
     Args:
-        pieces: The pieces.
         at: Moment, in frames.
     """
     piece = [one for one in pieces if one.frames[0] <= at + 1e-6 or one is pieces[0]][-1]

@@ -34,7 +34,6 @@ def is_there(life: Floats, frame: float) -> Mask:
 
     Args:
         life: First and last frame, in units of frames, shape (life, 2).
-        frame: The frame.
     """
     return (life[:, 0] <= frame) & (frame < life[:, 1])
 

@@ -56,7 +56,6 @@ def save(figure: "drawing.Figure", path: Path, *, dpi: float = DPI) -> None:
     """Write a figure to a file, in the format of its suffix.
 
     Args:
-        figure: The figure.
         path: The file.
         dpi: Resolution [1/inch].
 
@@ -218,7 +217,6 @@ def _renderer() -> type[Any]:
             """Return width, height and descent of a text in our fonts [px].
 
             Args:
-                s: The text.
                 prop: Its font.
                 ismath: Whether it is a formula.
             """
@@ -230,7 +228,6 @@ def _renderer() -> type[Any]:
             Args:
                 gc: Looks.
                 x, y: Its place [px].
-                s: The text.
                 rest, more: As matplotlib has them.
             """
             super().draw_text(gc, x, y, in_latex(s), *rest, **more)

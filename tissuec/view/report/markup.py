@@ -43,7 +43,6 @@ def element(tag: str, /, *content: Content, **attributes: str | int | bool | Non
     """Return an element.
 
     Args:
-        tag: Its tag.
         content: What is in it.
         attributes: ``class_`` becomes ``class``, ``aria_label`` becomes ``aria-label``; those
             that are None or False are left out.
@@ -118,8 +117,6 @@ def folded(summary: Content, *content: Content, **attributes: str | bool | None)
     """Return content that is shown when its summary is clicked.
 
     Args:
-        summary: The summary.
-        content: The content.
         attributes: Attributes of the element.
     """
     return element("details", element("summary", summary), *content, **attributes)

@@ -53,7 +53,6 @@ def document(title: str, header: Html, parts: Sequence[Section]) -> str:
     Args:
         title: Of the window.
         header: The part above all sections.
-        parts: The sections.
     """
     main = element("main", header, [part.write() for part in parts])
     page = element(
