@@ -299,4 +299,4 @@ def go_through(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
 
 def _orientations(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
     """Return six times the signed volumes of tetrahedra."""
-    return np.einsum("...k,...k->...", np.cross(b - a, c - a), d - a)
+    return dot(cross(b - a, c - a), d - a)

@@ -19,6 +19,7 @@ from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.nearest import TRIANGLE, places
 from tissuec.geometry.neighbours import in_balls
+from tissuec.geometry.outline import Outline
 from tissuec.geometry.sweeps import Passage, SweptSurface, boxes, through
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network
@@ -79,6 +80,7 @@ class _Couple:
         self._around: Floats | None = None
         self._near: list[tuple[WatchedSkin, WatchedSkin, Indices]] = []
         self._orders = [(one, other)] if one is other else [(one, other), (other, one)]
+        self._outline = Outline.of(one.surface.edges) if one is other else None
 
     @property
     def is_one(self) -> bool:
@@ -94,6 +96,8 @@ class _Couple:
             position: Of all nodes [m], shape (node, 3).
             alive: Springs that are there, shape (spring,).
         """
+        if self._outline and self.one.whole(alive).all() and self._outline.is_simple(position):
+            return []
         here = position[self._nodes]
         here = here - here.mean(axis=0)
         if (
