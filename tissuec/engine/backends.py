@@ -28,7 +28,7 @@ class Inside(Struct, frozen=True):
     prepare: Callable[..., None]
 
 
-#: Steps in place, and returns why it came back.
+#: Steps in place, and returns why it stopped.
 Drive = Callable[[Progress, Task, Any, Any, Any], int]
 
 

@@ -360,7 +360,7 @@ class Engine:
                     return Interruption("paused", stepper.progress.time)
 
     def _call(self, watch: Watch | None, survey: Survey | None) -> int | None:
-        """Call the loop over steps; return why it came back, None if it is to be called again.
+        """Call the loop over steps; return why it returned, or None to call it again.
 
         With a survey, or without any condition, many steps are made at once, and made again one
         by one if a condition may hold in them, or an element break.

@@ -136,7 +136,7 @@ class MethodControl:
         """Go on explicitly where an implicit method failed that was our own choice.
 
         Args:
-            reason: Why the loop over steps came back.
+            reason: Why the loop over steps returned.
             state: Of the run.
         """
         failed = reason in (UNSOLVED, UNDERFLOW, OUTSIZE)

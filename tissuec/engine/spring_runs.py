@@ -2,7 +2,7 @@
 
 A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …, of which
 lattices, tubes and sheets have many; short gaps are filled. They need no lists
-of nodes: all that belongs to a run lies in a row in memory.
+of nodes: the values of a run are contiguous in memory.
 
 Runs end where a tile of ``forces.runs_kernel`` ends, for lower nodes as for upper ones. They
 are kept in blocks by their lower nodes: ``engine.threads``.

@@ -191,7 +191,7 @@ class Stepper:
         return self.asked + BACKENDS[self.backend].pace // (len(self.inputs.springs.ids) + 100)
 
     def call(self, hold: int, evaluations: int) -> int:
-        """Run the loop over steps once; return why it came back.
+        """Run the loop over steps once; return why it returned.
 
         Args:
             hold: As in ``Task``.

@@ -1,8 +1,8 @@
 """Reading of results: every fault of the file becomes a ResultError that names it.
 
-A file says of each dataset of which kind and size it is, and what checksum it has. The first
-two are compared with the datasets when the file is opened, before anything is read or memory
-asked for; the checksum, against what is read.
+A file lists the type, the size and the checksum of each dataset. Types and sizes are compared
+with the datasets when the file is opened, before anything is read or memory is allocated;
+checksums are compared when data is read.
 """
 
 import json as plain
@@ -35,7 +35,7 @@ class ResultGroup:
     Args:
         group: It is, as h5py has it.
         name: Of the file, for messages.
-        sums: What the file says of its datasets, by their paths.
+        sums: Type, size and checksum of each dataset, by its path.
     """
 
     def __init__(self, group: h5py.Group, name: str, sums: Mapping[str, DatasetSum]):
@@ -71,7 +71,7 @@ class Dataset:
 
     Attributes:
         dtype, shape: Of its numbers.
-        path: Where it stands in the file.
+        path: Its place in the file.
     """
 
     def __init__(self, dataset: h5py.Dataset, path: str, file: str, known: DatasetSum | None):

@@ -1,7 +1,7 @@
 """The state from which an interrupted run resumes, and the part of the file that is valid.
 
-A checkpoint says of which format, of which version of the program and of which scene and
-network it is.
+A checkpoint contains its format, the version of the program, and digests of the scene and the
+network.
 """
 
 import json
@@ -98,7 +98,7 @@ def read_checkpoint(file: ResultGroup) -> Checkpoint | None:
 
 
 def _check_version(group: ResultGroup) -> None:
-    """Refuse the checkpoint of another version, which might go on otherwise."""
+    """Refuse the checkpoint of another version, which might continue differently."""
     written = access.json(group, "version") if "version" in group else None
     if written != [FORMAT, __version__]:
         version = "another version of tissuec"

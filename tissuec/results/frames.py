@@ -1,10 +1,8 @@
 """The recorded part of the network in frames, and just before and after events.
 
-The net just before and just after events, which frames at even distances in time miss.
-
-Between two frames, a reader may interpolate the motion; across a cut it must not. So the net is
-written twice at the time of an event, in a table of its own: frames keep the times that the
-scene asks for.
+Between two frames, a reader may interpolate the motion, but not across a cut. So the net is
+written twice at the time of an event, in a separate table: frames keep the times that the scene
+requests.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,7 +38,7 @@ class FrameRecorder:
 
     Attributes:
         alive: Which springs are alive, shape (spring,); None until it was said.
-        waiting: Frames that came since `flushed` was called.
+        waiting: Frames added since `flushed` was called.
     """
 
     def __init__(
@@ -267,7 +265,7 @@ def _rows_of_a_chunk(rows: int) -> int:
 
 
 class Sides:
-    """The net on both sides of events, read when it is asked for.
+    """The net on both sides of events, read on request.
 
     The rows of all arrays are in turn before and after an event.
 

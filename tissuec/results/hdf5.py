@@ -97,12 +97,12 @@ def change_attribute(attributes: Any, name: str, value: float) -> None:
 
 
 def external_link(file: str, path: str) -> Any:
-    """Return a link to what stands at ``path`` in another file."""
+    """Return a link to ``path`` in another file."""
     return _H5PY.ExternalLink(file, path)
 
 
 def soft_link(path: str) -> Any:
-    """Return a link to what stands at ``path`` in the same file."""
+    """Return a link to ``path`` in the same file."""
     return _H5PY.SoftLink(path)
 
 

@@ -1,6 +1,6 @@
 """A file with atomic commits, which survive a kill of the writer at any moment.
 
-HDF5 rewrites blocks in place, in an order of its own, so a process that dies between two of
+HDF5 rewrites blocks in place, in any order, so a process that dies between two of
 those writes leaves a file that may not open. Here every write stays in memory until `commit`:
 
 1. new bytes are written behind the old end of the file, where nothing refers to them yet;
@@ -110,7 +110,7 @@ class JournaledFile(io.RawIOBase):
         """Make the next state ``size`` bytes long, filled with zeros where it grows."""
         former, self._size = self._size, self._position if size is None else size
         if former < self._kept < self._size or former < self._size <= self._kept:
-            # What was cut away does not come back: it stands in the file until the commit.
+            # What was cut away does not reappear: it remains in the file until the commit.
             self._write_kept(former, memoryview(bytes(min(self._size, self._kept) - former)))
         tail = max(0, self._size - self._kept)
         del self._tail[tail:]

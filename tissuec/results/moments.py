@@ -1,7 +1,7 @@
 """The moments of a result that a film is made of: frames, and both sides of events.
 
-Rows are moments in the order of time. At an event, the net before it stands in front of the net
-after it, at the same time, so that what lies between two rows is free of events.
+Rows are moments in the order of time. At an event, the net before it precedes the
+net after it, at the same time, so that no event is between two rows.
 """
 
 from collections.abc import Iterator

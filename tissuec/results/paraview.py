@@ -1,6 +1,6 @@
-"""Files that show ParaView the smooth surfaces of a result, and copies of results with them.
+"""Files with the smooth surfaces of a result for ParaView, and copies of results with them.
 
-ParaView opens what stands under ``/VTKHDF`` in a file, which is the net. A *view* is a file of
+ParaView opens the group ``/VTKHDF`` of a file, which is the net. A *view* is a file of
 a kilobyte beside the result whose ``/VTKHDF`` is a link to one of its surfaces.
 """
 

@@ -8,8 +8,8 @@ polygons, strips. (VTK file formats, section VTKHDF, version 2.2.)
 De Buyl, Colberg and Höfling, "H5MD: a structured, efficient, and portable file format for
 molecular data", Comput. Phys. Commun. 185 (2014) 1546. The views are virtual datasets, whose
 size is fixed: they are made when a file is closed, and removed when its run resumes. Their
-``unit`` stands at the group of each quantity: MDAnalysis refuses a ``value`` whose own ``unit``
-is metres or newtons, whatever it is asked to convert.
+``unit`` is an attribute of the group of each quantity: MDAnalysis refuses a ``value`` whose own
+``unit`` is metres or newtons, even if it need not convert it.
 """
 
 from collections.abc import Iterable, Mapping

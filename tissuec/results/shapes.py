@@ -125,8 +125,8 @@ def write_xml(path: Path, kind: str, body: str) -> None:
 
     Args:
         path: The file.
-        kind: Type of the data, which is the name of the outer element, too.
-        body: What stands in that element.
+        kind: Type of the data, which is also the name of the outer element.
+        body: Content of that element.
     """
     head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian"'
     text = f'{head} header_type="UInt64">\n<{kind}>\n{body}</{kind}>\n</VTKFile>\n'

@@ -107,7 +107,7 @@ class Store:
 
     Args:
         path: The file.
-        mode: "create" for an empty file, "update" to go on with one.
+        mode: "create" for an empty file, "update" to continue one.
 
     Raises:
         PlaceError: Another run is writing it.

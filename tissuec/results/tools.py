@@ -23,7 +23,7 @@ class HoldInterval(Struct, frozen=True, eq=False):
     Attributes:
         time: When [s].
         holder: "fix", or the name of a tool or set.
-        nodes: Network numbers, shape (node,); none when everything is let go.
+        nodes: Network numbers, shape (node,); none when everything is released.
     """
 
     time: float

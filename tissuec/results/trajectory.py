@@ -1,4 +1,4 @@
-"""Reading a result file: nothing is loaded before it is asked for."""
+"""Reading a result file: data is loaded on request only."""
 
 import shutil
 import weakref
@@ -58,7 +58,7 @@ from tissuec.results.volume_cells import VolumeCells
 class Trajectory:
     """A result file, finished or not; use it in a ``with`` statement, or `close` it.
 
-    Nothing is read before it is asked for, and all numbers are in SI units. Frames number the
+    Data is read on request only, and all numbers are in SI units. Frames number the
     recorded nodes from 0; `nodes` and `springs` are their numbers in the network and `node_ids`
     and `spring_ids` those of the scene. `nodes_of` and `springs_of` find those of a set.
 
@@ -74,7 +74,7 @@ class Trajectory:
         self._opened = open_result(self.path)
         self._is_temporary = False
         self._steps: dict[str, Indices] = {}
-        self._drawn: tuple[int, Cells] | None = None  # of the part that was asked for last
+        self._drawn: tuple[int, Cells] | None = None  # of the part requested last
 
     @property
     def _file(self) -> ResultGroup:

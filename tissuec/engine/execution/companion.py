@@ -313,7 +313,7 @@ class Companion:
         return times > MOST and times * ran.cost > LEAST
 
     def _too_dear(self, ran: Statistics, rows: Floats) -> str:
-        """Return the unchecked part, where the companion came no further than some rows."""
+        """Return which part is unchecked, where the companion reached only some of the rows."""
         own = ", ".join(dict.fromkeys(change.method for change in ran.changes))
         known = self.times[np.isfinite(rows).all(axis=(1, 2))]
         until = float(known.max(initial=0.0))

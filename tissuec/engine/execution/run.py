@@ -114,7 +114,7 @@ class RunLoop:
         """Carry out everything that happens at the time to which the run has come.
 
         Args:
-            reason: Why ``advance`` came back; not for a pause.
+            reason: Why ``advance`` returned; not for a pause.
         """
         state, duration = self.run_state.state, self.plan.simulation.duration
         if reason.kind == "diverged" or reason.kind == "stuck":

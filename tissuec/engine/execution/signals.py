@@ -44,7 +44,7 @@ class StopRequest:
 
     @property
     def is_late(self) -> bool:
-        """Return whether a signal came after the last question."""
+        """Return whether a signal arrived after the last query."""
         return self._signal is not None and not self.answered
 
     def take(self, number: int, frame: FrameType | None) -> None:
@@ -73,10 +73,10 @@ def interruption(number: int | None) -> KeyboardInterrupt:
 def asked_to_stop(further: Interrupt | None = None) -> Generator[StopRequest]:
     """Yield a question whether to stop: after a signal, or if ``further`` says so.
 
-    Outside of the main thread, and where somebody else handles a signal, it is left alone.
+    Outside of the main thread, and where other code handles a signal, its handler stays.
 
     Raises:
-        KeyboardInterrupt: A signal came after the last question, in the end.
+        KeyboardInterrupt: At the end, if a signal arrived after the last query.
     """
     stop = StopRequest(further)
     with _handled(stop.take):

@@ -146,7 +146,7 @@ class StepwiseRun:
 
         Raises:
             ValueError: The time is before the present one.
-            KeyboardInterrupt: A signal came; the run can continue from where it is.
+            KeyboardInterrupt: A signal arrived; the run can continue from where it is.
         """
         if time < self.time:
             raise ValueError(f"cannot step back from {self.time:g} s to {time:g} s")

@@ -190,7 +190,7 @@ def _ends(scenery: Scenery, event: Event) -> Indices:
 
 
 def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
-    """Return the blades of one cut, which may go on through several events."""
+    """Return the blades of one cut, which can last over several events."""
     moments = scenery.moments
     places: list[Floats] = []
     ways: list[Floats] = []

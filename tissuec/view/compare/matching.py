@@ -110,7 +110,7 @@ def _spring_codes(
 
 
 def _told_apart(a: Indices, b: Indices) -> tuple[Indices, Indices]:
-    """Return codes in which those that come again have numbers of their own."""
+    """Return codes in which repeated ones have distinct numbers."""
     again_a, again_b = _occurrence(a), _occurrence(b)
     most = max(int(again_a.max(initial=0)), int(again_b.max(initial=0))) + 1
     return a * most + again_a, b * most + again_b

@@ -86,7 +86,7 @@ def chosen_measures(table: StudyTable, names: Sequence[str]) -> list[Column]:
     known = [one for one in chosen if len(completed(table, one).rows)]
     if not known:
         names = ", ".join(f'"{one.name}"' for one in chosen)
-        raise TissueError(f"no run that came to an end has a value of {names}")
+        raise TissueError(f"no run that finished has a value of {names}")
     return known
 
 

@@ -146,7 +146,7 @@ class ReportContent:
 
     @cached_property
     def kind(self) -> Kind:
-        """Whether the run came to its end."""
+        """How the run ended."""
         return kind_of(self.manifest)
 
     @property

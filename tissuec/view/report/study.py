@@ -84,7 +84,7 @@ def _measures(table: StudyTable) -> Section | None:
     if not table.measures:
         return None
     rows = [row(one.title, range_of(table, one)) for one in table.measures]
-    heads = ("measure", "range over the runs that came to an end")
+    heads = ("measure", "range over the runs that finished")
     return Section("measures", "What was measured", table_of("Measures", heads, rows))
 
 

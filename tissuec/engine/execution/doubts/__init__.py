@@ -1,8 +1,8 @@
-"""What makes the numbers of a run doubtful, watched while it runs.
+"""Signs of doubtful numbers, for which states are examined during a run.
 
-A watch is a class registered by its kind, in a file of its own. It examines states of the run,
-``LOOKS`` times at most and at the end, and yields findings; what becomes of them, in the event
-log, the result and all reports, is the same for every kind. Looking changes nothing.
+A watch is a class registered by its kind, in a separate file. It examines at most ``LOOKS``
+states of the run and the last one, and yields findings. The event log, the result and all
+reports treat findings of every kind alike. Watches do not change the state.
 """
 
 from collections.abc import Iterator
