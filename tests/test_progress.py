@@ -97,6 +97,17 @@ def test_what_comes_before_the_first_step_is_said(monkeypatch):
     assert said and terminal.getvalue().count("preparing") == said
 
 
+def test_the_check_after_the_last_step_is_said(monkeypatch):
+    terminal = impatient(monkeypatch, Terminal())
+    with RunProgress("tube.tis", 2.0, shown=True) as line:
+        line.at(1.0)
+        time.sleep(0.2)
+        assert "checking the accuracy" not in terminal.getvalue()
+        line.at(2.0)
+        until(lambda: "checking" in terminal.getvalue(), 5.0)
+    assert "tube.tis: simulated; checking the accuracy and" in terminal.getvalue()
+
+
 def test_off_a_terminal_nothing_is_shown(monkeypatch):
     stream = impatient(monkeypatch, io.StringIO())
     with RunProgress("tube.tis", 2.0, shown=True) as line:

@@ -125,21 +125,25 @@ class RunProgress(ProgressLine):
         compiles: bool = True,
         anywhere: bool = False,
     ):
-        meanwhile = self._before_steps if compiles else None
+        meanwhile = self._beside_steps if compiles else None
         super().__init__(name, shown=shown, meanwhile=meanwhile, anywhere=anywhere)
         self.duration = duration
         self.first: tuple[float, float] | None = None
+        self.is_done = False
 
-    def _before_steps(self) -> str:
+    def _beside_steps(self) -> str:
         """Return the task under way while no time is reported, "" for none."""
         if getattr(sys.modules.get(LOADER), "translating", False):
             return "compiling kernels"
+        if self.is_done:
+            return "simulated; checking the accuracy and writing the result"
         return "preparing" if self.first is None else ""
 
     def at(self, time: float) -> None:
         """Show a simulated time [s], if it is time to."""
         if self.first is None:
             self.first = (clock.monotonic(), time)
+        self.is_done = time >= self.duration
         self.show(lambda now: self._line(now, time))
 
     def _line(self, now: float, time: float) -> str:
