@@ -23,7 +23,7 @@ from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.manifest import manifest_of, outcome_facts
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, in_order_of_text
 from tissuec.core.names import key_of
 from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.program.imports import Program, load
@@ -190,7 +190,8 @@ def compile_program(
         from tissuec.compiler.study.block import check_studies  # where there are any
 
         check_studies(compiled, program, request.overrides, levels=levels)
-    warnings = (*findings.warnings, *check_all(compiled, thorough=thorough))
+    checked = check_all(compiled, thorough=thorough)
+    warnings = tuple(in_order_of_text((*findings.warnings, *checked)))
     if request.strict and warnings:
         raise CompileError(warnings)
     return compiled, warnings

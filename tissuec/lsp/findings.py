@@ -14,7 +14,7 @@ from tissuec.compiler.checks.coarse_bodies import coarse
 from tissuec.compiler.checks.nets import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler.compile import Compiled
 from tissuec.core.catalogue import reference
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, in_order_of_text
 from tissuec.core.files import write_file
 from tissuec.core.hints import Edit
 from tissuec.core.keeping import cache_folder
@@ -77,8 +77,9 @@ def check(
         further += tuple(floppy(compiled, count))
         further += tuple(unstable(compiled, find))
     except _NotCounted:
-        return Checked((*warnings, *further), compiled, is_thorough=False)
-    return Checked((*warnings, *further), compiled, is_thorough=is_whole)
+        is_whole = False
+    ordered = tuple(in_order_of_text((*warnings, *further)))
+    return Checked(ordered, compiled, is_thorough=is_whole)
 
 
 def _not_now(_: State) -> NoReturn:

@@ -9,7 +9,7 @@ from typing import TypeVar
 from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
-from tissuec.core.errors import Diagnostic, in_order_of_text
+from tissuec.core.errors import Diagnostic
 from tissuec.core.registry import Family
 
 R = TypeVar("R", bound=Callable[..., Iterator[Diagnostic]])
@@ -43,11 +43,11 @@ def thorough_check(rule: R) -> R:
 
 
 def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
-    """Return the warnings of every check, in the order of the text.
+    """Return the warnings of every check.
 
     Args:
         compiled: The scene.
         thorough: Whether to make also thorough checks.
     """
     checks = (each for each in CHECKS.values() if thorough or not each.is_thorough)
-    return in_order_of_text(finding for each in checks for finding in each.find(compiled))
+    return [finding for each in checks for finding in each.find(compiled)]
