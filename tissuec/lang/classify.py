@@ -19,7 +19,14 @@ from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.token_names import expected, shown
 from tissuec.lang.tokens import Token, number_and_unit
 from tissuec.lang.unopened import begins_block
-from tissuec.lang.words import CONTINUING, JOINING_WORDS, RESERVED, STARTING, TIME_WORDS
+from tissuec.lang.words import (
+    CONTINUING,
+    DECLARING_WORDS,
+    JOINING_WORDS,
+    RESERVED,
+    STARTING,
+    TIME_WORDS,
+)
 from tissuec.lang.wrong_sign import (
     BINDERS,
     NUMBERS,
@@ -39,6 +46,9 @@ _PER_SECOND = re.compile(r"1/s\b")
 
 #: What may follow a unit to make it a larger one.
 _FURTHER_UNITS = re.compile(r"([*/·][^\W\d_]+(\^-?[0-9]+)?)*")
+
+#: The beginnings of statements that hold no colon.
+_KEYWORDS_ALONE = [[word.upper()] for word in DECLARING_WORDS]
 
 #: After a word that begins a statement, one of these comes next.
 _GOES_ON = frozenset({"WORD", "STRING", "EQUAL", "IS", "LBRACE"})
@@ -199,6 +209,14 @@ def _path_without_quotes(m: Mistake) -> Diagnostic | None:
     )
     hint = Hint(f'write use "{path}"', quoted)
     return m.finding("TIS312", "a path must be in quotes", hint)
+
+
+def _colon_after_keyword(m: Mistake) -> Diagnostic | None:
+    """Recognise ``expect: energy drift < 1 %`` and ``let: x = 3 mm``."""
+    if m.found.type != "COLON" or [one.type for one in m.before] not in _KEYWORDS_ALONE:
+        return None
+    hint = Hint('leave out ":"', Edit(""))
+    return m.finding("TIS312", '":" is allowed only after a time or a condition', hint)
 
 
 def _colon_for_equal(m: Mistake) -> Diagnostic | None:
@@ -543,6 +561,7 @@ _KINDS = (
     is_for_equal,
     is_before_number,
     equal_for_is,
+    _colon_after_keyword,
     _colon_for_brace,
     _colon_for_equal,
     _named_argument,
