@@ -204,6 +204,16 @@ def test_explain_names_rule_line_and_degree_of_each_quantity_of_the_tube(reposit
         assert first["facts"]
 
 
+def test_a_reader_that_has_seen_enough_is_no_error(repository):
+    read, write = os.pipe()
+    os.close(read)
+    scene = repository / "library/scenes/sterilisation.tis"
+    command = [sys.executable, "-m", "tissuec", "explain", str(scene)]
+    ended = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, env=ENVIRONMENT)
+    os.close(write)
+    assert (ended.returncode, ended.stderr) == (0, b"")
+
+
 @pytest.mark.parametrize("width", [80, 120])
 def test_explain_fits_the_terminal_and_loses_no_word(repository, monkeypatch, width):
     wide = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout

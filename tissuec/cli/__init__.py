@@ -7,6 +7,7 @@ import signal
 import sys
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -92,6 +93,14 @@ class LazyGroup(CommandGroup):
             )
         return super().resolve_command(ctx, args)
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; a reader of stdout that has seen enough, as in ``| head``, is fine."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # open until the exit
+            return DONE
+
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="tissuec")
@@ -125,10 +134,6 @@ def run_guarded(command: click.Command) -> int:
             return int(command(standalone_mode=False) or DONE)
     except click.exceptions.Exit as error:
         return error.exit_code
-    except BrokenPipeError:
-        # The reader of stdout has seen enough, as with "| head".
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # open until the exit
-        return DONE
     except (Exception, KeyboardInterrupt) as error:
         code, message = _judged(error)
         if "--json" in sys.argv:  # a command line that is wrong was not read to its end

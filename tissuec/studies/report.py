@@ -150,7 +150,7 @@ def values_of(factor: Column) -> str:
 
 
 def range_of(table: StudyTable, measure: Column) -> str:
-    """Return the range of a measure over the runs that came to an end, with its median."""
+    """Return the range of a measure over the runs that finished, with its median."""
     found = completed(table, measure)
     if not len(found.rows):
         return f"no value; {found.left_out}"

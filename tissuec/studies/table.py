@@ -263,7 +263,7 @@ class StudyTable(Struct, frozen=True, eq=False):
 
     @property
     def finished(self) -> NDArray[np.bool_]:
-        """Return which runs came to an end, their own or that of the script, shape (row,)."""
+        """Return which runs finished, at their own end or that of the script, shape (row,)."""
         return np.isin(self.outcome, (DONE, ENDED))
 
     @property

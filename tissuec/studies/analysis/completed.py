@@ -23,7 +23,7 @@ class LeftOut(Struct, frozen=True):
     Attributes:
         planned: Runs of the whole study.
         failed: Those that did not come to an end.
-        empty: Those that came to an end, but lack the requested value.
+        empty: Those that finished, but lack the requested value.
         missing: Those that are not done yet.
     """
 
@@ -48,7 +48,7 @@ class LeftOut(Struct, frozen=True):
 
 
 class Completed(Struct, frozen=True, eq=False):
-    """Runs that came to an end and have a value.
+    """Runs that finished and have a value.
 
     Attributes:
         rows: Their rows in the table, shape (run,).
@@ -60,7 +60,7 @@ class Completed(Struct, frozen=True, eq=False):
 
 
 def completed(table: StudyTable, measure: Column | MeasureCurve | None = None) -> Completed:
-    """Return the runs that came to an end, and have a value of a measure if one is given."""
+    """Return the runs that finished, and have a value of a measure if one is given."""
     ended, known = table.finished, _has_value(table, measure)
     left_out = LeftOut(
         planned=table.head.planned,

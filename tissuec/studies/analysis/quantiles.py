@@ -79,7 +79,7 @@ class Quantiles(Answer[Quantile], frozen=True, eq=False, kw_only=True):
 
 
 def quantiles(table: StudyTable, measure: str, parts: Sequence[float] = PARTS) -> Quantiles:
-    """Return quantiles of a measure over the runs that came to an end.
+    """Return quantiles of a measure over the runs that finished.
 
     Args:
         measure: Name of the measure.
