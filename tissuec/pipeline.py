@@ -25,13 +25,14 @@ from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic, in_order_of_text
 from tissuec.core.names import key_of
+from tissuec.core.source import Span
 from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.program.imports import Program, load
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve, resolve_words
-from tissuec.script.fit_problem import FitProblem
+from tissuec.script.fit_problem import Data, FitProblem
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
@@ -76,7 +77,7 @@ def check_request(
     Args:
         request: What to check.
         thorough: Whether to run the slow checks of the net as well.
-        levels: Whether to try the values of studies.
+        levels: Whether to try the values of studies, and to read the data of learn blocks.
         resolved: Called with the findings so far once all names are resolved.
     """
     findings = Findings()
@@ -177,7 +178,7 @@ def compile_program(
         request: The request of the run.
         findings: Takes diagnostics.
         thorough: Whether to run the slow checks of the net as well.
-        levels: Whether to try the values of studies.
+        levels: Whether to try the values of studies, and to read the data of learn blocks.
         resolved: Called with the findings so far once all names are resolved.
 
     Raises:
@@ -190,11 +191,60 @@ def compile_program(
         from tissuec.compiler.study.block import check_studies  # where there are any
 
         check_studies(compiled, program, request.overrides, levels=levels)
+    if levels and compiled.fit_problems:
+        _check_data(compiled, request)
     checked = check_all(compiled, thorough=thorough)
     warnings = tuple(in_order_of_text((*findings.warnings, *checked)))
     if request.strict and warnings:
         raise CompileError(warnings)
     return compiled, warnings
+
+
+def _check_data(compiled: Compiled, request: Request) -> None:
+    """Report what is wrong with the data of learn blocks, once at each place.
+
+    Raises:
+        CompileError: Data is wrong, or the scene is, as an experiment has it.
+    """
+    from tissuec.measurements.reading import check_times, read_experiment  # where data is
+
+    library = compiled.scene.constants.library
+    if library is not None and library.kept is not None:
+        return  # the text of a result, which keeps no data
+    found: dict[Span | None, Diagnostic] = {}
+    for fit_problem in compiled.fit_problems:
+        for data in fit_problem.data:
+            try:
+                own, problem = set_for(compiled, fit_problem, data, request)
+                experiment = read_experiment(data, problem, own.network)
+                check_times(experiment, own.plan.simulation.duration)
+            except CompileError as error:
+                for one in error.diagnostics:
+                    found.setdefault(one.span, one)
+    findings = compiled.scene.constants.findings
+    findings.extend(found.values())
+    findings.raise_errors()
+
+
+def set_for(
+    compiled: Compiled, fit_problem: FitProblem, data: Data, request: Request
+) -> tuple[Compiled, FitProblem]:
+    """Return a scene and one of its learn blocks as they are set for one experiment.
+
+    Args:
+        compiled: The scene as it is written.
+        fit_problem: The learn block.
+        data: The experiment.
+        request: What the scene was compiled from.
+
+    Raises:
+        CompileError: The scene is wrong as it is set.
+    """
+    if not data.overrides:
+        return compiled, fit_problem
+    own = replace(request, overrides=(*request.overrides, *data.overrides))
+    compiled, _ = compile_request(own)
+    return compiled, next(one for one in compiled.fit_problems if one.name == fit_problem.name)
 
 
 class Result(Struct, frozen=True):

@@ -16,9 +16,9 @@ from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.core.text_tables import columns
 from tissuec.core.text_tables.columns import MARKS, is_ambiguous
-from tissuec.learn.data.experiment import Experiment, Series
-from tissuec.learn.data.reading import check_times, read_experiment
-from tissuec.learn.data.rows import nearest_rows
+from tissuec.measurements.experiment import Experiment, Series
+from tissuec.measurements.reading import check_times, read_experiment
+from tissuec.measurements.rows import nearest_rows
 
 FORCE = fit("force", "force_N")
 #: The start of a video-tracked cart: times to three digits, places in pixels.
@@ -523,7 +523,7 @@ def test_parts_are_those_of_rows_where_there_is_no_time_and_gaps_do_not_count():
 
 
 def test_tables_are_read_without_hdf5():
-    code = "import sys; import tissuec.learn.data.reading; assert 'h5py' not in sys.modules"
+    code = "import sys; import tissuec.measurements.reading; assert 'h5py' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

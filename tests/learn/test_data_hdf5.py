@@ -13,7 +13,7 @@ from tests.damage import replace as replaced
 from tests.hand_net import make_net
 from tests.learn.lessons import NET, data, fit, fit_problem
 from tissuec.core.errors import CompileError
-from tissuec.learn.data.reading import read_experiment
+from tissuec.measurements.reading import read_experiment
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.writer import ResultWriter
 

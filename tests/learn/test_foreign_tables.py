@@ -12,7 +12,7 @@ from tissuec.core.errors import CompileError
 from tissuec.core.text_tables.columns import BadRow, read_columns
 from tissuec.core.text_tables.table import find_dialect
 from tissuec.core.units import FORCE, TIME
-from tissuec.learn.data.reading import check_times, read_experiment
+from tissuec.measurements.reading import check_times, read_experiment
 
 ROWS = [(0.0, 10.0), (0.02, 15.5), (0.04, 21.0)]
 BODY = "".join(f"{t:.2f},{f:.4f}\n" for t, f in ROWS)

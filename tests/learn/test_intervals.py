@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from scipy.stats import t as student
 
 from tests.learn.lessons import data, fit, fit_problem
-from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.fit.assessment import contradictions, suspicions
 from tissuec.learn.fit.identifiability import judge
 from tissuec.learn.fit.linearised import linearised
@@ -20,6 +19,7 @@ from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.learn.fit.search import Search
 from tissuec.learn.parameters.blocks import Prior
+from tissuec.measurements.experiment import Experiment, Series
 
 REPEATS = 60
 #: A thread whose force stiffens with its stretch: c L / s (exp(s u / L) - 1), L = 10 mm; and

@@ -12,10 +12,10 @@ from tests.test_progress import Terminal
 from tissuec.cli import group, run_guarded
 from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.learn.data.reading import read_experiment
 from tissuec.learn.fit import gradient_check, learning, session
 from tissuec.learn.fit.gradient_check import Compared
 from tissuec.learn.fit.learning import LearnProgress, Unlearnable
+from tissuec.measurements.reading import read_experiment
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 

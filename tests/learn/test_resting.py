@@ -7,7 +7,6 @@ import pytest
 from scipy.optimize import least_squares
 
 from tissuec.core.errors import CompileError
-from tissuec.learn.data.reading import read_experiment
 from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
@@ -15,6 +14,7 @@ from tissuec.learn.derivatives.static_model import StaticModel
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
 from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.measurements.reading import read_experiment
 from tissuec.pipeline import compile_request
 from tissuec.scene.program.imports import read_source
 from tissuec.scene.request import Request

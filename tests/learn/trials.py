@@ -10,7 +10,6 @@ from tests.learn.lessons import NONE, fit_problem
 from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
-from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.derivatives.matrices import compiled_laws
@@ -18,6 +17,7 @@ from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.motion import Motion
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.measurements.experiment import Experiment, Series
 from tissuec.model.network import Floats
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request

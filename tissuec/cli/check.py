@@ -21,8 +21,9 @@ def command(
 ) -> Report:
     """Check SCENES for mistakes without simulating.
 
-    This builds the meshes, evaluates the sets and reads the script, so a scene that passes can
-    run. Files without a body (vocabularies, tissues) are also checked.
+    This builds the meshes, evaluates the sets, and reads the script and the data of learn
+    blocks, so a scene that passes can run. Files without a body (vocabularies, tissues) are
+    also checked.
     """
     found: list[Diagnostic] = []
     for path in scenes:

@@ -71,7 +71,7 @@ def check(
         return Checked(warnings, None, is_thorough=True)
     count = partial(_modes, documents.nets, thorough)
     find = unstable_node if thorough else _not_now
-    is_whole = thorough or not compiled.scene.studies
+    is_whole = thorough or not (compiled.scene.studies or compiled.fit_problems)
     further = (*late_breaking(compiled), *coarse(compiled))
     try:
         further += tuple(floppy(compiled, count))

@@ -1,7 +1,7 @@
 """The request of a ``learn`` block: measured data, fits, and parameters.
 
 Names are bound to the arrays of the network and numbers are in SI units, as in a plan. Data is
-not read here; their contents are read when the learning begins.
+not read here.
 """
 
 from collections.abc import Callable, Mapping

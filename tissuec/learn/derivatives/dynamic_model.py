@@ -6,7 +6,6 @@ import numpy as np
 from scipy import sparse
 
 from tissuec.kernels.derivative_records import Values
-from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.event_recording import EventRecorder
 from tissuec.learn.derivatives.event_schedule import EventSchedule
 from tissuec.learn.derivatives.methods import ChosenMethod
@@ -15,6 +14,7 @@ from tissuec.learn.derivatives.motion import Diverged, Motion, SampledStates
 from tissuec.learn.derivatives.observables import Observable, StateView, pull, push
 from tissuec.learn.derivatives.stepping import Stepping
 from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.measurements.experiment import Series
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan
 

@@ -21,11 +21,11 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.signals import interruption
 from tissuec.engine.method import Samples
-from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.measurements.experiment import Series
 from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Plan, Simulation, without_outputs

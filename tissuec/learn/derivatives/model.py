@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from tissuec.learn.data.experiment import Series
+from tissuec.measurements.experiment import Series
 from tissuec.model.network import Floats
 
 

@@ -15,7 +15,6 @@ from scipy import sparse
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
 from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
-from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.equilibria import (
     EquilibriumStage,
     StaticResponse,
@@ -35,6 +34,7 @@ from tissuec.learn.derivatives.observables import Observable, StateView, pull, p
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.derivatives.stepping import LegForces, act_on
 from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.measurements.experiment import Series
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import DataAxis
 

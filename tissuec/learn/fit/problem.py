@@ -14,10 +14,10 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError
-from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.derivatives.model import Model, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.parameters.blocks import Prior
+from tissuec.measurements.experiment import Experiment
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import FitProblem
 

@@ -13,13 +13,13 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
-from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.search import Search
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.learn.vocabulary.revision import GAIN, revise
 from tissuec.learn.vocabulary.used import request_of
+from tissuec.measurements.experiment import Experiment
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import FitProblem

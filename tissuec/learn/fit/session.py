@@ -5,13 +5,10 @@ from functools import partial
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.learn.data.experiment import Experiment
-from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.methods import choose
@@ -22,8 +19,10 @@ from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.learn.vocabulary.moving import WordsModel
+from tissuec.measurements.experiment import Experiment
+from tissuec.measurements.reading import check_times, read_experiment
 from tissuec.model.network import Floats
-from tissuec.pipeline import compile_request
+from tissuec.pipeline import set_for
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import WORDS, Data, FitProblem
 
@@ -236,10 +235,7 @@ def _of_data(
     scales: Mapping[int, float],
 ) -> _ExperimentScene:
     """Return the scene as it was set for a measurement."""
-    if data.overrides:
-        own = replace(request, overrides=(*request.overrides, *data.overrides))
-        compiled, _ = compile_request(own)
-        fit_problem = next(one for one in compiled.fit_problems if one.name == fit_problem.name)
+    compiled, fit_problem = set_for(compiled, fit_problem, data, request)
     shaping = Parametrisation(compiled, fit_problem, _words(compiled, fit_problem), scales)
     return _ExperimentScene(compiled, fit_problem, shaping)
 

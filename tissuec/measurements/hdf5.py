@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from tissuec.core.errors import counted
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, parse_unit
-from tissuec.learn.data.experiment import Series, nodes_of, owners
-from tissuec.learn.data.rows import Complaints, first_few, nearest_rows
+from tissuec.measurements.experiment import Series, nodes_of, owners
+from tissuec.measurements.rows import Complaints, first_few, nearest_rows
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.results import ForeignFileError, ResultError, access
 from tissuec.results.access import Dataset, ResultGroup

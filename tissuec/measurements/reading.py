@@ -12,9 +12,9 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.files import open_regular, read_rest
 from tissuec.core.hints import nearby_file
 from tissuec.core.units import TIME, show
-from tissuec.learn.data.experiment import Experiment, Series
-from tissuec.learn.data.rows import Complaints
-from tissuec.learn.data.tables import read_table
+from tissuec.measurements.experiment import Experiment, Series
+from tissuec.measurements.rows import Complaints
+from tissuec.measurements.tables import read_table
 from tissuec.model.network import Network
 from tissuec.script.fit_problem import Data, DataAxis, Fit, FitProblem
 
@@ -137,7 +137,7 @@ def _read_hdf5(
             f"{complaints.file} has times, but this block uses a displacement",
             hint="measure over time, or give a table of displacements",
         )
-    from tissuec.learn.data.hdf5 import read_hdf5  # late: tables need no h5py
+    from tissuec.measurements.hdf5 import read_hdf5  # late: tables need no h5py
 
     return read_hdf5(fits, network, complaints)
 

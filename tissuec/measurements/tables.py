@@ -15,8 +15,14 @@ from tissuec.core.text_tables.columns import GAP, BadRow, gap_mark
 from tissuec.core.text_tables.dialect import Dialect, decoded, is_count
 from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, Dimension, UnitError, describe, si_unit
-from tissuec.learn.data.experiment import Series, nodes_of, owners
-from tissuec.learn.data.rows import TWO_MACHINES, Complaints, DataRows, first_few, nearest_rows
+from tissuec.measurements.experiment import Series, nodes_of, owners
+from tissuec.measurements.rows import (
+    TWO_MACHINES,
+    Complaints,
+    DataRows,
+    first_few,
+    nearest_rows,
+)
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
 
