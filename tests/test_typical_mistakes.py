@@ -98,6 +98,9 @@ MISTAKES = {
     "set misspelt": M("grasp tip", "grasp tipp", "TIS301", "tipp", '"tip"'),
     "tool misspelt": M("with shears", "with sheers", "TIS301", "sheers", '"shears"'),
     "measure misspelt": M("expect speed", "expect sped", "TIS701", "sped", '"speed"'),
+    "measure without a subject misspelt": M(
+        "speed(rim) < 1 m/s", "enrgy drift < 1 %", "TIS701", "enrgy drift", '"energy drift"'
+    ),
     "mesh misspelt": M("is tube {", "is tub {", "TIS305", "tub", '"tube"'),
     "file misspelt": M("fuzzy/soft_tissue", "fuzzy/soft_tisue", "TIS601", None, "soft_tissue"),
     "property of tissue in a body": M(

@@ -66,7 +66,7 @@ MISTAKES = {
         "expect count(pieces", "assert count(pieces", "TIS312", "assert", 'write "expect"'
     ),
     "a colon after expect": M(
-        "expect count(pieces", "expect: count(pieces", "TIS312", "expect:", 'write "expect"'
+        "expect count(pieces", "expect: count(pieces", "TIS312", ":", 'leave out ":"'
     ),
     "a tool without kind": M(
         "{ kind is scissors }",

@@ -46,8 +46,8 @@ OF_BLOCKS = (
         "leave out the dash",
     ),
     Habit(
-        r"^(?P<wrong>(?:expects|expected|expecting|except|assert|ensure|require|verify|check):?"
-        r"|expect:) .*(?:[<>]|==|\bbetween\b|\bruptured\b).*",
+        r"^(?P<wrong>(?:expects|expected|expecting|except|assert|ensure|require|verify|check):?)"
+        r" .*(?:[<>]|==|\bbetween\b|\bruptured\b).*",
         'an expectation begins with "expect"', "expect",
     ),
     Habit(

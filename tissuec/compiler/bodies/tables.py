@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import CompileError
-from tissuec.core.hints import Edit, Hint, alternatives, insertion
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import (
@@ -292,6 +292,11 @@ class _NumberTable:
             if name not in self.known:
                 self._refuse_unit_in_name(where)
                 listed = [n for n in self.known if n in LISTED or n not in QUANTITIES]
+                for rest in () if did_you_mean(name, listed) else words[:2]:
+                    if did_you_mean(key_of(where.to(rest).text), listed):
+                        where = where.to(rest)
+                        name = where.text
+                        break
                 self.findings.reject(
                     "TIS303",
                     f'"{name}" is not a column of {self.table.name.text}',

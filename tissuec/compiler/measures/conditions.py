@@ -14,7 +14,7 @@ from tissuec.compiler.measures.observed import (
 )
 from tissuec.compiler.sets import Groups, unnamed
 from tissuec.core.errors import enumerated
-from tissuec.core.hints import Edit, Hint, alternatives, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
@@ -254,13 +254,17 @@ class Conditions:
         return ObservedMeasure(measure, tuple(subjects), time, along)
 
     def _refuse_bare(self, name: s.Name) -> None:
-        """Reject a measure without subject, such as ``energy``."""
+        """Reject a measure without subject, such as ``energy``, and a misspelt one."""
         meant = [
             measure
             for key, measure in MEASURES.items()
             if name.key in (key, measure.form.partition("(")[0])
         ]
         if not meant:
+            near = did_you_mean(name.key, MEASURES)
+            if near and not did_you_mean(name.text, self.scope.names()):
+                message = f'"{name.text}" is not a measure'
+                self.findings.reject("TIS701", message, name.span, hint=near)
             return
         first, bodies = meant[0], self.groups.names_of_bodies()
         hint = Hint(f"write {', or '.join(measure.form for measure in meant)}")
