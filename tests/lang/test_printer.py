@@ -95,6 +95,10 @@ b {
     assert formatted(text) == expected
 
 
+def test_a_sign_behind_a_comment_joins_two_operands():
+    assert formatted("a = [b # why\n- -c]") == "a = [b  # why\n  - -c]"
+
+
 def test_empty_lines_come_one_at_a_time():
     assert formatted("\n\n\na\n\n\n\nb\n\n\n") == "\na\n\nb"
 

@@ -139,7 +139,9 @@ def _printed(pieces: Iterator[PrintedPiece], text: str) -> Iterator[str]:
             yield " "
         yield piece.text
         depth += {"LBRACE": 1, "RBRACE": -1}.get(piece.kind, 0)
-        before, previous = previous, piece
+        if previous is None or previous.kind != "COMMENT":
+            before = previous
+        previous = piece
 
 
 def _indentation(piece: PrintedPiece, depth: int) -> str:
