@@ -92,7 +92,7 @@ class Writer:
         return self.condition(depth - 1) + self.clauses(0)
 
     def signs(self):
-        return self.one([], [], ["-"], ["+", "-"], ["-", "-"])
+        return self.one([], [], ["-"], ["+"])
 
     def power(self, depth):
         exponent = self.one([], [], ["^", *self.signs(), *self.atom(depth)])
@@ -102,7 +102,8 @@ class Writer:
         return self.some(lambda: self.power(depth), 1, self.one(1, 2), self.one("*", "/"))
 
     def sum(self, depth):
-        return self.some(lambda: self.product(depth), 1, self.one(1, 2), self.one("+", "-"))
+        sign = self.one("+ ", "- ")  # with a space, for a sign may follow
+        return self.some(lambda: self.product(depth), 1, self.one(1, 2), sign)
 
     def phrase(self):
         name = self.name()

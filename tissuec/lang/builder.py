@@ -15,6 +15,7 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s
+from tissuec.lang.double_signs import signs_meet, two_signs
 from tissuec.lang.rows import Rows, canonical_rows
 from tissuec.lang.token_names import shown
 from tissuec.lang.tokens import Token, number_and_unit
@@ -154,6 +155,8 @@ class Builder:
         """Return an expression with its sign."""
         *signs, operand = children
         span = self._span(signs[0], operand)
+        if len(signs) > 1:
+            self.problems.append(two_signs(span))
         if sum(sign.type == "MINUS" for sign in signs) % 2:
             return s.Signed(operand, span)
         return replace(operand, span=span)
@@ -169,6 +172,10 @@ class Builder:
 
     def sum(self, children: list[Any]) -> s.Sum:
         """Return a sum or difference."""
+        for left, right in zip(children[::2], children[2::2], strict=False):
+            problem = signs_meet(left.span, right.span)
+            if problem is not None:
+                self.problems.append(problem)
         return s.Sum(*self._chain(children), self._span(children[0], children[-1]))
 
     def _chain(self, children: list[Any]) -> tuple[Any, Any]:

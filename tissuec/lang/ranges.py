@@ -40,6 +40,18 @@ def one_of(low: str, high: str, place: Span) -> Hint:
     return Hint(text, Edit(low, place), Edit(high, place))
 
 
+def amount_of(number: str, other: str) -> str:
+    """Return a number with its unit, which may follow another number.
+
+    Args:
+        number: The number as written.
+        other: The other number as written.
+    """
+    unit = _UNIT.fullmatch(other)
+    is_bare = _BARE.fullmatch(number) and unit is not None and unit[1] != "%"
+    return f"{number} {unit[1]}" if is_bare and unit is not None else number
+
+
 def without_tolerance(number: str, unit: str | None, place: Span) -> Hint:
     """Return a hint to write a number alone, without its tolerance.
 
