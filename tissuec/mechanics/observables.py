@@ -223,6 +223,24 @@ def elastic_energy(
     return total
 
 
+def energy_within(state: State, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
+    """Return the energy stored in elements, and by bending, between some nodes [J], shape (…).
+
+    Args:
+        state: What is intact.
+        position, velocity: Of all nodes [m], [m/s], shape (…, node, 3).
+        nodes: Shape (n,); an element or a fold counts if all of its nodes are among them.
+    """
+    inside = np.zeros(position.shape[-2], dtype=bool)
+    inside[nodes] = True
+    total = np.zeros(position.shape[:-2])
+    for field in state.of_kind("elements", "membranes", "plates", "bending"):
+        own = field.intact(state.alive)
+        own = own.without(np.flatnonzero(~inside[own.nodes].all(axis=1)))
+        total = total + own.recalling(velocity).energy(0.0, position)
+    return total
+
+
 def _sum_each(values: Floats) -> Floats:
     """Return the sums over the last axis, each the same whatever the other axes hold."""
     return np.add.reduce(np.ascontiguousarray(values), axis=-1)

@@ -248,3 +248,55 @@ def test_counts_are_conditions_by_themselves():
 def test_other_measures_are_not_conditions_by_themselves(name):
     with pytest.raises(tissuec.CompileError, match="is not a condition"):
         tissuec.compile(rope_that_is_fixed_when(f"{name}(rope)"))
+
+
+WALL_AND_BLOCK = """
+language 1
+tissue gel {
+  Young's modulus = 20 kPa; Poisson's ratio = 0.4; density = 1000 kg/m^3
+  retardation time = 1 ms; relaxing share = 50 %; relaxation time = 20 ms
+}
+tissue spring { spring constant = 20 N/m; viscosity = 10 mN*s/m; mass = 10 mg }
+body block {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 5, 5) mm }
+  tissue is gel; velocity = (0, 0, 1) m/s; spin = (0, 40, 0) rad/s
+}
+set half = nodes of block where x < 5.1 mm
+set other = nodes of block where x > 4.9 mm
+body wall {
+  mesh is sheet {
+    corner = (0, 20, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm
+    columns = 5; rows = 3
+  }
+  tissue is gel; thickness = 2 mm; made of elements; spin = (0, 60, 10) rad/s
+}
+joint tie { springs from block to wall; reach = 21 mm; tissue is spring }
+set edge = nodes of wall where x < 5.1 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+script {
+  at 0 s: fix edge
+  at 5 ms: cut block along plane through (7.5, 0, 0) mm facing (1, 0, 0)
+}
+simulate { duration = 10 ms }
+output {
+  elastic energy(block) every 1 ms; elastic energy(half) every 1 ms
+  elastic energy(other) every 1 ms; elastic energy(wall) every 1 ms
+  elastic energy(tie) every 1 ms; energy(wall) every 1 ms
+  kinetic energy(wall) every 1 ms; energy every 1 ms
+}
+"""
+
+
+def test_energies_of_bodies_of_elements_add_up_to_that_of_the_scene():
+    with tissuec.run(WALL_AND_BLOCK, companion="off") as run:
+        logs = {name: log.value[:, 0] for name, log in run.logs.items()}
+        block, wall, tie = (
+            logs[f"elastic energy of {name}"] for name in ("block", "wall", "tie")
+        )
+        total = run.energies.value[:, 1]
+    assert np.allclose(block + wall + tie, total, rtol=1e-12, atol=1e-18)
+    assert min(part[1:].min() for part in (block, wall, tie)) > 1e-9
+    halves = logs["elastic energy of half"] + logs["elastic energy of other"]
+    assert np.allclose(block, halves, rtol=1e-12, atol=1e-18)
+    assert (logs["elastic energy of other"][6:] == 0.0).all()  # it was cut
+    assert np.allclose(logs["energy of wall"], wall + logs["kinetic energy of wall"])

@@ -31,7 +31,11 @@ class KineticEnergy(ScalarMeasure):
 
 @MEASURES.member("elastic energy")
 class ElasticEnergy(ScalarMeasure):
-    """Σ ½ c (L - L0)² over the intact springs of A, and the energy of their branches."""
+    """The energy stored in the intact springs and elements of A, and in their branches.
+
+    It is Σ ½ c (L - L0)² for linear springs. Bending of walls counts unless A is a set of
+    springs. All nodes of a spring or an element belong to A.
+    """
 
     form = "elastic energy(A)"
     dimension = units.ENERGY
@@ -44,6 +48,13 @@ class ElasticEnergy(ScalarMeasure):
         energy = observables.elastic_energy(
             snapshot.state, snapshot.position, snapshot.velocity, springs
         )
+        if not subjects[0].is_springs:
+            energy = energy + observables.energy_within(
+                snapshot.state,
+                snapshot.position,
+                snapshot.velocity,
+                snapshot.nodes(subjects[0]),
+            )
         return one_column(energy, snapshot)
 
 
