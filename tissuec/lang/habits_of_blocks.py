@@ -110,13 +110,13 @@ OF_BLOCKS = (
         rf"{TIMED}move (?P<wrong>by (?P<way>{_VECTOR}) (?P<what>{WORDS}?))(?= using\b|$)",
         "what moves follows the verb", r"\g<what> by \g<way>",
     ),
-    Habit(
-        rf"{TIMED}move {WORDS} (?P<wrong>(?:by )?(?P<way>{AMOUNT}) (?:down|downwards))\b",
-        "a motion is a vector", r"by (0, 0, -\g<way>)",
-    ),
-    Habit(
-        rf"{TIMED}move {WORDS} (?P<wrong>(?:by )?(?P<way>{AMOUNT}) (?:up|upwards))\b",
-        "a motion is a vector", r"by (0, 0, \g<way>)",
+    *(
+        Habit(
+            rf"{TIMED}move {WORDS} (?P<wrong>(?:by )?(?P<way>{AMOUNT}) {word}(?:wards?)?){end}",
+            "a motion is a vector", rf"by (0, 0, {sign}\g<way>){profile}",
+        )
+        for word, sign in {"up": "", "down": "-"}.items()
+        for end, profile in {" ?$": " using smooth profile", r"\b": ""}.items()
     ),
     # numbers
     Habit(

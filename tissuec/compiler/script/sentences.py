@@ -1,7 +1,7 @@
 """The sentences of a script: what in them needs a network, tools or tables."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeGuard
 
 from tissuec.compiler.script.profiles import read_profiles
 from tissuec.compiler.sets import Groups
@@ -15,9 +15,21 @@ from tissuec.scene.model import Tool
 from tissuec.scene.reading.clauses import ClauseReader
 from tissuec.scene.reading.expressions import Scope
 from tissuec.script.forms import PATH, forms_of, text_of
-from tissuec.script.parts import Part, ProfileClause, SubjectPart, ToolClause
+from tissuec.script.parts import (
+    DirectedClause,
+    Part,
+    ProfileClause,
+    SubjectPart,
+    ToolClause,
+    VectorClause,
+)
 from tissuec.script.tools import grasping
 from tissuec.script.verbs import Action, Group, Mover
+
+#: Words for directions, as signs of z.
+_DIRECTIONS = {
+    "up": 1, "upward": 1, "upwards": 1, "down": -1, "downward": -1, "downwards": -1,
+}  # fmt: skip
 
 
 class SentenceOrder(ClauseReader):
@@ -42,6 +54,7 @@ class SentenceOrder(ClauseReader):
 
     def action(self) -> Action:
         """Return the action of the sentence."""
+        self._refuse_direction()
         action = self.read().action(self)
         self.finish()
         return action
@@ -68,6 +81,40 @@ class SentenceOrder(ClauseReader):
                 return self.groups.springs(name)
             case "moved":
                 return self._mover(name)
+
+    def _refuse_direction(self) -> None:
+        """Reject ``move tip down by 3 mm`` and ``pull tip up with 1 N``, with a vector."""
+        name, _, word = self.object.text.rpartition(" ")
+        axis = _DIRECTIONS.get(word.lower())
+        is_name = self.groups.is_known(self.object) or self.object.key in self.tools
+        if axis is None or not name or self.object.quoted is not None or is_name:
+            return
+        parts = [part for form in self.forms for part in form.parts.values()]
+        part = next((p for p in parts if self._is_amount(p)), None)
+        if part is None:
+            return
+        clause, sign = self.clauses[part.word], "-" if axis < 0 else ""
+        place = Span(self.span.source, self.object.span.end - len(word), clause.span.end)
+        amount = clause.value.span.text
+        if sign and isinstance(clause.value, s.Sum | s.Signed):
+            amount = f"({amount})"
+        if isinstance(part, DirectedClause):
+            text = f"{part.word} {amount} {part.along} (0, 0, {sign}1)"
+        else:
+            text = f"{part.word} (0, 0, {sign}{amount})"
+            has_profile = any(isinstance(one, ProfileClause) for one in parts)
+            if has_profile and not self.clauses.keys() - {part.word}:
+                text += " using smooth profile"
+        hint = Hint(f'write "{text}"', Edit(text, place))
+        message = f'a direction is a vector, not "{word}"'
+        self.scope.findings.reject("TIS312", message, place, hint=hint)
+
+    def _is_amount(self, part: Part) -> TypeGuard[VectorClause | DirectedClause]:
+        """Return whether a number is written where a vector can be."""
+        if not isinstance(part, VectorClause | DirectedClause) or part.word not in self.clauses:
+            return False
+        has_direction = isinstance(part, DirectedClause) and part.along in self.clauses
+        return not has_direction and not isinstance(self.clauses[part.word].value, s.Vector)
 
     # --- sets, bodies and tools ---------------------------------------------------------------
 
