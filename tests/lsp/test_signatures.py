@@ -42,6 +42,15 @@ def test_the_form_and_the_place_of_what_is_typed(text):
     assert found.about
 
 
+@pytest.mark.parametrize(("typed", "active"), [("is ", 0), ("is not ", 1), ("by ", 2)])
+def test_forms_with_nothing_to_fill_in_are_a_choice(typed, active):
+    found = signature(*asked(f"body b {{ rupture {typed}‸"))
+    assert found is not None
+    known = ["rupture is allowed", "rupture is not allowed", "rupture by toughness"]
+    assert [form.text for form in found.forms] == known
+    assert (found.active, found.place, found.forms[active].places) == (active, 0, ())
+
+
 @pytest.mark.parametrize("text", ["# move ‸", "‸", "frobnicate the ‸", ORDER + "‸"])
 def test_elsewhere_there_is_none(text):
     assert signature(*asked(text)) is None

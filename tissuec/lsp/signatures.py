@@ -86,8 +86,8 @@ def _sentence(prefix: Prefix) -> OfferedForms | None:
     if not entry or (term is None and block.kind):
         return None
     forms = tuple(_form(text) for text in texts_of(block.kind, entry))
-    if not any(form.places for form in forms):
-        return None
+    if len(forms) < 2 and not any(form.places for form in forms):
+        return None  # nothing to fill in or to choose
     words = {word for form in forms for word in form.words}
     typed = [text for text in prefix.texts if text in words]
     active = next((n for n, form in enumerate(forms) if _fits(form, typed)), 0)
