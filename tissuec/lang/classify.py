@@ -212,8 +212,13 @@ def _path_without_quotes(m: Mistake) -> Diagnostic | None:
 
 
 def _colon_after_keyword(m: Mistake) -> Diagnostic | None:
-    """Recognise ``expect: energy drift < 1 %`` and ``let: x = 3 mm``."""
-    if m.found.type != "COLON" or [one.type for one in m.before] not in _KEYWORDS_ALONE:
+    """Recognise ``expect: energy drift < 1 %``, ``let: x = 3 mm`` and ``body: pad {``."""
+    if m.found.type != "COLON":
+        return None
+    is_head = len(m.before) == 1 and m.after and m.statement.is_head
+    if [one.type for one in m.before] not in _KEYWORDS_ALONE and not (
+        is_head and begins_block(m.before[0].text)
+    ):
         return None
     hint = Hint('leave out ":"', Edit(""))
     return m.finding("TIS312", '":" is allowed only after a time or a condition', hint)

@@ -44,6 +44,10 @@ _HABITS = (
         'an output is taken "every" so often', None, "for example: force(A) every 1 ms",
     ),
     Habit(
+        rf"^{WORDS}(?: ?\([^()]*\))? (?P<wrong>each|per) {AMOUNT}$",
+        'an output is taken "every" so often', "every",
+    ),
+    Habit(
         rf"^{WORDS} of {WORDS}(?P<wrong> and {WORDS}) every\b",
         "an output is of one thing", None, "write an output of its own for each",
     ),
