@@ -262,6 +262,31 @@ simulate {{ duration = 1 ms }}
     assert ("W406" in codes(text)) is warns
 
 
+@pytest.mark.parametrize(
+    ("low", "joint", "warns"), [("4", "", True), ("21", "", False), ("4", "tied", False)]
+)
+def test_a_body_inside_of_a_solid_is_found(low, joint, warns):
+    text = f"""language 1
+tissue gel {{ Young's modulus = 6 kPa; density = 1000 kg/m^3; retardation time = 20 ms }}
+tissue fibre {{ spring constant = 1 N/m; viscosity = 1 mN*s/m; mass = 1 mg }}
+body slab {{
+  mesh is lattice {{ cell = 4 mm; box from (-20, -20, 0) mm to (20, 20, 16) mm }}
+  tissue is gel
+}}
+body cube {{
+  mesh is lattice {{ cell = 4 mm; box from (-4, -4, {low}) mm to (4, 4, {low} + 8) mm }}
+  tissue is gel
+}}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too }}
+simulate {{ duration = 1 ms }}
+"""
+    if joint:
+        text += "joint tied { springs from cube to slab; reach = 9 mm; tissue is fibre }"
+    said = [each.message for each in tissuec.check(text) if each.code == "W406"]
+    expected = "cube is drawn inside of the solid slab, but contact acts near surfaces only"
+    assert said == [expected] * warns
+
+
 def test_steps_of_a_thin_contact_thickness_are_as_many_as_announced(monkeypatch):
     scene = Path(__file__).parent / "scenes" / "bad" / "contact_thickness_tiny.tis"
     text = scene.read_text(encoding="utf-8").replace("0.1 um", "20 um")

@@ -168,6 +168,8 @@ def contact_of(
         contact = _with_points(contact, points, network, parts, tools, environment, findings)
     if not settles:
         _warn_of_drawn_touches(contact, network, findings)
+    if law.between_bodies:
+        _warn_of_buried_bodies(environment, network, findings)
     return contact
 
 
@@ -378,6 +380,39 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
             hint=f"draw {_further_apart(contact, network, pairs)}, or let the net settle "
             '("at 0 s: settle")',
         )
+
+
+def _warn_of_buried_bodies(
+    environment: Environment, network: Network, findings: Findings
+) -> None:
+    """Warn of bodies drawn deep inside of solids, where no surface is near to push them."""
+    from tissuec.geometry.inside import winding_numbers
+
+    owner = _owners(network)
+    corners = network.skin.astype(np.int64)
+    joined = {tuple(pair) for pair in np.sort(owner[network.joined_ends], axis=1).tolist()}
+    for a, outer in enumerate(network.bodies):
+        if not outer.is_solid:
+            continue
+        box = network.position[outer.nodes]
+        for b, inner in enumerate(network.bodies):
+            points = network.position[inner.nodes]
+            if a == b or tuple(sorted((a, b))) in joined or inner.thread is not None:
+                continue
+            if (points <= box.min(axis=0)).any() or (points >= box.max(axis=0)).any():
+                continue
+            around = corners[owner[corners[:, 0]] == a]
+            if all(
+                (np.abs(winding_numbers(some, network.position, around)) > 0.5).all()
+                for some in (points[:1], points)
+            ):
+                findings.add(
+                    "W406",
+                    f"{inner.name} is drawn inside of the solid {outer.name}, but contact acts "
+                    "near surfaces only",
+                    environment.span,
+                    hint=f"draw {inner.name} outside, or hold it in place with a joint",
+                )
 
 
 def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") -> str:
