@@ -286,7 +286,7 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
         name: Of the set or body.
 
     Raises:
-        NoSide: There is no rim, or one is not a single loop.
+        NoSide: There is no rim, one is not a single loop, or caps enclose nothing.
     """
     planes = network.mirrored
     if are_parallel([one for one in planes if planes_at(faces.corners.ravel(), [one]).any()]):
@@ -314,4 +314,10 @@ def closed_by_caps(network: Network, name: str, faces: PressedFaces) -> None:
             f"{crossing}",
             "each rim has to be a single loop: add the faces that are missing to the set, or "
             "press without caps",
+        )
+    volume = enclosed(network.position, faces.triples, faces.rims, crossing=faces.crossing)
+    if abs(float(volume)) <= _smallest(network.position, faces.corners):
+        raise NoSide(
+            f"{name} is flat, so that the pressure on caps would balance that on its faces",
+            'remove "with caps"',
         )

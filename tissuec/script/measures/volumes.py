@@ -41,8 +41,9 @@ class Volume(ScalarMeasure):
 class Pressure(ScalarMeasure):
     """The pressure inside of the body A, which preserves its volume or presses it.
 
-    Of a solid of elements and of nodes of one, it is the hydrostatic pressure, minus a third of
-    the trace of their mean stress. It is 0 if there is neither.
+    Of nodes of a solid of elements, and of one whose enclosed volume is not preserved, even if
+    it is pressed, it is the hydrostatic pressure: minus a third of the trace of the mean
+    stress. It is 0 if there is neither.
     """
 
     form = "pressure(A)"

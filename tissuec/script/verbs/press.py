@@ -104,12 +104,12 @@ class PressInside(Press, frozen=True):
 class PressVerb:
     """Applies a pressure to a surface, for the interval or until ``stop pressing``.
 
-    The pressure always acts normal to the faces as they move. It pushes a wall
-    outwards, from the space that the wall encloses. It pushes a solid from outside; ``inside
-    of`` a solid is the part of its skin that faces a space within, such as the lumen of a thick
-    tube. A wall that encloses nothing, such as a sheet, needs the direction ``along`` which
-    it is pushed. For a set, the pressure acts on the surface triangles all of whose corners are
-    in the set.
+    The pressure always acts normal to the faces as they move. It pushes a wall outwards, from
+    the space that the wall encloses. It pushes a solid from outside, on all of its skin;
+    ``inside of`` a solid is the part of its skin that faces a space within, such as the lumen
+    of a thick tube. A wall that encloses nothing, such as a sheet, needs the direction
+    ``along`` which it is pushed. For a set, the pressure acts on the surface triangles all of
+    whose corners are in the set.
 
     The pressure is relative to that on the other side, and may be negative. It is
     constant or follows the profile after ``using``. Pressures on one surface add up. With
