@@ -383,7 +383,7 @@ def test_files_know_joints_by_name(tmp_path):
 
 
 def codes(text):
-    return [d.code for d in check_all(compiled_scene(text), thorough=True)]
+    return sorted(d.code for d in check_all(compiled_scene(text), thorough=True))
 
 
 LOOSE = """language 1
