@@ -204,7 +204,7 @@ def _check_data(compiled: Compiled, request: Request) -> None:
     """Report what is wrong with the data of learn blocks, once at each place.
 
     Raises:
-        CompileError: Data is wrong, or the scene is, as an experiment has it.
+        CompileError: Data is wrong, or the scene is with the settings of an experiment.
     """
     from tissuec.measurements.reading import check_times, read_experiment  # where data is
 
@@ -229,16 +229,16 @@ def _check_data(compiled: Compiled, request: Request) -> None:
 def set_for(
     compiled: Compiled, fit_problem: FitProblem, data: Data, request: Request
 ) -> tuple[Compiled, FitProblem]:
-    """Return a scene and one of its learn blocks as they are set for one experiment.
+    """Return a scene and one of its learn blocks with the settings of one experiment.
 
     Args:
-        compiled: The scene as it is written.
+        compiled: The scene with the values in its text.
         fit_problem: The learn block.
         data: The experiment.
         request: What the scene was compiled from.
 
     Raises:
-        CompileError: The scene is wrong as it is set.
+        CompileError: The scene is wrong with these settings.
     """
     if not data.overrides:
         return compiled, fit_problem

@@ -94,7 +94,7 @@ class LazyGroup(CommandGroup):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; a reader of stdout that has seen enough, as in ``| head``, is fine."""
+        """Run a command; it succeeds if the reader of stdout closes it early, like ``head``."""
         try:
             return super().invoke(ctx)
         except BrokenPipeError:

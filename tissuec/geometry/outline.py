@@ -1,4 +1,4 @@
-"""Sheets that cannot pass through themselves: from one side, all of them is seen.
+"""Sheets that cannot pass through themselves, because one side of them is fully visible.
 
 How often a sheet covers a point of a picture is the winding number of its outline about that
 point, if all of its triangles show the same side. Around a closed line that does not cross
@@ -37,7 +37,7 @@ class Outline(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, edges: Edges) -> Self | None:
-        """Return the sheet that has some edges; None if they are not those of such a sheet."""
+        """Return the sheet with these edges; None if they do not belong to such a sheet."""
         around = edges.ends[edges.count == 1]
         if not 0 < len(around) <= MOST or edges.count.max() > 2 or not edges.pairs[2].all():
             return None
@@ -49,7 +49,7 @@ class Outline(Struct, frozen=True, eq=False):
         return cls(edges.triangles, nodes, ends, ~joined)
 
     def is_simple(self, position: Floats) -> bool:
-        """Return whether, along the mean normal, all of the sheet is seen and from one side.
+        """Return whether the sheet hides no part of itself, seen along its mean normal.
 
         Args:
             position: Of all nodes [m], shape (node, 3).

@@ -31,8 +31,8 @@ def signs_meet(left: Span, right: Span) -> Diagnostic | None:
     """Return the finding about a sum in which a sign follows another one without a space.
 
     Args:
-        left: What is before the signs.
-        right: What is behind the first sign; it may begin with the second one.
+        left: Place of the term before the signs.
+        right: Place of the term after the first sign; it may begin with the second one.
     """
     text = left.source.text
     if text[right.start] not in "+-" or text[right.start - 1] not in "+-":
