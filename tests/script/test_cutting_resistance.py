@@ -9,8 +9,9 @@ from tests.contact.scenes import play
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import same_when_resumed
 from tissuec.core.units import parse_unit
-from tissuec.geometry.blade_sections import shares_of_lines, shares_of_polygons
+from tissuec.geometry.blade_sections import parts_of_lines, shares_of_polygons
 from tissuec.mechanics.state import State
+from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs.cut_surface import cut_surface, plane, strip, stroke
 
 RESISTANCE = 200.0
@@ -175,8 +176,129 @@ def test_shares_of_lines_are_the_parts_within_limits():
         [[-1.0, 0.5], [1.0, 0.5]], [[0.5, -0.5], [0.5, 1.0]], [[0.2, 0.2], [0.2, 0.2]],
         [[2.0, 0.0], [3.0, 0.0]], [[-0.5, 0.0], [1.5, 2.0]],
     ])  # fmt: skip
-    assert shares_of_lines(lines, (True, False)) == pytest.approx([0.5, 1.0, 1.0, 0.0, 0.5])
-    assert shares_of_lines(lines, (True, True)) == pytest.approx([0.5, 2 / 3, 1.0, 0.0, 0.25])
+    for limited, shares in (
+        ((True, False), [0.5, 1.0, 1.0, 0.0, 0.5]),
+        ((True, True), [0.5, 2 / 3, 1.0, 0.0, 0.25]),
+    ):
+        assert np.diff(parts_of_lines(lines, limited))[:, 0] == pytest.approx(shares)
+
+
+# --- the force of blades that close -----------------------------------------------------------
+
+SHEET = FLESH + """body wall {
+  mesh is sheet {
+    corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 20, 0) mm
+    columns = 21; rows = 11 }
+  tissue is flesh; thickness = 1 mm
+}
+""" + REST  # fmt: skip
+EVERYWHERE = np.linspace(0.0, 1.0, 4001)[:-1]  # contains all sides of elements of the scenes
+
+
+def closing(text, blade, change=None):
+    """Return the surface of a cut, and the force along the line at many shares of it [N]."""
+    found = surface(text, blade, change)
+    force = found.force("", blade, TimeProfile("ramp", -1e-12, 1.0)).at(EVERYWHERE)
+    way = blade.spans[0] / np.linalg.norm(blade.spans[0])
+    assert np.cross(force, way) == pytest.approx(0.0, abs=1e-12)
+    work = float((force @ way).mean() * np.linalg.norm(blade.spans[0]))
+    assert work == pytest.approx(found.energy, rel=2e-3)  # a sum over 4000 moments
+    return found, force @ way
+
+
+def line(start, stop, facing):
+    return strip(1e-3 * np.array(start), 1e-3 * np.array(stop), np.array(facing))
+
+
+@pytest.mark.parametrize("x", [20.0, 21.0, 20.7])
+@pytest.mark.parametrize("slant", [0.0, 6.0, 17.0])
+@pytest.mark.parametrize("stretch", [1.0, 1.25])
+def test_a_blade_through_a_sheet_needs_the_same_force_all_the_way(x, slant, stretch):
+    size = np.hypot(22.0, slant)
+    blade = line((x, -1, 0), (x + slant, 21, 0), (22.0 / size, -slant / size, 0.0))
+    # A prestressed sheet is cut as drawn: the stretch shortens the blade's way through it.
+    found, force = closing(SHEET, blade, lambda position: position * [stretch, 1.0, 1.0])
+    inside = (EVERYWHERE > 1.001 / 22.0) & (EVERYWHERE < 20.999 / 22.0)
+    drawn = np.hypot(slant / stretch, 22.0) / size
+    assert force[inside] == pytest.approx(RESISTANCE * 1e-3 * drawn, rel=1e-9)
+    assert np.all(force[(EVERYWHERE < 0.999 / 22.0) | (EVERYWHERE > 21.001 / 22.0)] == 0.0)
+    assert found.area == pytest.approx(20e-3 * 1e-3 * np.hypot(slant / stretch, 22.0) / 22.0)
+
+
+@pytest.mark.parametrize("cell", [5, 2.5])
+@pytest.mark.parametrize("x", [7.5, 10.0])
+@pytest.mark.parametrize("tilt", [0.0, 0.4])
+def test_a_blade_through_a_solid_needs_the_force_of_its_width_at_every_moment(cell, x, tilt):
+    # In the plane x, the block is 10 by 10 mm. A line at a slope of tilt crosses it obliquely:
+    # chords at right angles to it grow from 0, are 10 mm over the cosine, and shrink.
+    blade = line((x, -5, -5 * tilt), (x, 15, 15 * tilt), (1, 0, 0))
+    found, force = closing(block(cell), blade)
+    size = np.hypot(1.0, tilt)
+    along = np.array([1.0, tilt]) / size
+    corners = np.array([(y, z) for y in (0.0, 10.0) for z in (0.0, 10.0)])
+    first = (corners - [-5.0, -5.0 * tilt]) @ along
+    place = EVERYWHERE * 20.0 * size
+    low, high = np.sort(first)[1], np.sort(first)[2]
+    rise = low - first.min()
+    width = 10.0 * size * np.clip(
+        np.minimum(place - first.min(), first.max() - place) / (rise or 1e-9), 0.0, 1.0
+    )  # fmt: skip
+    if not tilt:
+        width = 10.0 * ((place > low) & (place < high))
+    near = np.min(np.abs(place[:, None] - first), axis=1) < 1e-6
+    assert force[~near] == pytest.approx(RESISTANCE * 1e-3 * width[~near], rel=1e-9, abs=1e-9)
+    # A corner of the block may be outside of the strip; the rest of the area is in the force.
+    assert found.area == pytest.approx(1e-4, rel=1e-9)
+
+
+def test_shares_that_differ_by_rounding_are_no_moment_at_which_forces_add_up():
+    shaken = 1e-15 * np.random.default_rng(5).normal(size=(10_000, 3))
+    blade = line((7.5, -5, 5), (7.5, 15, 5), (1, 0, 0))
+    _, force = closing(block(), blade, lambda position: position + shaken[: len(position)])
+    inside = (EVERYWHERE > 0.251) & (EVERYWHERE < 0.749)
+    assert force[inside] == pytest.approx(RESISTANCE * 10e-3, rel=1e-9)
+
+
+def test_a_stroke_across_a_solid_needs_the_force_of_what_is_within_it():
+    blade = stroke(1e-3 * np.array([7.5, -5, 12]), 1e-3 * np.array([7.5, 15, 12]),
+                   1e-3 * np.array([0, 0, -5]))  # fmt: skip
+    _, force = closing(block(2.5), blade)  # cells down to z = 7.5 mm; the stroke ends at 7 mm
+    inside = (EVERYWHERE > 0.251) & (EVERYWHERE < 0.749)
+    assert force[inside] == pytest.approx(RESISTANCE * 3e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("turn", [0.0, 9.0, 14.0])
+def test_a_blade_across_a_tube_needs_the_force_of_the_width_of_its_ring(turn):
+    sides, radius, thick = 16, 10.0, 2.0
+    text = FLESH + """body vessel {
+  mesh is tube {
+    axis from (0, 0, 0) mm to (40, 0, 0) mm; radius = 10 mm; rings = 9; sides = 16 }
+  tissue is flesh; thickness = 2 mm
+}
+""" + REST  # fmt: skip
+    angle = np.radians(turn)
+    way = np.array([0.0, np.cos(angle), np.sin(angle)])
+    blade = line(-12.5 * way + [19, 0, 0], 12.5 * way + [19, 0, 0], (1, 0, 0))
+    _, force = closing(text, blade)
+
+    def width(place, apothem):
+        """Return the width of a polygon with a corner on the y axis at places along the way."""
+        corner = apothem / np.cos(np.pi / sides)
+        turns = 2.0 * np.pi * np.arange(sides) / sides
+        points = corner * np.stack([np.cos(turns - angle), np.sin(turns - angle)], axis=1)
+        low, high = np.full_like(place, np.inf), np.full_like(place, -np.inf)
+        for (a, b), (c, d) in zip(points, np.roll(points, -1, axis=0), strict=True):
+            there = (place - a) * (place - c) < 0.0
+            met = b + (place - a) / (c - a) * (d - b)
+            low = np.where(there, np.minimum(low, met), low)
+            high = np.where(there, np.maximum(high, met), high)
+        return np.where(high > low, high - low, 0.0)
+
+    middle = radius * np.cos(np.pi / sides)
+    place = 25.0 * EVERYWHERE - 12.5 + 1e-7  # beside corners
+    ring = width(place, middle + thick / 2) - width(place, middle - thick / 2)
+    # The area counts the middle line, whose length is that of the ring at its mitres.
+    assert force == pytest.approx(RESISTANCE * 1e-3 * ring, rel=1e-4, abs=1e-4)
 
 
 # --- runs -------------------------------------------------------------------------------------

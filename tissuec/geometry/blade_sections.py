@@ -5,7 +5,7 @@ A point of a blade is origin + p first + q second. Where p or q is limited, it i
 A whole plane is n·p = d. A corner with n·p ≥ d is in front of it, as for blades. Between a
 corner in front, at the height h = n·p - d, and one behind at -k, the plane meets the edge at
 the part h / (h + k). One corner against three gives a triangle, two against two a
-quadrilateral.
+quadrilateral. Widths of polygons, and the mitres of bent walls, are derived here.
 """
 
 import numpy as np
@@ -81,11 +81,75 @@ def polygon_areas(points: Floats) -> Floats:
     return 0.5 * np.linalg.norm(each.sum(axis=1), axis=1)
 
 
+class SectionWidths(Struct, frozen=True, eq=False):
+    """Widths of convex polygons in the plane of a blade: their extent along q, over p.
+
+    Between the values of p at which corners and crossings with limits of q lie, a width is
+    linear in p.
+
+    Attributes:
+        marks: These values, ascending, shape (polygon, mark).
+        widths: At both ends of each interval between marks, shape (polygon, mark - 1, 2).
+    """
+
+    marks: Floats
+    widths: Floats
+
+    @classmethod
+    def of(cls, plain: Floats, limited: tuple[bool, bool]) -> "SectionWidths":
+        """Return the widths of what of polygons is within a blade.
+
+        Args:
+            plain: p and q of corners, in order, shape (polygon, corner, 2).
+            limited: Whether p and q are limited.
+        """
+        p, q = np.moveaxis(plain, 2, 0)
+        p2, q2 = np.moveaxis(np.roll(plain, -1, axis=1), 2, 0)
+        marks = [p]
+        for limit in (0.0, 1.0) if limited[1] else ():
+            along = _divided(limit - q, q2 - q)
+            marks.append(np.where((along > 0.0) & (along < 1.0), p + along * (p2 - p), p))
+        mark = np.sort(np.concatenate(marks, axis=1), axis=1)
+        if limited[0]:
+            mark = np.clip(mark, 0.0, 1.0)
+        low, way = mark[:, :-1, None], np.diff(mark, axis=1)[..., None]
+        place = (low + way * [0.25, 0.75])[:, None]
+        sides = (one[..., None, None] for one in (p, q, p2, q2))
+        inside = _extents(place, *sides, limited=limited[1])
+        first, second = np.moveaxis(inside, 2, 0)
+        ends = np.stack([1.5 * first - 0.5 * second, 1.5 * second - 0.5 * first], axis=2)
+        return cls(mark, np.maximum(ends, 0.0))
+
+    @property
+    def areas(self) -> Floats:
+        """Return the areas of the polygons in units of the blade, shape (polygon,)."""
+        return (self.widths.mean(axis=2) * np.diff(self.marks, axis=1)).sum(axis=1)
+
+
+def _extents(
+    place: Floats, p: Floats, q: Floats, p2: Floats, q2: Floats, *, limited: bool
+) -> Floats:
+    """Return how far polygons extend along q at places between their corners.
+
+    Args:
+        place: p there, shape (polygon, 1, interval, place).
+        p, q, p2, q2: Ends of the sides, shape (polygon, side, 1, 1).
+        limited: Whether q is limited.
+
+    Returns:
+        The extents in units of q, shape (polygon, interval, place).
+    """
+    there = (np.minimum(p, p2) <= place) & (place < np.maximum(p, p2))
+    met = q + _divided(place - p, p2 - p) * (q2 - q)
+    low = np.where(there, met, np.inf).min(axis=1)
+    high = np.where(there, met, -np.inf).max(axis=1)
+    if limited:
+        low, high = np.maximum(low, 0.0), np.minimum(high, 1.0)
+    return np.where(high > low, high - low, 0.0)
+
+
 def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
     """Return which part of each convex polygon is within a blade, shape (polygon,).
-
-    Between the values of p at which corners and crossings with limits of q lie, the width of
-    a polygon is linear in p, so that its integral follows from the middles.
 
     Args:
         plain: p and q of corners, in order, shape (polygon, corner, 2).
@@ -93,28 +157,13 @@ def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
     """
     (p, q), (p2, q2) = np.moveaxis(plain, 2, 0), np.moveaxis(np.roll(plain, -1, axis=1), 2, 0)
     whole = 0.5 * np.abs((p * q2 - p2 * q).sum(axis=1))
-    marks = [p]
-    for limit in (0.0, 1.0) if limited[1] else ():
-        along = _divided(limit - q, q2 - q)
-        marks.append(np.where((along > 0.0) & (along < 1.0), p + along * (p2 - p), p))
-    mark = np.sort(np.concatenate(marks, axis=1), axis=1)
-    if limited[0]:
-        mark = np.clip(mark, 0.0, 1.0)
-    middle = 0.5 * (mark[:, 1:] + mark[:, :-1])[:, None]
-    there = (np.minimum(p, p2)[..., None] <= middle) & (middle < np.maximum(p, p2)[..., None])
-    along = _divided(middle - p[..., None], (p2 - p)[..., None])
-    place = q[..., None] + along * (q2 - q)[..., None]
-    low, high = (
-        np.where(there, place, np.inf).min(axis=1), np.where(there, place, -np.inf).max(axis=1)
-    )  # fmt: skip
-    if limited[1]:
-        low, high = np.maximum(low, 0.0), np.minimum(high, 1.0)
-    width = np.where(high > low, high - low, 0.0)
-    return _divided((width * np.diff(mark, axis=1)).sum(axis=1), whole)
+    return _divided(SectionWidths.of(plain, limited).areas, whole)
 
 
-def shares_of_lines(plain: Floats, limited: tuple[bool, bool]) -> Floats:
-    """Return which part of each line is within a blade, shape (line,).
+def parts_of_lines(plain: Floats, limited: tuple[bool, bool]) -> Floats:
+    """Return between which parts of each line it is within a blade, shape (line, 2).
+
+    Both are the same where it is outside.
 
     Args:
         plain: p and q of both ends, shape (line, 2, 2).
@@ -127,7 +176,38 @@ def shares_of_lines(plain: Floats, limited: tuple[bool, bool]) -> Floats:
         inside = (first >= 0.0) & (first <= 1.0)
         ends = np.where(way == 0.0, [[0.0], [1.0]] * inside, ends)
         low, high = np.maximum(low, ends[0]), np.minimum(high, ends[1])
-    return np.maximum(high - low, 0.0)
+    return np.stack([low, np.maximum(low, high)], axis=1)
+
+
+def thick_lines(points: Floats, shared: Indices, across: Floats, thickness: Floats) -> Floats:
+    """Return the sections of walls as quadrilaterals around their middle lines.
+
+    Neighbours end at the line that halves the angle between them, so that together they cover
+    what a bent wall covers, once.
+
+    Args:
+        points: Ends of the lines, in the plane [m], shape (line, 2, 3).
+        shared: Number of each end, the same for ends in the same place, shape (line, 2).
+        across: Two unit vectors that span the plane, at right angles, shape (2, 3).
+        thickness: Of the walls [m], shape (line,).
+
+    Returns:
+        Corners in order [m], shape (line, 4, 3).
+    """
+    way = (points[:, 1] - points[:, 0]) @ across.T
+    normal = 1j * (way[:, 0] + 1j * way[:, 1])
+    normal = normal / np.maximum(np.abs(normal), np.finfo(float).tiny)
+    # The square of a unit complex number does not know which way round a line was drawn.
+    squared = np.zeros(int(shared.max(initial=-1)) + 1, dtype=complex)
+    np.add.at(squared, shared, normal[:, None] ** 2)
+    middle = np.sqrt(squared[shared])
+    middle = middle / np.maximum(np.abs(middle), np.finfo(float).tiny)
+    cosine = (middle * normal.conj()[:, None]).real
+    # No mitre is longer than twice the thickness, however sharp a fold.
+    size = np.sign(cosine) * 0.5 * thickness[:, None] / np.maximum(np.abs(cosine), 0.5)
+    offset: Floats = np.stack([(size * middle).real, (size * middle).imag], axis=2) @ across
+    sides = points - offset, points + offset
+    return np.concatenate([sides[0], sides[1][:, ::-1]], axis=1)
 
 
 def _divided(one: Floats, by: Floats) -> Floats:

@@ -33,26 +33,51 @@ class CuttingResistance(Struct, frozen=True, eq=False):
     elements: Mapping[str, Floats]
 
 
+SAME = 1e-9  # share of a line: what ends and what begins so near to each other adjoin
+
+
 class ClosingForce(Struct, frozen=True, eq=False):
     """The force of blades that close along a line.
 
-    The cut consists of parts. Each takes its energy evenly while the blades are between two
-    shares of the line.
+    The cut consists of pieces. While the blades are between two shares of the line, a piece
+    takes an energy per share that changes evenly from the first share to the second.
 
     Attributes:
         tool: The tool; empty if none is named.
         way: From the beginning of the line to its end [m], shape (3,).
         profile: Share of the line that the blades have come.
-        energies: Of the parts [J], shape (part,).
-        low, high: Shares of the line, from 0 to 1, low < high, shape (part,).
+        shares: From 0 to 1, the first below the second, shape (piece, 2).
+        rates: Energies per share there [J], shape (piece, 2).
     """
 
     tool: str
     way: Floats
     profile: TimeProfile
-    energies: Floats
-    low: Floats
-    high: Floats
+    shares: Floats
+    rates: Floats
+
+    @classmethod
+    def of(
+        cls, tool: str, way: Floats, profile: TimeProfile, shares: Floats, rates: Floats
+    ) -> "ClosingForce":
+        """Return the force of pieces that adjoin to within rounding.
+
+        Shares that differ by rounding alone become one, so that no moment belongs to two
+        neighbours, or to none.
+
+        Args:
+            tool: The scissors.
+            way: From the beginning of the line to its end [m], shape (3,).
+            profile: Share of the line that the blades have come.
+            shares: Where pieces begin and end, shape (piece, 2).
+            rates: Energies per share there [J], shape (piece, 2).
+        """
+        shares = np.clip(shares, 0.0, 1.0)
+        every, where = np.unique(shares, return_inverse=True)
+        starts = np.append(True, np.diff(every) > SAME)
+        shares = every[starts][np.cumsum(starts) - 1][where].reshape(shares.shape)
+        kept = (shares[:, 0] < shares[:, 1]) & rates.any(axis=1)
+        return cls(tool, way, profile, shares[kept], rates[kept])
 
     def at(self, time: Floats | float) -> Floats:
         """Return the force that closes the blades [N], shape (…, 3).
@@ -63,8 +88,10 @@ class ClosingForce(Struct, frozen=True, eq=False):
         time = np.asarray(time, dtype=float)
         share = np.asarray(self.profile.at(time)[0])[..., None]
         moves = (time > self.profile.start) & (time < self.profile.stop)
-        reached = moves[..., None] & (share >= self.low) & (share < self.high)
-        per_share = (reached * self.energies / (self.high - self.low)).sum(axis=-1)
+        (low, high), (first, second) = self.shares.T, self.rates.T
+        reached = moves[..., None] & (share >= low) & (share < high)
+        rate = first + (second - first) * ((share - low) / (high - low))
+        per_share = np.where(reached, rate, 0.0).sum(axis=-1)
         return per_share[..., None] * self.way / (self.way @ self.way)
 
 

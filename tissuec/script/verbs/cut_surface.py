@@ -3,7 +3,9 @@
 Springs account for their sections, see ``model.resistance``; elements for the part of the blade
 that lies within them. A blade p, q meets the edges of a solid element in the corners of a
 polygon, and a triangle of a wall in a line, which is as thick as the wall. Points on edges are
-as far along them when drawn, so that the ratio of drawn to present area is known.
+as far along them when drawn, so that the ratio of drawn to present area is known. While a blade
+closes along p, each polygon takes the energy of its area in proportion to its width at p, so
+that the force is that of the width of all tissue at the blade.
 
 A spring is crossed where its ends lie on different sides of the plane and the point in between
 lies within the part. A node on the plane, to within a billionth of the size of the scene,
@@ -18,10 +20,13 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.geometry.blade_sections import (
+    MetEdges,
+    SectionWidths,
     met_edges,
+    parts_of_lines,
     polygon_areas,
-    shares_of_lines,
     shares_of_polygons,
+    thick_lines,
 )
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
@@ -118,22 +123,54 @@ def strip(start: Floats, stop: Floats, facing: Floats) -> Blade | None:
     return Blade(start, facing, np.array([along, np.cross(facing, along)]), (True, False))
 
 
-SHORTEST = 1e-9  # share of a line over which a part of a cut is spread
-
-
 class CutSurface(Struct, frozen=True, eq=False):
     """Parts of a cut through matter with a resistance.
 
     Attributes:
         areas: As drawn [m²], shape (part,).
         energies: That they take [J], shape (part,).
-        low, high: Between which shares of the edge of the blade they lie, shape (part,).
+        shares: Between which shares of the edge of the blade each takes it, shape (piece, 2).
+        rates: Energies per share at both ends of the pieces [J], shape (piece, 2).
     """
 
     areas: Floats
     energies: Floats
-    low: Floats
-    high: Floats
+    shares: Floats
+    rates: Floats
+
+    @classmethod
+    def even(
+        cls, areas: Floats, energies: Floats, low: Floats | float, high: Floats | float
+    ) -> "CutSurface":
+        """Return parts that take their energies evenly between two shares of the edge.
+
+        What is beyond its ends counts for the rest.
+
+        Args:
+            areas: [m²], shape (part,).
+            energies: [J], shape (part,).
+            low, high: Shares, low < high, shape (part,).
+        """
+        low, high = (np.broadcast_to(one, areas.shape) for one in (low, high))
+        shares = np.clip(np.stack([low, high], axis=1), 0.0, 1.0)
+        way = shares[:, 1] - shares[:, 0]
+        rates = np.where(way > 0.0, energies, 0.0) / np.where(way > 0.0, way, 1.0)
+        return cls(areas, energies, shares, np.repeat(rates[:, None], 2, axis=1))
+
+    @classmethod
+    def of_widths(cls, areas: Floats, energies: Floats, widths: SectionWidths) -> "CutSurface":
+        """Return parts that take their energies in proportion to their width at the edge.
+
+        Args:
+            areas: [m²], shape (part,).
+            energies: [J], shape (part,).
+            widths: Of as many polygons.
+        """
+        whole = widths.areas
+        scale = np.where(whole > 0.0, energies, 0.0) / np.where(whole > 0.0, whole, 1.0)
+        marks, rates = widths.marks, scale[:, None, None] * widths.widths
+        shares = np.stack([marks[:, :-1], marks[:, 1:]], axis=2)
+        return cls(areas, energies, shares.reshape(-1, 2), rates.reshape(-1, 2))
 
     @property
     def energy(self) -> float:
@@ -152,10 +189,7 @@ class CutSurface(Struct, frozen=True, eq=False):
             tool: The scissors.
             profile: Of its way, from 0 to 1.
         """
-        middle = np.clip(0.5 * (self.low + self.high), 0.0, 1.0)
-        low = np.minimum(np.clip(self.low, 0.0, 1.0), middle - SHORTEST)
-        high = np.maximum(np.clip(self.high, 0.0, 1.0), middle + SHORTEST)
-        return ClosingForce(tool, blade.spans[0], profile, self.energies, low, high)
+        return ClosingForce.of(tool, blade.spans[0], profile, self.shares, self.rates)
 
 
 def cut_surface(state: State, springs: Indices, blade: Blade | None) -> CutSurface:
@@ -183,7 +217,7 @@ def cut_surface(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
 
 
 def _columns(surface: CutSurface) -> tuple[Floats, Floats, Floats, Floats]:
-    return surface.areas, surface.energies, surface.low, surface.high
+    return surface.areas, surface.energies, surface.shares, surface.rates
 
 
 def _of_springs(state: State, springs: Indices, blade: Blade | None) -> CutSurface:
@@ -191,7 +225,7 @@ def _of_springs(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
     assert resistance is not None
     own = springs[resistance.springs[springs] > 0.0]
     first, second = state.position[state.springs.ends[own]].swapaxes(0, 1)
-    areas, low, high = resistance.areas[own], np.zeros(len(own)), np.ones(len(own))
+    areas, low, high = resistance.areas[own], 0.0, 1.0
     is_net = resistance.means[own] < 1.0
     if blade is None:
         areas = areas * np.where(is_net, resistance.means[own], 1.0)
@@ -204,7 +238,7 @@ def _of_springs(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
             share = blade.crosses(first, second, state.network.extent)[1]
             half = 0.5 * length / np.linalg.norm(blade.spans[0])
             low, high = share - half, share + half
-    return CutSurface(areas, areas * resistance.springs[own], low, high)
+    return CutSurface.even(areas, areas * resistance.springs[own], low, high)
 
 
 def _of_elements(
@@ -226,25 +260,52 @@ def _of_elements(
 
     if blade is None:
         areas = field.crack_areas[items]
-        return CutSurface(areas, each * areas, np.zeros(len(items)), np.ones(len(items)))
+        return CutSurface.even(areas, each * areas, 0.0, 1.0)
     nodes = field.nodes[items]
     corners, drawn = state.position[nodes], state.network.position[nodes]
     height = (corners - blade.origin) @ blade.normal
     edges = field.shape.edges if isinstance(field, SolidElements) else EDGES
     met = met_edges(corners, edges, height, blade.normal, -ON_PLANE * state.network.extent)
-    points = met.mixed(drawn)
-    plain = (met.mixed(corners) - blade.origin) @ np.linalg.pinv(blade.spans)
-    low, high = plain[..., 0].min(axis=1), plain[..., 0].max(axis=1)
+    drawn_points, points = met.mixed(drawn), met.mixed(corners)
+    per_metre = np.linalg.pinv(blade.spans)
+    plain = (points - blade.origin) @ per_metre
+    limited = blade.limited
     if isinstance(field, SolidElements):
-        areas, inside = polygon_areas(points), np.ones(len(items))
-        if any(blade.limited):
-            inside = shares_of_polygons(plain, blade.limited)
+        areas = polygon_areas(drawn_points)
+        if any(limited):
+            areas = areas * shares_of_polygons(plain, limited)
     else:
-        lengths = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
-        areas, inside = field.thickness[items] * lengths, shares_of_lines(plain, blade.limited)
-        if blade.limited[0]:  # a wall that faces the blade is not cut at one moment
-            least = np.sqrt(field.area[items]) / np.linalg.norm(blade.spans[0])
-            middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, least)
-            low, high = middle - half, middle + half
-    areas = areas * inside
-    return CutSurface(areas, each * areas, low, high)
+        part = parts_of_lines(plain, limited)
+        length = np.linalg.norm(drawn_points[:, 1] - drawn_points[:, 0], axis=1)
+        areas = field.thickness[items] * length * (part[:, 1] - part[:, 0])
+        if limited[0]:
+            sections = _sections(points, part, nodes, met, field.thickness[items], blade)
+            plain, limited = (sections - blade.origin) @ per_metre, (True, False)
+    if not limited[0]:
+        return CutSurface.even(areas, each * areas, 0.0, 1.0)
+    return CutSurface.of_widths(areas, each * areas, SectionWidths.of(plain, limited))
+
+
+def _sections(
+    points: Floats, part: Floats, nodes: Indices, met: MetEdges, thickness: Floats, blade: Blade
+) -> Floats:
+    """Return the sections of a wall as quadrilaterals [m], shape (triangle, 4, 3).
+
+    Args:
+        points: Where the blade meets the edges of triangles [m], shape (triangle, 2, 3).
+        part: Between which parts it is there, shape (triangle, 2).
+        nodes: Corners of the triangles, shape (triangle, 3).
+        met: The edges.
+        thickness: Of the wall [m], shape (triangle,).
+    """
+    row = np.arange(len(nodes))[:, None, None]
+    pairs = np.sort(nodes[row, met.ends], axis=2).reshape(-1, 2)
+    shared = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1, 2)
+    alone = np.arange(shared.size).reshape(-1, 2) + shared.max(initial=0) + 1
+    shared = np.where(
+        part == [0.0, 1.0], shared, alone
+    )  # what ends at a limit has no neighbour
+    cut = points[:, :1] + part[..., None] * (points[:, 1:] - points[:, :1])
+    first = blade.spans[0] / np.linalg.norm(blade.spans[0])
+    across: Floats = np.array([first, np.cross(blade.normal, first)], dtype=float)
+    return thick_lines(cut, shared, across, thickness)
