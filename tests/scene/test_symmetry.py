@@ -217,8 +217,13 @@ def test_all_modes_of_a_part_keep_to_the_planes():
 
 def test_the_reference_agrees():
     text = cube("x", duration="5 ms").replace("1e-9", "1e-6")
+    text += "set seam = nodes of block where x == 0 mm and z < 19 mm\n"
+    text = text.replace("force of top", "force of seam")  # which the plane bears
     found = validate(compiled_scene(text), method="DOP853", rtol=None, progress=Mock())
     assert found.verdict == "kept", found.reasons
+    assert found.comparison is not None
+    (error,) = [one for one in found.comparison.quantities if "seam" in one.name]
+    assert error.error < 1e-5 and error.scale > 1e-4
 
 
 def test_what_a_plane_leaves_of_forces_is_in_it_for_every_corner():
@@ -316,3 +321,110 @@ def test_walls_have_their_mirror_image_where_they_do_not_bend(old, new, said):
 def test_a_turn_in_the_plane_is_no_conflict():
     turn = "from 0 s to 10 ms: turn top by 5 deg around (1, 0, 0) using smooth profile"
     compiled_scene(cube("x", script=turn))
+
+
+# --- what planes bear -------------------------------------------------------------------------
+
+CONFINED = """language 1
+tissue cartilage {
+  Young's modulus = 500 kPa; Poisson's ratio = 0.2; density = 1100 kg/m^3
+}
+body plug {
+  mesh is lattice { cell = 1 mm; box from (0, 0, 0) mm to (2, 2, 2) mm }
+  tissue is cartilage
+}
+set floor = nodes of plug where z == 0 mm
+set lid = nodes of plug where z == 2 mm
+set wall = nodes of plug where x == 2 mm
+environment {
+  gravity = (0, 0, 0) m/s^2
+  symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)
+  symmetric about plane through (2, 0, 0) mm facing (-1, 0, 0)
+  symmetric about plane through (0, 0, 0) mm facing (0, 1, 0)
+  symmetric about plane through (0, 2, 0) mm facing (0, -1, 0)
+}
+script { at 0 s: fix floor; from 0 s to 10 ms: move lid by (0, 0, -0.002) mm using ramp }
+simulate { duration = 10 ms }
+output { force of lid every 1 ms; force of wall every 1 ms; trajectory every 1 ms }
+"""
+STATICS = "duration = 10 ms; integrator is equilibrium; step = 5 ms"
+
+
+def last(text, *logs, folder):
+    """Return the last samples of logs of a run that finds equilibria."""
+    text = re.sub(r"duration = [^}]*", STATICS + " ", text)
+    run = tissuec.run(text, out=folder / "scene.vtkhdf", companion="off")
+    return [run.logs[one].value[-1] for one in logs], run
+
+
+def test_a_wall_that_confines_a_body_bears_what_it_presses_with(tmp_path):
+    (lid, wall), run = last(CONFINED, "force of lid", "force of wall", folder=tmp_path)
+    aggregate = 500e3 * 0.8 / (1.2 * 0.6)
+    pressed = aggregate * 1e-3 * 4e-6
+    # Strains of 0.1 % differ from infinitesimal ones by 0.1 to 0.3 %.
+    assert lid == pytest.approx([0.0, 0.0, -pressed], rel=3e-3, abs=1e-9)
+    assert wall == pytest.approx([-0.25 * pressed, 0.0, 0.0], rel=3e-3, abs=1e-9)
+    # Forces at nodes in frames are those of the logs.
+    own = run.network.position[:, 0] == 2e-3
+    assert -run.force[-1][own].sum(axis=0) == pytest.approx(wall, rel=1e-12, abs=1e-15)
+
+
+QUARTER = """language 1
+tissue wall { Young's modulus = 60 kPa; Poisson's ratio = 0.4; density = 1050 kg/m^3 }
+body ring {
+  mesh is thick tube {
+    axis from (0, 0, 0) mm to (0, 0, 0.5) mm; inner radius = 2 mm; outer radius = 3 mm
+    rings = 2; sides = 16; layers = 2; part is quarter
+  }
+  tissue is wall
+}
+set cut = nodes of ring where y == 0 mm
+set inner = nodes of ring where y == 0 mm and x < 2.1 mm
+environment {
+  gravity = (0, 0, 0) m/s^2
+  symmetric about plane through (0, 0, 0) mm facing (0, 0, 1)
+  symmetric about plane through (0, 0, 0.5) mm facing (0, 0, -1)
+  symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)
+  symmetric about plane through (0, 0, 0) mm facing (0, 1, 0)
+}
+script { from 0 s to 10 ms: press inside of ring with 5 kPa using ramp }
+simulate { duration = 10 ms }
+output { force of cut every 10 ms; position of inner every 10 ms }
+"""
+
+
+def test_half_of_a_ring_bears_its_hoop_force_at_the_plane(tmp_path):
+    (force, inner), _ = last(QUARTER, "force of cut", "position of inner", folder=tmp_path)
+    # The pressure on a chord, whatever the ring: equilibrium to 1e-6 of the forces.
+    assert force[1] == pytest.approx(-5e3 * inner[0] * 0.5e-3, rel=1e-6)
+    assert inner[0] > 2.1e-3
+
+
+BEAM = """language 1
+tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
+body beam {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (40, 10, 10) mm }
+  tissue is gel
+}
+set root = nodes of beam where x == 0 mm
+set rest = nodes of beam where x == 0 mm and z == 5 mm
+set tip = nodes of beam where x == 40 mm
+environment {
+  gravity = (0, 0, 0) m/s^2; symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)
+}
+script { at 0 s: { fix rest; push tip with (0, 0, -0.02) mN on each node } }
+simulate { duration = 10 ms }
+output {
+  torque of root every 10 ms; force of root every 10 ms
+  position of root every 10 ms; position of tip every 10 ms
+}
+"""
+
+
+def test_a_plane_bears_the_bending_moment_of_half_a_beam(tmp_path):
+    logs = "torque of root", "force of root", "position of root", "position of tip"
+    (torque, force, root, tip), _ = last(BEAM, *logs, folder=tmp_path)
+    load = np.array([0.0, 0.0, -9 * 0.02e-3])
+    assert force == pytest.approx(-load, rel=1e-6, abs=1e-10)
+    assert torque == pytest.approx(-np.cross(tip - root, load), rel=1e-5, abs=1e-12)
+    assert abs(torque[1]) == pytest.approx(9 * 0.02e-3 * 40e-3, rel=1e-2)

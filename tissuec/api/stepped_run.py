@@ -204,7 +204,10 @@ class SteppedRun:
 
     @property
     def force(self) -> Floats:
-        """Return the sum of the inner forces on each node [N], shape (node, 3)."""
+        """Return the sum of the inner forces on each node [N], shape (node, 3).
+
+        At planes of symmetry, it is that of the part that is drawn.
+        """
         return _read_only(self.snapshot.node_force)
 
     @property

@@ -84,9 +84,12 @@ class NodeForces(NamedTuple):
 def inner_forces(
     state: State, time: Floats | float, position: Floats, velocity: Floats
 ) -> NodeForces:
-    """Return the forces of springs, pressure and contact."""
+    """Return the forces of springs, pressure and contact of the part that is drawn.
+
+    At planes of symmetry, the mirror image bears what of these forces is across them.
+    """
     forces = _spring_forces(state, position, velocity)
-    for acting in state.fields:
+    for acting in state.drawn_fields:
         acting.add_forces(time, position, velocity, forces.node)
     return forces
 
@@ -133,10 +136,8 @@ def force_on(
     nodes: Indices,
 ) -> Floats:
     """Return the resultant of the inner forces on some nodes [N], shape (…, 3)."""
-    if state.symmetry is not None:  # which changes the sum of all others
-        return inner_forces(state, time, position, velocity).node[..., nodes, :].sum(axis=-2)
     total = pull_on(state, position, velocity, nodes)
-    for acting in state.fields:
+    for acting in state.drawn_fields:
         pressed = np.zeros(position.shape)
         acting.add_forces(time, position, velocity, pressed)
         total += pressed[..., nodes, :].sum(axis=-2)
@@ -156,15 +157,12 @@ def torque_on(
     Args:
         about: A point [m], shape (…, 3).
     """
-    if state.symmetry is not None:
-        found = inner_forces(state, time, position, velocity).node
-        return _torque(position[..., nodes, :], found[..., nodes, :], about)
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
     ends = state.springs.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
     force = sign[:, None] * state.spring_force(springs).vectors(position, velocity)
     total = _torque(position[..., inside, :], force, about)
-    for field in state.fields:
+    for field in state.drawn_fields:
         pressed = np.zeros(position.shape)
         field.add_forces(time, position, velocity, pressed)
         total += _torque(position[..., nodes, :], pressed[..., nodes, :], about)

@@ -432,6 +432,12 @@ class State(Struct, eq=False):
         return tuple(self.named_fields.values())
 
     @property
+    def drawn_fields(self) -> tuple[Field, ...]:
+        """The fields but for planes of symmetry: those of the part that is drawn."""
+        blocks = self.present_blocks
+        return tuple(b.field.intact(self.alive) for b in blocks if b.kind != SYMMETRY)
+
+    @property
     def symmetry(self) -> "SymmetryPlanes | None":
         """The planes of symmetry; None without any."""
         return next(iter(self.of_kind(SYMMETRY)), None)

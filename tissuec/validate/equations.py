@@ -356,14 +356,28 @@ class Equations:
     def inner_forces(
         self, time: float, moved: Floats, velocity: Floats, springs: SpringStates
     ) -> Floats:
+        """Return what moves nodes of the forces of springs, pressure and contact [N].
+
+        What planes of symmetry bear is left out. The shape is (node, 3).
+        """
+        forces = self.drawn_forces(time, moved, velocity, springs)
+        for planes in self.fields:
+            if isinstance(planes, MirroredForces):
+                planes.add_forces(time, self.drawn + moved, velocity, forces)
+        return forces
+
+    def drawn_forces(
+        self, time: float, moved: Floats, velocity: Floats, springs: SpringStates
+    ) -> Floats:
         """Return the forces of springs, pressure and contact on every node [N].
 
-        The shape is (node, 3).
+        They are those of the part that is drawn. The shape is (node, 3).
         """
         forces = self.node_forces(springs)
         inside = self._inside(time)
         for acting in self.fields:
-            acting.add_forces(inside, self.drawn + moved, velocity, forces)
+            if not isinstance(acting, MirroredForces):
+                acting.add_forces(inside, self.drawn + moved, velocity, forces)
         return forces
 
     def outside(self, time: float) -> Floats:

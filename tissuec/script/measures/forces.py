@@ -17,9 +17,11 @@ class SupportForce(VectorMeasure):
     """The support force: minus the sum of all inner forces on the nodes of A.
 
     For a tool, the nodes are those that it holds at that time. It is the force that the
-    instrument feels (the haptic force); it does not include weight and inertia of the nodes
-    themselves. For scissors, it is the force that moves their blades on while they close along
-    a line, from the cutting resistance of the tissue.
+    instrument feels (the haptic force); it does not include the weight and inertia of the nodes
+    themselves. Of nodes on a plane of symmetry, it includes what their mirror image, or the
+    wall that the plane stands for, exerts on the part that is drawn. For scissors, it is the
+    force that moves their blades on while they close along a line, from the cutting resistance
+    of the tissue.
     """
 
     form = "force(A)"
