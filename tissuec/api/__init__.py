@@ -527,7 +527,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
     for doubt in trajectory.doubts:
         yield SimulationError(f"{name}: {doubt}")
     for judged in trajectory.expectations:
-        if judged.state == "fails":
+        if judged.state == "fails" or (judged.state == "not reached" and trajectory.finished):
             failure = judged.failure
             yield ExpectationError(f"{failure.expectation}\n  failed {failure.measured}")
 

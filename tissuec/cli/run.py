@@ -90,10 +90,10 @@ def command(
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the current directory.
 
     ParaView, H5MD readers and h5py open the result. When the run ends, it replaces an earlier
-    result of the same name, but no other file. Exit code: 0 done; 1 an expectation failed or,
-    with --strict, numbers are doubtful or their error exceeds the tolerance or is unknown; 2
-    the text or the command line is wrong; 3 the run could not continue; 130 interrupted (143 by
-    SIGTERM, 129 by SIGHUP).
+    result of the same name, but no other file. Exit code: 0 done; 1 an expectation failed, the
+    run ended too early to check one or, with --strict, numbers are doubtful or their error
+    exceeds the tolerance or is unknown; 2 the text or the command line is wrong; 3 the run
+    could not continue; 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
     """
     _check_endings(output, folder)
     if output is not None and (len(scenes) > 1 or folder is not None):

@@ -122,7 +122,7 @@ def judged(states: Sequence[str], failures: Iterable[FailedExpectation]) -> Iter
 
     Args:
         states: Of all: "holds", "fails" or "not reached".
-        failures: Those that fail.
+        failures: Those that fail, or that a run ended too early for.
     """
     yield from failures
     if states:

@@ -273,6 +273,10 @@ class Engine:
         """Record the sample at the final time, after every event there."""
         self.stepper.record_end(state)
 
+    def sample(self, state: State) -> Samples:
+        """Return the present state as a batch of one sample."""
+        return self.stepper.sample(state)
+
     def checkpoint(self) -> dict[str, Any] | None:
         """Return numbers and arrays to resume from, with the state; None within a step."""
         if self.stepper.progress.pending:

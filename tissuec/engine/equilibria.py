@@ -382,6 +382,10 @@ class Phases:
         """Record the sample at the final time, after every event there."""
         self._now.finish(state)
 
+    def sample(self, state: State) -> Samples:
+        """Return the present state as a batch of one sample."""
+        return self._of_whole_run(self._now.sample(state))
+
     def checkpoint(self) -> dict[str, Any] | None:
         """Return the data that ``restore`` continues from; None within a step."""
         inner = self._now.checkpoint()
@@ -436,10 +440,12 @@ class Phases:
         return found
 
     def _take(self, samples: Samples) -> None:
-        """Pass samples on, with the ledger of the whole run."""
+        """Pass samples on, and note how far nodes are from their first places."""
         moved = np.linalg.norm(samples.position - self._network.position, axis=2)
         self._reach = max(self._reach, float(moved.max(initial=0.0)))
+        self._record(self._of_whole_run(samples))
+
+    def _of_whole_run(self, samples: Samples) -> Samples:
+        """Return samples of the present part with the ledger of the whole run."""
         work, lost = self._ledger
-        self._record(
-            samples._replace(work=samples.work + work, dissipated=samples.dissipated + lost)
-        )
+        return samples._replace(work=samples.work + work, dissipated=samples.dissipated + lost)

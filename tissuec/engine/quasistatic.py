@@ -191,13 +191,18 @@ class QuasiStatic:
     def _take_samples(self, state: State, before: float) -> None:
         """Record the state for the samples that are due before a time [s]."""
         while self._sample < len(self._times) and self._times[self._sample] < before:
-            one = np.array([self._times[self._sample]])
-            moving = state.velocity if self._moves else np.zeros_like(state.velocity)
-            motion = state.position[None].copy(), moving[None].copy()
-            sums = np.array([self._work]), np.array([self._lost])
+            time = self._times[self._sample : self._sample + 1].copy()
             self._sample += 1
-            # How far nodes come between samples is ignored.
-            self._record(Samples(one, *motion, *sums, error=np.zeros(1), reach=np.zeros(1)))
+            self._record(self.sample(state)._replace(time=time))
+
+    def sample(self, state: State) -> Samples:
+        """Return the present state as a batch of one sample."""
+        moving = state.velocity if self._moves else np.zeros_like(state.velocity)
+        motion = state.position[None].copy(), moving[None].copy()
+        sums = np.array([self._work]), np.array([self._lost])
+        # How far nodes come between samples is ignored.
+        still = np.zeros(1)
+        return Samples(np.array([state.time]), *motion, *sums, error=still, reach=still)
 
     def _go(
         self, state: State, time: float, watch: Watch | None, pause: Pause | None

@@ -18,7 +18,7 @@ from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.backends import BACKENDS, bound_drive, loop_operations, with_python
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.method import Method
+from tissuec.engine.method import Method, Samples
 from tissuec.engine.run_arrays import (
     SampleBuffer,
     first_step,
@@ -350,6 +350,19 @@ class Stepper:
         before = self.progress
         self.update(filled=0)  # the recorder may request a checkpoint
         self.buffer.flush(before)
+
+    def sample(self, state: State) -> Samples:
+        """Return a state, to which the steps have come, as a batch of one sample."""
+        now, ledger = self.progress, self.work.ledger[self.progress.current]
+        return Samples(
+            time=np.array([state.time]),
+            position=state.position[None].copy(),
+            velocity=state.velocity[None].copy(),
+            work=ledger[:1].copy(),
+            dissipated=ledger[1:].copy(),
+            error=np.array([now.error]),
+            reach=np.array([now.displacement]),
+        )
 
     def record_end(self, state: State) -> None:
         """Record the sample at the time of a state, if there is one."""

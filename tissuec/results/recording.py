@@ -158,7 +158,10 @@ class ExpectationResult(Struct, frozen=True):
 
     @property
     def failure(self) -> FailedExpectation:
-        """Return it with the measured value, and when that was."""
+        """Return it with the measured value, and when that was; or that none was."""
+        if self.state == "not reached":
+            why = "the run ended before this could be checked"
+            return FailedExpectation(f"{self.place}: {self.expect}", why)
         when = "" if self.time is None else f"at {show(self.time, TIME)}: "
         return FailedExpectation(f"{self.place}: {self.expect}", f"{when}{self.measured}")
 

@@ -19,6 +19,7 @@ from tissuec.scene.study.model import Cell
 DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED = (
     "done", "ended", "diverged", "stuck", "refused", "died",
 )  # fmt: skip
+ENDED_AT = ", at "  # between why and when a run ended
 OUTCOMES = (DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED)
 
 

@@ -19,7 +19,9 @@ from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.compiler.recompiling import Recompiler
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.units import TIME, show
 from tissuec.core.workers.workers import CommonCache
+from tissuec.engine.execution.event_queue import SAME, rows_at
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats, Indices
@@ -29,8 +31,8 @@ from tissuec.scene.program.imports import Program
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.study.model import Cell, WrittenMeasure
-from tissuec.script.plan import Plan
-from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
+from tissuec.script.plan import Plan, times_every
+from tissuec.studies.table import DIVERGED, DONE, ENDED, ENDED_AT, REFUSED, STUCK, Row
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate
@@ -277,7 +279,8 @@ def _run(
     ended = outcome.ended if outcome.kind == DONE else None
     reason = "" if outcome.kind == DONE else outcome.message
     if ended is not None:
-        reason = f"{ended.cause} ({ended.span.place})"
+        at = show(outcome.state.time, TIME, digits=6)
+        reason = f"{ended.cause} ({ended.span.place}){ENDED_AT}{at}"
     events = [(time, event.kind, event.springs) for time, event in outcome.logged_events]
     return Row(
         planned.run,
@@ -311,7 +314,11 @@ def _value(
             return measure.capture.condition.value  # type: ignore[attr-defined]
         case "every":
             assert measure.log is not None
-            return tuple(observer.samples(measure.log.name)[1].tolist())
+            times, values = observer.samples(measure.log.name)
+            duration = observer.plan.simulation.duration
+            regular = times_every(measure.log.every, duration)
+            # Without the state with which a run ends early, samples have the same times in all.
+            return tuple(values[rows_at(times, regular, SAME * duration)].tolist())
         case kind:
             assert measure.log is not None
             times, values = observer.samples_and_jumps(measure.log.name)

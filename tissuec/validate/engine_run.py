@@ -131,6 +131,10 @@ class _SampleRecorder(Recorder):
             )
         )
 
+    def record_end(self, sample: Samples) -> None:
+        if not self._rows or float(self._rows[-1][0][-1]) < float(sample.time[0]):
+            self.record(sample)
+
     def observed(self, outcome: Outcome) -> Observed:
         """Return the observations of a run."""
         size = self.network.node_count

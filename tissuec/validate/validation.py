@@ -88,7 +88,9 @@ class Judge:
 
     def _horizon(self) -> float:
         known = self._known.horizon(self.tolerance) if self.tolerance else self._duration
-        ties = [miss.time for miss in self.ruptures.misses if miss.is_tie]
+        # What breaks as the run ends parts it from the reference only later.
+        last = 2.0 * self._run.outcome.state.time - end_of_reference(self._plan, self._run)
+        ties = [miss.time for miss in self.ruptures.misses if miss.is_tie and miss.time < last]
         return min([known, *(float(np.nextafter(time, -np.inf)) for time in ties)])
 
     def _measure(self, valid: NDArray[np.bool_]) -> tuple[QuantityError, ...]:

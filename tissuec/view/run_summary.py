@@ -72,7 +72,7 @@ def _code(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
     if outcome.kind != "done":
         return STOPPED
     is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
-    return FAILED if outcome.failures or is_off else DONE
+    return FAILED if outcome.failures or outcome.unreached or is_off else DONE
 
 
 def _said(
@@ -86,7 +86,8 @@ def _said(
         ((e.kind, e.springs) for _, e in outcome.logged_events), network
     )
     expectations = [ExpectationResult(**one) for one in facts["expectations"]]
-    failures = (one.failure for one in expectations if one.state == "fails")
+    states = ("fails", "not reached") if outcome.kind == "done" else ("fails",)
+    failures = (one.failure for one in expectations if one.state in states)
     yield from judged([one.state for one in expectations], failures)
     for doubt in outcome.doubts:
         yield Fact("doubtful", str(doubt), "failure")

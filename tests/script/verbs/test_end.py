@@ -5,7 +5,10 @@ import pytest
 from msgspec.structs import replace
 
 import tissuec
+from tests.test_cli import OSCILLATOR
+from tests.test_cli import tissuec as tissuec_command
 from tests.validate.scenes import compiled_scene, validated
+from tissuec.core.errors import ExpectationError
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -163,6 +166,115 @@ def test_a_result_file_says_what_ended_the_run(tmp_path):
     assert result.events[-1].cause == "end the run"
     assert result.promise.state == "kept"
     assert result.times[-1] < 0.2
+
+
+def test_the_last_state_is_in_every_table_once(tmp_path):
+    result = tissuec.run(rope(WHEN), out=tmp_path / "end.h5")
+    end = result.events[-1].time
+    assert end % 0.02 > 1e-6 and end % 0.001 > 1e-9  # no sample is due then
+    log = result.logs["position of tip"]
+    for time in (result.times, log.time, result.energies.time, result.errors.time):
+        assert time[-1] == end
+        assert np.all(np.diff(time) > 0.0)
+    # The condition is met there, to the accuracy with which its time is found.
+    assert log.value[-1, 0] == pytest.approx(0.024, rel=1e-9)
+    assert result.position[-1][2, 0] == log.value[-1, 0]
+    on_time = tissuec.run(rope("at 0.3 s: end the run"))
+    assert on_time.times[-2:] == pytest.approx([0.28, 0.3], abs=0.0)
+    assert len(on_time.logs["position of tip"].time) == 301
+
+
+FIBRE = """language 1
+tissue band {
+  Young's modulus = 100 kPa; density = 1000 kg/m^3; retardation time = 0.1 ms
+  strength = 20 kPa
+}
+body fibre {
+  mesh is thread { line from (0, 0, 0) mm to (20, 0, 0) mm; pieces = 4; thickness = 2 mm }
+  tissue is band; rupture is allowed
+}
+set left = nodes of fibre where x == 0 mm
+set right = nodes of fibre where x == 20 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+script {
+  at 0 s: fix left
+  from 0 s to 0.5 s: move right by (10, 0, 0) mm using constant speed
+  when ruptured(fibre): end the run
+}
+simulate { duration = 0.5 s; tolerance = 1e-3 }
+output { force(right) every 50 ms; trajectory every 0.5 s }
+study tear {
+  vary strength of band = [16 kPa, 20 kPa, 23 kPa]
+  measure peak = max(force(right along (1, 0, 0)))
+  measure curve = force(right along (1, 0, 0)) every 50 ms
+}
+"""
+
+
+def test_the_force_that_tears_a_fibre_is_measured():
+    result = tissuec.run(FIBRE)
+    tearing = 20e3 * np.pi * 1e-3**2  # strength times cross-section
+    # Inertia and viscosity add less than 1e-5 at this speed.
+    assert result.logs["force of right"].value.max() == pytest.approx(tearing, rel=1e-5)
+    assert list(result.times) == [0.0, result.events[-1].time]
+
+
+def test_a_study_measures_what_is_largest_as_its_runs_end(tmp_path):
+    scene = tmp_path / "fibre.tis"
+    scene.write_text(FIBRE)
+    table = tissuec.study(scene, out=tmp_path / "tear.csv", workers=1)
+    expected = np.array([16e3, 20e3, 23e3]) * np.pi * 1e-3**2
+    assert table.column("peak").numbers == pytest.approx(expected, rel=1e-5)
+    # Curves have the same times in all runs, so that rows can be compared.
+    (curve,) = table.curves
+    assert [np.isfinite(row).sum() for row in curve.values] == [4, 4, 5]
+    # Torn at a strain of 16, 20 and 23 % at a rate of 1/s, less the retardation time of 0.1 ms.
+    ends = [reason.rpartition(", at ")[2] for reason in table.reason]
+    assert ends == ["159.9 ms", "199.9 ms", "229.9 ms"]
+
+
+def test_a_static_run_ends_with_the_equilibrium_in_which_the_condition_is_true():
+    text = FIBRE.replace("tolerance = 1e-3", "integrator is equilibrium; step = 50 ms")
+    text = text.replace("when ruptured(fibre)", "when force(right) > 30 mN")
+    result = tissuec.run(text.replace("; rupture is allowed", ""))
+    force = result.logs["force of right"].value
+    # Closed in on to a part of a step.
+    assert force[-1, 0] == pytest.approx(30e-3, rel=1e-3)
+    assert result.times[-1] == result.logs["force of right"].time[-1] < 0.5
+
+
+def test_a_run_that_fails_keeps_its_last_state():
+    coarse = OSCILLATOR.replace(
+        "tolerance = 1e-6", "integrator is velocity verlet; step = 40 ms"
+    )
+    long = coarse.replace("duration = 0.5 s", "duration = 50 s").partition("expect")[0]
+    outcome, rows = carried_out(long.replace("every 50 ms", "every 50 s"))
+    assert outcome.kind == "diverged"
+    time, position, *_ = rows.frame_arrays()
+    assert list(time) == [0.0, outcome.state.time]
+    assert outcome.state.time > 0.1
+    assert np.array_equal(position[-1], outcome.state.position)
+
+
+def test_expectations_that_an_end_leaves_open_are_no_success(tmp_path):
+    scene = tmp_path / "rope.tis"
+    scene.write_text(rope(WHEN, expect="expect position(tip) < 1 m at 0.4 s"))
+    ran = tissuec_command("run", scene, cwd=tmp_path)
+    assert ran.returncode == 1
+    assert "the run ended before this could be checked" in ran.stderr
+    with pytest.raises(ExpectationError, match="ended before"):
+        tissuec.run(scene, strict=True)
+    scene.write_text(rope(WHEN, expect="expect position(tip) < 1 m over run"))
+    assert tissuec_command("run", scene, cwd=tmp_path).returncode == 0
+
+
+def test_a_stepped_run_logs_the_state_with_which_it_ends():
+    run = tissuec.start(rope(WHEN))
+    run.step("0.5 s")
+    assert run.ended
+    time, rows = run.log("position of tip")
+    assert time[-1] == run.time
+    assert rows[-1, 0] == pytest.approx(0.024, rel=1e-9)
 
 
 def test_only_the_run_can_be_ended():

@@ -179,7 +179,7 @@ class Recorder:
         self._side: EventSide | None = None  # of the net, before events
         self._changed: EventSide | None = None  # the same, once they have come
         duration = plan.simulation.duration
-        near = SAME * duration
+        near = self._near = SAME * duration
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
         self.times = sample_times(plan)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
@@ -301,15 +301,29 @@ class Recorder:
                 parts[rate] = snapshot if due.all() else snapshot.pick(np.flatnonzero(due))
             return parts.get(rate)
 
-        self.write_frames(part)
-        self.write_surfaces(part)
+        self._write(part)
         self._write_errors(samples, rows)
-        self._write_logs(part)
-        self._write_energies(part)
         self._judge.sample(snapshot, rows, self.memory)
         if self.takes_notes:
             for time, position in zip(samples.time.tolist(), samples.position, strict=True):
                 self.look(self._state, time, position)
+
+    def record_end(self, sample: Samples) -> None:
+        """Record the state with which the run ends in the tables that do not hold it yet.
+
+        Args:
+            sample: One sample, which is none of ``times``, or was not recorded as one.
+        """
+        assert self._state is not None, "enter comes first"
+        last, time = self.memory.next - 1, float(sample.time[0])
+        is_sample = last >= 0 and abs(float(self.times[last]) - time) <= self._near
+        missing = {rate for rate, due in self._due.items() if not (is_sample and due[last])}
+        if not missing:
+            return
+        snapshot = self._snapshot(sample, self._state)
+        self._write(lambda rate: snapshot if rate in missing else None)
+        if self.plan.output.every in missing and len(self.plan.output.frames):
+            self.writer.errors(sample.time, sample.error[:, None])
 
     def look(
         self, state: State, time: float, position: Floats, *, always: bool = False
@@ -364,6 +378,13 @@ class Recorder:
             return snapshot
         scale = np.maximum(ledger.size(snapshot.energies), self.memory.scale)
         return snapshot.with_ledger(replace(ledger, scale=scale))
+
+    def _write(self, part: Part) -> None:
+        """Write all tables but that of errors, ``part`` being the samples of a rate."""
+        self.write_frames(part)
+        self.write_surfaces(part)
+        self._write_logs(part)
+        self._write_energies(part)
 
     def write_frames(self, part: Part) -> None:
         """Write what is due of the trajectory, ``part`` being the samples of a rate."""

@@ -116,11 +116,10 @@ class RunLoop:
         Args:
             reason: Why ``advance`` returned; not for a pause.
         """
-        state, duration = self.run_state.state, self.plan.simulation.duration
+        state = self.run_state.state
         if reason.kind == "diverged" or reason.kind == "stuck":
             self.ending = reason.kind, explain(reason, state)
-            if self.recorder.takes_notes:
-                self.handler.look_for_doubts(always=True)
+            self._close()
             return
         sums = self.sums()
         self.handler.leave(*sums)
@@ -134,7 +133,7 @@ class RunLoop:
             self._restart()
             self.handler.enter()
             # A net without inertia is elsewhere after events: where it is relaxed again.
-            if not self._is_static or state.time >= duration:
+            if not self._is_static:
                 self.handler.record_jumps(*sums)
         self._look_for_end()
 
@@ -196,8 +195,33 @@ class RunLoop:
                 at = f"{show(state.time, TIME, digits=6)} of {show(duration, TIME)}"
                 message = f"done: ended at {at} by {ended.span.place}: {ended.cause}"
             self.ending = "done", message
-        if self.ending is not None and self.recorder.takes_notes:
+        if self.ending is not None:
+            self._close()
+
+    def _close(self) -> None:
+        """Record the state with which the run ends, and what it shows."""
+        assert self.ending is not None, "the run ends"
+        if self.ending[0] == "done" and self.recorder.awaits_jumps:
+            self.handler.record_jumps(*self.sums())
+        self.record_end()
+        if self.recorder.takes_notes:
             self.handler.look_for_doubts(always=True)
+
+    def record_end(self) -> None:
+        """Record the state with which the run ends early, in every table.
+
+        A net without inertia that failed is not in equilibrium: its last state is none.
+        """
+        state = self.run_state.state
+        match self.ending:
+            case ("done", _):
+                is_wanted = state.time < self.plan.simulation.duration
+            case ("diverged" | "stuck", _):
+                is_wanted = not self._is_static
+            case _:
+                is_wanted = True
+        if is_wanted:
+            self.recorder.record_end(self.engine.sample(state))
 
     def _is_watched(self) -> bool:
         """Return whether states on the way to the next event must be examined."""
@@ -410,6 +434,7 @@ def _finish(loop: RunLoop, progress: Progress, stop: StopRequest) -> tuple[Kind,
         loop.recorder.checkpoint(loop.checkpoint())
         kept = clock.monotonic()
         if stop():
+            loop.record_end()  # after the checkpoint: a resumed run comes to its next sample
             return "interrupted", _interrupted(loop, stop)
     return loop.ending
 

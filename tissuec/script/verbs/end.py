@@ -30,7 +30,9 @@ class EndVerb:
 
     With ``when``, a run ends as soon as a condition is true: ``when count(pieces of vessel) >
     1: end the run``. The summary and the event log show this sentence. Expectations over an
-    interval are evaluated up to this time; expectations about later times are not reached.
+    interval are evaluated up to this time. Expectations about later times cannot be checked:
+    they are reported as not reached, with exit code 1. The last sample of each log, and the
+    last frame, show the state at this time.
     """
 
     meant: ClassVar[str] = "finish quit exit"

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
 from tissuec.results.trajectory import Trajectory
+from tissuec.script.verbs.end import KIND as END
 from tissuec.view.compare.matching import MatchedIndices
 from tissuec.view.compare.over_time import are_same, common, nearest, nearness
 
@@ -237,7 +238,7 @@ def _is_whole(a: _Frames, b: _Frames, common: int) -> bool:
     """
     ends = [profile.times[-1:] for profile in (a, b)]
     runs = [profile.trajectory for profile in (a, b)]
-    done = all(run.finished for run in runs)
+    done = all(run.finished and all(e.kind != END for e in run.events) for run in runs)
     durations = {run.manifest.get("duration") for run in runs}
     ended = are_same(*ends) or (done and len(durations) == 1)
     return common == a.shape[1] == b.shape[1] and ended

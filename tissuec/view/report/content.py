@@ -6,7 +6,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from msgspec import Struct
 
 from tissuec.analysis.result_scene import RecompiledScene, recompile
@@ -20,6 +19,7 @@ from tissuec.results.manifest import RUNNING, credits
 from tissuec.results.promise import Doubt, Promise, kinds, stepping
 from tissuec.results.recording import Event, ExpectationResult, springs_of_events
 from tissuec.results.trajectory import Trajectory
+from tissuec.script.verbs.end import KIND as END
 from tissuec.validate.report import VERDICTS
 from tissuec.view.report.markup import Content, Html, element, html, link
 
@@ -205,6 +205,8 @@ class ReportContent:
             return Headline("bad", "stopped", self._reasons)
         if failed:
             return Headline("bad", "expectations fail", self._reasons)
+        if self.kind == "done" and self.count("not reached"):
+            return Headline("bad", "ended too early for expectations", self._reasons)
         if self.validation is not None and self.validation["verdict"] in _BAD:
             heading, *_ = VERDICTS[self.validation["verdict"]]
             return Headline("bad", f"validated: {heading}", self._reasons)
@@ -224,6 +226,8 @@ class ReportContent:
             found.append((str(self.manifest["outcome"]), "run"))
         if failed := self.count("fails"):
             found.append((f"{counted(failed, 'expectation')} failed", "expectations"))
+        if self.kind == "done" and (left := self.count("not reached")):
+            found.append((f"{counted(left, 'expectation')} not reached", "expectations"))
         if self.validation is not None and self.validation["verdict"] not in _FINE:
             verdict, *_ = VERDICTS[self.validation["verdict"]]
             found.append((f"validation: {verdict}", "validation"))
@@ -295,14 +299,11 @@ def _reached(content: ReportContent) -> Iterator[str]:
     duration = content.manifest.get("duration")
     if duration is None:
         return
-    if content.kind == "done":
+    if content.kind == "done" and not any(event.kind == END for event in content.events):
         yield f"{show(duration, TIME)} simulated"
         return
-    known = [content.trajectory.times, *(log.time for log in content.trajectory.logs.values())]
-    known.append(np.array([event.time for event in content.events]))
-    last = [float(times[-1]) for times in known if len(times)]
-    if last:
-        yield f"{show(max(last), TIME)} of {show(duration, TIME)} simulated"
+    last = max([content.trajectory.last_time, *(event.time for event in content.events)])
+    yield f"{show(last, TIME, digits=6)} of {show(duration, TIME)} simulated"
 
 
 def _tiles(content: ReportContent) -> Html:
