@@ -187,13 +187,13 @@ def test_a_formula_is_written_with_its_constants_as_numbers(tmp_path):
     text, words, _ = written(
         tmp_path, "adjust cube of gum", top=FREE, tissue="gum", fit_problem="gum"
     )
-    force = words.tissues["learned gum"].laws["spring law"].force
+    force = words.tissues["learned gum"].laws["spring law"].formula
     at = 0.3
     found = float(force.at({"e": at, "c": 3.0, "rest": 1.0}))
     # The let is computed of the param as it was before, and only the param was learnt.
     assert found == pytest.approx(3.0 * at + (4.0 * CHANGED + 8.0) * at**3, rel=ROUNDED)
     assert "# cube: 95 %:" in text
-    braked = words.tissues["learned gum"].laws["viscosity law"].force
+    braked = words.tissues["learned gum"].laws["viscosity law"].formula
     found = float(braked.at({"e": at, "w": 2.0, "d": 5.0, "rest": 1.0}))
     assert found == pytest.approx(10.0 * (1.0 + 4.0 * CHANGED * at), rel=ROUNDED)
 

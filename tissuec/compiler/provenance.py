@@ -15,6 +15,7 @@ from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.tissues.evidence import KNOWN, UNVERIFIED
 from tissuec.scene.tissues.known_curves import KnownCurve
+from tissuec.scene.tissues.laws import SOLID_LAW
 from tissuec.scene.tissues.quantities import QUANTITIES, STIFFENING, Spread, rivals
 
 SET = "set on the command line"
@@ -164,7 +165,11 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
         "quantities": {e.quantity: as_data(e) for e in explain_tissue(tissue)},
         "from_words": {QUANTITIES[key].name: one for key, one in tissue.concluded.items()},
         "laws": {
-            word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
+            word: {
+                "law": law.name,
+                "energy" if word == SOLID_LAW else "force": law.formula.code(),
+                "place": law.span.place,
+            }
             for word, law in tissue.written_laws.items()
         },
         "known": [_known(one) for one in tissue.known],

@@ -30,6 +30,8 @@ from tissuec.laws.formula import ZERO, Constant, Formula, Values, apply
 from tissuec.laws.solid import I1, I2
 
 _POINTS = 32  # of Gauss's quadrature
+#: The isochoric principal stretches λ in code.
+STRETCHES = ("l1", "l2", "l3")
 _Z1, _Z2 = I1 - 3.0, I2 - 3.0
 #: Coefficients of a polynomial by the powers of I1 - 3 and I2 - 3.
 _Polynomial = Mapping[tuple[int, int], int]
@@ -38,7 +40,7 @@ _Polynomial = Mapping[tuple[int, int], int]
 class PrincipalSum(Formula, frozen=True):
     """Σ (λ^α - 1) over the isochoric principal stretches; Σ log² λ where α = 0.
 
-    It has no code: only its derivatives are compiled.
+    Only its derivatives are compiled. Its code is for people: it names the stretches.
     """
 
     exponent: float
@@ -55,6 +57,12 @@ class PrincipalSum(Formula, frozen=True):
 
     def slope(self, name: str) -> Formula:
         return _slopes(self.exponent)[name == I2.name] if name in (I1.name, I2.name) else ZERO
+
+    def code(self) -> str:
+        if self.exponent == 0.0:
+            return f"({' + '.join(f'log({name}) ** 2' for name in STRETCHES)})"
+        powers = [f"{name} ** {self.exponent!r}" for name in STRETCHES]
+        return f"({' + '.join(powers)} - 3.0)"
 
     def along(self, stretch: Formula) -> Formula:
         """Return the sum for a stretch along one axis, and its root across."""

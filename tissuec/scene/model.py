@@ -119,11 +119,13 @@ class WrittenLaw(Struct, frozen=True):
 
     Attributes:
         name: Of the law, or the formula as written.
+        formula: The force of a spring or dashpot [N]; of a solid, the energy per volume in
+            units of its shear modulus.
         law: The law with its constants, a member of its family; None for a free formula.
     """
 
     name: str
-    force: Formula
+    formula: Formula
     span: Span
     law: SpringLaw | ViscosityLaw | SolidLaw | Stiffening | None = None
 

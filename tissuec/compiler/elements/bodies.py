@@ -173,7 +173,7 @@ class ElementReader:
             if one and one.value not in (one.quantity.default, one.quantity.none):
                 refuse(one.quantity.name, one.span, self.made, self.findings)
         for word, law in material.tissue.laws.items():
-            if word != SOLID_LAW and stress_in(law.force) is None:
+            if word != SOLID_LAW and stress_in(law.formula) is None:
                 refuse(f"a {word}", law.span, self.made, self.findings)
 
     def _fibres(self) -> "SolidFibres | None":
@@ -316,7 +316,7 @@ class ElementReader:
         if material.tissue is None:
             return NeoHookean()
         solid, curve = (material.tissue.laws.get(word) for word in (SOLID_LAW, "spring law"))
-        if solid is not None and curve is not None and stress_in(curve.force) is not None:
+        if solid is not None and curve is not None and stress_in(curve.formula) is not None:
             self.findings.reject(
                 "TIS306",
                 "a solid law and a curve of stress exclude each other",
@@ -412,7 +412,7 @@ class ElementReader:
 def law_of(tissue: Tissue) -> tuple[SolidLaw, Span]:
     """Return the solid law of a tissue, also from a curve of stress, and its span."""
     solid, curve = tissue.laws.get(SOLID_LAW), tissue.laws.get("spring law")
-    stress = None if curve is None else stress_in(curve.force)
+    stress = None if curve is None else stress_in(curve.formula)
     if curve is not None and stress is not None:
         modulus = tissue.given[YOUNGS_MODULUS].value
         known = {"e": STRAIN, "rest": Constant(1.0), MODULUS.name: Constant(modulus)}

@@ -35,9 +35,9 @@ def uses(tissue: Tissue, quantity: str) -> str | None:
         law = tissue.laws.get(kind.word)
         if law is None:
             continue
-        stress = stress_in(law.force)
+        stress = stress_in(law.formula)
         used = _variable(kind, quantity, is_stress=stress is not None)
-        if used and used not in variables(stress or law.force):
+        if used and used not in variables(stress or law.formula):
             return kind.word
     return None
 

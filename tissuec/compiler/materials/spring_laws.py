@@ -55,7 +55,7 @@ class SpringLaws:
         assert self._body.tables is not None
         laws = self._body.tables.laws[name]
         spring = laws.get("spring law")
-        if spring is not None and stress_in(spring.force) is not None:
+        if spring is not None and stress_in(spring.formula) is not None:
             self._findings.reject(
                 "TIS306",
                 f"law {name} gives a stress, but springs of a table have no section",
@@ -112,7 +112,7 @@ class SpringLaws:
             from tissuec.laws.tension import BarOfSolid  # where bars need it
 
             bar = BarOfSolid(cast(SolidLaw, solid.law))
-            written = replace(solid, force=bar.force(), law=bar)
+            written = replace(solid, formula=bar.force(), law=bar)
             laws = {**laws, "spring law": written}
         return _as_law(laws, modulus=1.0 if modulus is None else modulus.value)
 
@@ -196,8 +196,8 @@ def _stiffening(law: Law) -> float | None:
 def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
     """Return the written law, linear if there is none."""
     spring, dashpot = written.get("spring law"), written.get("viscosity law")
-    elastic = LINEAR.elastic if spring is None else with_modulus(spring.force, modulus)
-    viscous = LINEAR.viscous if dashpot is None else dashpot.force
+    elastic = LINEAR.elastic if spring is None else with_modulus(spring.formula, modulus)
+    viscous = LINEAR.viscous if dashpot is None else dashpot.formula
     if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
         return LINEAR
     names = ", ".join(law.name for law in (spring, dashpot) if law is not None)

@@ -230,7 +230,7 @@ class TissueParts:
         """
         word, variable = USES.get(name, ("", ""))
         law = material.tissue and material.tissue.laws.get(word)
-        if law is None or variable in variables(law.force):
+        if law is None or variable in variables(law.formula):
             self.missing(self.needed_limit(name) if name == BREAKING_FORCE else name, material)
         return AssignedQuantity(
             QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span

@@ -202,7 +202,7 @@ def _differs(tissue: Tissue, draft: Draft, moved: bool) -> str | None:
         new = tissue.written_laws.get(word)
         if new is None or (law.law is None) != (new.law is None):
             return word
-        if not changed_constants(law, draft.constants) and new.force != law.force:
+        if not changed_constants(law, draft.constants) and new.formula != law.formula:
             return word
     return None
 

@@ -293,7 +293,7 @@ class TissueReader:
         It replaces the one that rules conclude, unless the stress refers to that.
         """
         law = written.laws.get("spring law")
-        stress = None if law is None else stress_in(law.force)
+        stress = None if law is None else stress_in(law.formula)
         if law is None or stress is None or YOUNGS_MODULUS in written.numbers:
             return
         if "spring constant" in given:
@@ -383,7 +383,7 @@ class TissueReader:
             written.laws[key] = read = read_law(law, item, self.scope)
             if key in STRETCHED:
                 self._refuse_stiffening(item, key, written, entries)
-            if stress_in(read.force) is not None:  # an inherited spring constant is outdone
+            if stress_in(read.formula) is not None:  # an inherited spring constant is outdone
                 for rival in set(rivals(YOUNGS_MODULUS)) - set(entries):
                     written.numbers.pop(rival, None)
             return
