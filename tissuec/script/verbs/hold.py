@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import Lasting, Moved, Nodes, ToolClause
+from tissuec.script.parts import Lasting, Moved, Nodes, Refusal, ToolClause
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import (
     FIX,
@@ -22,6 +22,16 @@ from tissuec.script.verbs.holding import (
     take,
 )
 from tissuec.script.verbs.motion import joined
+
+#: Holds of single directions, as rollers of other programs are.
+WHOLE = {
+    "along": Refusal(
+        "nodes are held in all directions or in none",
+        "for a roller, write a plane of symmetry in the environment, on which nodes slide: "
+        "symmetric about plane through (0, 0, 0) mm facing (1, 0, 0); for a body that is "
+        "stretched between such planes, also: prestress along (1, 0, 0)",
+    )
+}
 
 
 class EndHold(Struct, frozen=True):
@@ -48,6 +58,8 @@ class Hold(VerbSentence, frozen=True):
     It ends motions of these nodes. A later ``hold`` or ``move`` of the same set replaces it.
     """
 
+    refused: ClassVar = WHOLE
+
     group: Nodes
     duration: Lasting
 
@@ -72,6 +84,7 @@ class Fix(VerbSentence, frozen=True):
     """
 
     meant: ClassVar[str] = "pin anchor constrain immobilise immobilize clip"
+    refused: ClassVar = WHOLE
 
     group: Nodes
 
@@ -111,7 +124,7 @@ class Release(VerbSentence, frozen=True):
     ``release SET from TOOL`` releases the set from this tool only, ``release SET`` from
     everything that holds it. Released nodes keep their velocity: a node at rest starts from
     rest, and a node on a path continues with the velocity of the path. Fixed nodes stay fixed
-    (``free`` releases them). Releasing nodes that are not held has no effect.
+    (``free`` releases them). Releasing nodes that nothing holds is an error.
     """
 
     meant: ClassVar[str] = "drop ungrasp unclamp"

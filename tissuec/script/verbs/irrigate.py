@@ -65,9 +65,9 @@ class Irrigate(VerbSentence, frozen=True):
     The jet pushes the surface that it meets: that of the named body or set of nodes, or of all
     bodies if none is named. Bodies that are not named still block their part of the jet. The
     jet moves and turns with its nozzle. The flow is constant or follows the profile after
-    ``using``; there is no flow while the profile is negative. A nozzle has one jet: a new order
-    replaces the previous one. ``force of`` the nozzle is the force that holds it against the
-    recoil.
+    ``using``; there is no flow while the profile is negative. A nozzle has one jet: a new
+    action replaces the previous one. ``force of`` the nozzle is the force that holds it
+    against the recoil.
     """
 
     meant: ClassVar[str] = "rinse flush spray wash"

@@ -40,7 +40,7 @@ class Move(VerbSentence, frozen=True):
     for time, x, y and z, relative to the positions at the start. After the motion, a set stays
     held exactly where it ended, at rest, until it is released. A tool moves the nodes that it
     holds; a tool that holds nothing moves no nodes. Simultaneous motions of a set or tool add
-    up. If the motions of two sets or tools drive the same node, the later order applies.
+    up. Motions of two sets or tools cannot drive the same node at the same time.
     """
 
     meant: ClassVar[str] = "lift raise lower drag shift translate displace advance retract draw"

@@ -62,9 +62,8 @@ class Stop(Struct, frozen=True):
     """Ends all forces on a set, or stops the motion or turn of a set or tool where it is.
 
     Whatever was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. ``stop
-    pressing SET`` and ``stop activating SET`` end the pressures and activations that were
-    ordered for this set or body. ``stop irrigating SET`` ends the jets that were ordered for
-    this set or body, ``stop irrigating`` all jets.
+    pressing SET`` and ``stop activating SET`` end the pressures and activations on this set or
+    body. ``stop irrigating SET`` ends the jets on it, ``stop irrigating`` all jets.
     """
 
     meant: ClassVar[str] = "halt pause"
