@@ -15,10 +15,11 @@ from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose, measured_facts
 from tissuec.engine.method_trial import evaluation_time, step_time
+from tissuec.engine.static_cost import StaticCost, static_cost
 from tissuec.model.network import Network
 from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import ForeseenEvents, file_size
-from tissuec.script.plan import Plan
+from tissuec.script.plan import EQUILIBRIUM, Plan
 from tissuec.script.procedures import stated
 from tissuec.script.verbs.cut import Cut
 from tissuec.script.verbs.tie import Tie
@@ -35,13 +36,15 @@ class Prediction(Struct, frozen=True):
         reason: Why it.
         choices: What is chosen of a published procedure, as it is written.
         facts: Largest angular frequency ω̂ [1/s], damping radius [1/s], damping ratio, and the
-            stability limit of the step [s] of the method.
+            stability limit of the step [s] of the method; empty for statics.
         skipped: What the scene does not need and the run does not do.
-        steps: At the stability limit, or of the fixed step; a tolerance may need more.
-        evaluations: Force evaluations for these steps.
-        seconds: What these take on one core of a present-day machine, compiled; NaN where
-            only the tolerance decides how many steps there are, as with implicit methods.
+        steps: At the stability limit, or of the fixed step; a tolerance may need more. Of
+            statics, the equilibria.
+        evaluations: Force evaluations for these steps; of statics, steps of Newton's method.
+        seconds: What these and all equilibria take on one core of a present-day machine; NaN
+            where only the tolerance decides how many steps there are, as with implicit methods.
         step_seconds: What one step takes [s].
+        static: The equilibria, also those of "settle" in a run that moves.
         bytes: About those of the result file; the most if it is compressed.
         compress: Whether it is.
     """
@@ -56,6 +59,7 @@ class Prediction(Struct, frozen=True):
     evaluations: float
     seconds: float
     step_seconds: float
+    static: StaticCost
     bytes: int
     compress: bool
 
@@ -79,20 +83,27 @@ def predict(compiled: Compiled) -> Prediction:
 
     choice = choose(state, method, layout.is_direct, implicit_step)
     integrator = None if simulation.is_static else INTEGRATORS[choice.name]
-    facts = dict(choice.facts) or measured_facts(state)
-    limit = np.inf
-    if facts["omega"] and integrator is not None:
-        limit = integrator.stability_limit(facts["omega"], facts["zeta"])
-    facts["limit"] = float(limit)
-    step = simulation.step or limit
-    # Of an unlimited method only the tolerance decides; without motion one step does.
-    unknown = np.nan if facts["omega"] else 1.0
-    steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
-    if integrator is None:
-        each, step_seconds = SWEEPS, SWEEPS * one
+    static = static_cost(state, plan)
+    facts: dict[str, float] = {}
+    if simulation.integrator == EQUILIBRIUM:
+        steps, each = float(static.equilibria), static.steps / static.equilibria
+        step_seconds = static.seconds / static.equilibria
     else:
-        each = integrator.evaluations
-        step_seconds = step_time(choice.name, one, layout.solving_cost)
+        facts = dict(choice.facts) or measured_facts(state)
+        limit = np.inf
+        if facts["omega"] and integrator is not None:
+            limit = integrator.stability_limit(facts["omega"], facts["zeta"])
+        facts["limit"] = float(limit)
+        step = simulation.step or limit
+        # Of an unlimited method only the tolerance decides; without motion one step does.
+        unknown = np.nan if facts["omega"] else 1.0
+        steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
+        each = SWEEPS if integrator is None else integrator.evaluations
+        step_seconds = (
+            SWEEPS * one
+            if integrator is None
+            else step_time(choice.name, one, layout.solving_cost)
+        )
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,
@@ -102,8 +113,9 @@ def predict(compiled: Compiled) -> Prediction:
         skipped=tuple(skipped(compiled)),
         steps=steps,
         evaluations=steps * each,
-        seconds=steps * step_seconds,
+        seconds=steps * step_seconds + (0.0 if simulation.is_static else static.seconds),
         step_seconds=step_seconds,
+        static=static,
         bytes=file_size(
             network, wishes(network, plan), plan.output, simulation.duration, _foreseen(plan)
         ),

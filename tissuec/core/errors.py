@@ -160,7 +160,9 @@ def _place(span: Span | None) -> dict[str, Any]:
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with its noun: ``1 spring``, ``2 springs``, ``2 passes``."""
+    """Return a number with its noun: ``1 spring``, ``2 springs``, ``2 passes``, ``2 media``."""
+    if what.endswith("um") and number != 1:
+        return f"{number} {what.removesuffix('um')}a"
     ending = "es" if what.endswith(("s", "x", "ch", "sh")) else "s"
     return f"{number} {what}{'' if number == 1 else ending}"
 

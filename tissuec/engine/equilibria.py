@@ -69,6 +69,7 @@ class Equilibria(QuasiStatic):
     """Steps one run; see the module."""
 
     name = EQUILIBRIUM
+    solver = "Newton's method"
     _size = np.inf  # of the next step, at most [s]
     _usual = np.inf  # the same where no jump is closed in on
     _waits = False  # whether the next step is not longer than this one

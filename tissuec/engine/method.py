@@ -102,7 +102,7 @@ class Statistics(Struct, frozen=True):
 
     Attributes:
         method, reason: The integrator and why it was chosen.
-        backend: Of the loop over steps.
+        backend: Of the loop over steps; of statics, how equilibria are found.
         accepted, rejected: Steps.
         evaluations: Of the forces.
         factorisations, solutions: Of the matrix of implicit steps.

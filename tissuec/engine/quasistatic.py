@@ -59,6 +59,7 @@ class QuasiStatic:
     """
 
     name: ClassVar[str]
+    solver: ClassVar[str]  # in the place of the backend of steps, of which there are none
 
     def __init__(
         self,
@@ -84,7 +85,7 @@ class QuasiStatic:
         return Statistics(
             method=self.name,
             reason=reason,
-            backend="interpreted",
+            backend=self.solver,
             accepted=self._accepted,
             rejected=self._rejected,
             evaluations=self._evaluations,
@@ -305,6 +306,7 @@ class Relaxations(QuasiStatic):
     """The procedure of the paper; see the module."""
 
     name = RELAXATION
+    solver = "node by node"
 
     @property
     def _choices(self) -> RelaxationChoices:

@@ -9,7 +9,7 @@ from tissuec.compiler.bodies.graded_ranges import GradedRange
 from tissuec.compiler.prediction import Prediction
 from tissuec.compiler.provenance import SET, ProvenanceRow, tissue_rows
 from tissuec.core.data import as_data
-from tissuec.core.errors import shown_size
+from tissuec.core.errors import counted, shown_size
 from tissuec.core.report import Fact, FactSection, FactTable, Part
 from tissuec.core.units import (
     DENSITY,
@@ -28,6 +28,7 @@ from tissuec.matter.elasticity import Elasticity
 from tissuec.scene.force_numbers import numbers_of
 from tissuec.scene.model import Tissue
 from tissuec.scene.program.resolved import ResolvedProgram
+from tissuec.script.plan import EQUILIBRIUM
 
 Row = tuple[str, str, str]
 #: By units of moduli: their dimension, and by what they are multiplied.
@@ -216,7 +217,9 @@ def plan_sections(plan: Prediction) -> list[FactSection]:
     ]
     table = FactTable(("array", "shape", "size"), rows, "Arrays of the net", (12, 16))
     title = "cost"
-    if isfinite(plan.steps):
+    if plan.method == EQUILIBRIUM:
+        title = "cost (where the state changes fast, there are more equilibria)"
+    elif isfinite(plan.steps):
         title = "cost, with steps at this limit (a tolerance can need smaller steps)"
     return [
         FactSection("arrays", [table]),
@@ -228,6 +231,11 @@ def plan_sections(plan: Prediction) -> list[FactSection]:
 
 def _method(plan: Prediction) -> list[str]:
     """Return why the method was chosen, and what bounds its steps."""
+    if plan.method == EQUILIBRIUM:
+        return [
+            f"reason: {plan.reason}",
+            "Newton's method, with a matrix for each of its steps",
+        ]
     facts = plan.facts
     limited = isfinite(facts["limit"])
     limit = f"up to {show(facts['limit'], TIME)}" if limited else "any size"
@@ -242,15 +250,24 @@ def _method(plan: Prediction) -> list[str]:
 def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
     file = f"result file of {'at most' if plan.compress else 'about'} {shown_size(plan.bytes)}"
+    still = plan.static
+    number = counted(still.equilibria, "equilibrium")
+    time = show(still.seconds, TIME, digits=2)
+    equilibria = f"about {number}, {still.steps:.0f} steps of Newton's method, {time}"
+    also = [equilibria] if still.equilibria else []
+    if plan.method == EQUILIBRIUM:
+        return [f"{equilibria} of computing time", file]
     if not isfinite(plan.steps):
         each = show(plan.step_seconds, TIME, digits=2)
         return [
             f"as many steps as the tolerance needs, each of about {each}",
+            *also,
             "no estimate of the computing time",
             file,
         ]
     return [
         f"about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations",
+        *also,
         f"about {show(plan.seconds, TIME, digits=2)} of computing time, without compilation",
         file,
     ]

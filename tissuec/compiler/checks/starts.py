@@ -16,7 +16,7 @@ from tissuec.core.units import FORCE, STIFFNESS, TIME, show
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
 from tissuec.model.network import BodyPart, Network
-from tissuec.script.plan import ScheduledAction
+from tissuec.script.plan import RELAXATION, ScheduledAction
 from tissuec.script.verbs import Shifting, follows
 from tissuec.script.verbs.push import Push
 from tissuec.script.verbs.settle import Settle
@@ -29,6 +29,7 @@ LONG = 60.0  # [s]: a run that takes longer is announced
 # [s] for a spring in a step at the limit of stability: less than docs/numerics.md measures.
 SPRING = 2e-9
 MANY_SPRINGS = 50_000  # of a net whose implicit steps may be expensive
+FEW_SPRINGS = 500  # of one whose equilibria are not
 FEW_STEPS = 100  # of an implicit method, which takes at least about 30 in any motion
 
 
@@ -106,7 +107,7 @@ def _waits(events: Sequence[ScheduledAction]) -> bool:
 def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     """W413: a run of more than a minute, with the tissue that causes it."""
     network, simulation = compiled.network, compiled.plan.simulation
-    if simulation.is_static or not network.spring_count:
+    if simulation.integrator == RELAXATION or not network.spring_count:
         return
     # No frequency is above this bound, and most are not far below it.
     share = network.springs.sudden / network.mass[network.springs.ends].T
@@ -114,13 +115,19 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     omega = np.sqrt(2.0 * MOST_AT_A_NODE * float(stiffest.max()))
     is_long = simulation.duration * omega * network.spring_count * SPRING >= LONG
     solid = [part for part in network.bodies if part.is_made_of_elements]
-    if not (is_long or solid or network.spring_count > MANY_SPRINGS):
+    is_large = network.spring_count > (FEW_SPRINGS if simulation.is_static else MANY_SPRINGS)
+    if not (is_large or (not simulation.is_static and (is_long or solid))):
         return
     from tissuec.compiler.prediction import predict  # where it may be long
 
     expected = predict(compiled)
-    if expected.seconds > LONG:
-        # Of springs that differ by rounding alone, the first, on every processor.
+    if expected.static.seconds > LONG:
+        yield _expensive_equilibria(network, expected)
+    elif expected.seconds > LONG:
+        # Springs between held nodes do not count. Of those that differ by rounding alone, the
+        # first, on every processor.
+        held = state_at_start(compiled).held
+        stiffest = np.where(held[network.springs.ends].all(axis=1), 0.0, stiffest)
         first = int((stiffest >= (1.0 - 1e-9) * stiffest.max()).argmax())
         if solid and expected.facts["omega"] > omega:
             yield _too_many_steps_of(solid, expected.seconds)
@@ -173,6 +180,21 @@ def _expensive_steps(network: Network, expected: "Prediction") -> Diagnostic:
         largest.span,
         "use larger cells there, or settle for equilibria",
         (Note("the stiffness", origin.span),),
+    )
+
+
+def _expensive_equilibria(network: Network, expected: "Prediction") -> Diagnostic:
+    """Return a warning of many or large equilibria."""
+    largest = max(network.parts, key=lambda part: part.springs.stop - part.springs.start)
+    equilibria, steps, seconds = expected.static
+    number = counted(equilibria, "equilibrium")
+    return Diagnostic(
+        "W413",
+        f"the run takes about {_minutes(seconds)} for {number}, mainly for {largest.name}: a "
+        f"step of Newton's method takes about {show(seconds / steps, TIME, digits=2)}",
+        largest.span,
+        "use larger cells where little happens; fewer outputs and a longer step need fewer "
+        "equilibria",
     )
 
 

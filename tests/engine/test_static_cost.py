@@ -1,0 +1,81 @@
+"""The plan of static runs foretells how many equilibria there are and what they cost."""
+
+from time import process_time
+
+import pytest
+
+import tissuec
+from tissuec.compiler.prediction import predict
+from tissuec.compiler.script.initial_state import state_at_start
+from tissuec.mechanics import settling
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.stiffness import Factorization
+
+BLOCK = """language 1
+tissue gel {{ Young's modulus = 10 kPa; Poisson's ratio = 0.45; density = 1000 kg/m^3 }}
+body block {{
+  mesh is lattice {{ cell = {cell}; box from (0, 0, 0) mm to (20, 20, 20) mm }}; tissue is gel
+}}
+set base = nodes of block where z < 0.1 mm
+set top = nodes of block where z > 19.9 mm
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ at 0 s: fix base; from 0 s to 1 s: move top by (0, 0, -2) mm using constant speed }}
+simulate {{ duration = 1 s; integrator is equilibrium; step = 0.25 s }}
+output {{ force(top) every {every} }}
+"""
+
+
+@pytest.mark.parametrize("every", ["0.25 s", "0.1 s"])
+def test_equilibria_and_steps_are_foretold_within_a_factor_of_two(every, monkeypatch):
+    solved = []
+    monkeypatch.setattr(
+        settling, "Factorization", lambda matrix: solved.append(1) or Factorization(matrix)
+    )
+    text = BLOCK.format(cell="10 mm", every=every)
+    static = predict(tissuec.compile(text)).static
+    done = tissuec.run(text, companion="off").manifest["statistics"]["accepted"]
+    assert abs(static.equilibria - done) <= 1
+    # The proof of stability is a factor more for each of them, in another module.
+    assert 0.5 < static.steps / (len(solved) + done) < 2.0
+
+
+def test_the_time_of_a_step_grows_with_the_body_as_foretold():
+    """Ratios of processor time are the same on every machine within a factor of two."""
+
+    def times(cell: str) -> tuple[float, float]:
+        compiled = tissuec.compile(BLOCK.format(cell=cell, every="1 s"))
+        foretold = predict(compiled).static
+        state = state_at_start(compiled)
+        balance = Balance(state, ~state.held)
+        began = process_time()
+        for _ in range(3):
+            bars = balance.bars(balance.start)
+            Factorization(balance.matrix(bars, exact=True))
+        return foretold.seconds / foretold.steps, process_time() - began
+
+    small, large = times("5 mm"), times("2 mm")
+    foretold, measured = (b / a for a, b in zip(small, large, strict=True))
+    assert measured > 5.0
+    assert 0.5 < foretold / measured < 2.0
+
+
+def test_settle_is_a_part_of_the_plan_of_a_run_that_moves():
+    moving = BLOCK.format(cell="10 mm", every="1 s").replace(
+        "integrator is equilibrium; step = 0.25 s", "tolerance = 1e-3"
+    )
+    settled = moving.replace("fix base;", "fix base; at 0 s: settle;")
+    before, after = (predict(tissuec.compile(text)) for text in (moving, settled))
+    assert before.static.equilibria == 0
+    assert after.static.equilibria == 1
+    assert after.seconds - before.seconds == pytest.approx(after.static.seconds, rel=1e-12)
+    interval = moving.replace("fix base;", "fix base; from 0 s to 0.5 s: settle;")
+    assert predict(tissuec.compile(interval)).static.equilibria in range(20, 25)
+
+
+def test_a_static_run_of_more_than_a_minute_is_announced():
+    text = BLOCK.format(cell="2.5 mm", every="1 ms")  # 1000 equilibria
+    (found,) = (one for one in tissuec.check(text) if one.code == "W413")
+    assert "for 100" in found.message and "mainly for block" in found.message
+    assert "fewer outputs" in found.hint
+    fewer = BLOCK.format(cell="2.5 mm", every="0.1 s")
+    assert "W413" not in {one.code for one in tissuec.check(fewer)}

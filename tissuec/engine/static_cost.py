@@ -1,0 +1,114 @@
+"""The predicted time of equilibria, counted from array sizes so that it is reproducible.
+
+Newton's method makes and factorises a matrix in each of its steps, which takes nearly all of
+the time. How many steps an equilibrium takes was measured: ``NEAR`` where a run goes on from
+the one before, ``FIRST`` where ``settle`` comes from further away: a third of that in a firm
+block, and twice as many in a body that bends far. Constants are processor time on one core.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.engine.execution.recorder import sample_times
+from tissuec.engine.unknowns import Fill
+from tissuec.forces.contact import Contact
+from tissuec.mechanics.state import State
+from tissuec.model.network import Floats
+from tissuec.script.plan import EQUILIBRIUM, LOAD_STEPS, Plan
+from tissuec.script.verbs.settle import Settle, StaticInterval
+
+# Matrices: of each step, of the one that polishes, and of the one that shows stability.
+NEAR, FIRST = 4.8, 15.0
+TOUCHING = 3.0  # times as many equilibria where contact begins and ends, which halves steps
+# Of a matrix [s]: a fixed part, one for each field and for each spring; and what making that of
+# items takes, over the estimate for implicit steps.
+MATRIX, FIELD, SPRING, ITEMS = 2e-4, 1.8e-3, 6e-7, 0.8
+# Of a factor [s]: a fixed part, and by number and by multiplication.
+FACTOR, NUMBER, MULTIPLICATION = 4e-4, 3e-8, 2.5e-10
+# Free nodes from which the fill is that of solids, by powers: to find it would take seconds.
+LARGE, NUMBERS, MULTIPLICATIONS = 15_000, 150.0, 200.0
+
+
+class StaticCost(NamedTuple):
+    """The equilibria of a run, the steps of Newton's method, and the time of all [s]."""
+
+    equilibria: int
+    steps: float
+    seconds: float
+
+
+def static_cost(state: State, plan: Plan) -> StaticCost:
+    """Return the predicted cost of all equilibria of a run.
+
+    Args:
+        state: After the events at 0 s.
+    """
+    first = sum(isinstance(event.action, Settle) for event in plan.every_event)
+    near = sum(_count(plan, *one) for one in _intervals(plan))
+    if not first and not near:
+        return StaticCost(0, 0.0, 0.0)
+    touches = any(isinstance(field, Contact) for field in state.fields)
+    steps = FIRST * first + NEAR * near * (TOUCHING if touches else 1.0)
+    return StaticCost(first + near, steps, steps * _step_seconds(state))
+
+
+def _intervals(plan: Plan) -> Iterator[tuple[float, float, float]]:
+    """Yield start and end of each static part of a run, and its longest step [s]."""
+    simulation = plan.simulation
+    if simulation.integrator == EQUILIBRIUM:
+        assert simulation.step is not None, "a static run has one"
+        yield 0.0, simulation.duration, simulation.step
+        return
+    for event in plan.every_event:
+        if isinstance(event.action, StaticInterval):
+            span = event.action.duration
+            stop = min(event.time + span, simulation.duration)
+            yield event.time, stop, span / LOAD_STEPS
+
+
+def _count(plan: Plan, start: float, stop: float, step: float) -> int:
+    """Return how many equilibria there are from one time to another [s].
+
+    They are at samples, at events, once more after each event, and between events at most a
+    step [s] apart.
+    """
+    if not stop > start:
+        return 0
+    near = 1e-9 * (stop - start)
+    ends = [
+        event.time + (getattr(event.action, "duration", None) or 0.0) for event in plan.events
+    ]
+    found = np.array([start, stop, *(event.time for event in plan.events), *ends])
+    stops = _distinct(found[(found >= start) & (found <= stop)], near)
+    grids: list[Floats] = [
+        np.linspace(a, b, int(np.ceil((b - a) / step * (1.0 - 1e-12))) + 1)
+        for a, b in pairwise(stops)
+    ]
+    samples = sample_times(plan)
+    samples = samples[(samples >= start) & (samples <= stop)]
+    return len(_distinct(np.concatenate([*grids, samples]), near)) + len(stops) - 1
+
+
+def _distinct(times: Floats, near: float) -> Floats:
+    """Return times in ascending order, and one of those that are nearer to one another [s]."""
+    times = np.sort(times)
+    return times[np.concatenate([[True], np.diff(times) > near])]
+
+
+def _step_seconds(state: State) -> float:
+    """Return the predicted time of a step of Newton's method [s]."""
+    free = ~state.held
+    acts = state.alive & free[state.springs.ends].any(axis=1)
+    springs = int(acts.sum())
+    items = sum(f.matrix_seconds for f in state.fields if not isinstance(f, Contact))
+    matrix = MATRIX + FIELD * len(state.fields) + SPRING * springs + ITEMS * items
+    count = int(np.count_nonzero(free))
+    if count > LARGE:
+        fill = Fill(NUMBERS * count ** (4 / 3), MULTIPLICATIONS * float(count) ** 2)
+    else:
+        fill = Fill.of(free, state.springs.ends[acts], state.fields)
+    factor = FACTOR + NUMBER * fill.numbers + MULTIPLICATION * fill.multiplications
+    return matrix + factor
