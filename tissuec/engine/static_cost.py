@@ -14,7 +14,6 @@ import numpy as np
 
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.unknowns import Fill
-from tissuec.forces.contact import Contact
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.script.plan import EQUILIBRIUM, LOAD_STEPS, Plan
@@ -50,8 +49,8 @@ def static_cost(state: State, plan: Plan) -> StaticCost:
     near = sum(_count(plan, *one) for one in _intervals(plan))
     if not first and not near:
         return StaticCost(0, 0.0, 0.0)
-    touches = any(isinstance(field, Contact) for field in state.fields)
-    steps = FIRST * first + NEAR * near * (TOUCHING if touches else 1.0)
+    again = 1.0 if state.network.contact is None else TOUCHING
+    steps = FIRST * first + NEAR * near * again
     return StaticCost(first + near, steps, steps * _step_seconds(state))
 
 
@@ -103,7 +102,9 @@ def _step_seconds(state: State) -> float:
     free = ~state.held
     acts = state.alive & free[state.springs.ends].any(axis=1)
     springs = int(acts.sum())
-    items = sum(f.matrix_seconds for f in state.fields if not isinstance(f, Contact))
+    # Of contact, few pairs touch at a time.
+    fields = [field for name, field in state.named_fields.items() if name != "contact"]
+    items = sum(field.matrix_seconds for field in fields)
     matrix = MATRIX + FIELD * len(state.fields) + SPRING * springs + ITEMS * items
     count = int(np.count_nonzero(free))
     if count > LARGE:
