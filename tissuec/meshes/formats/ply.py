@@ -109,6 +109,8 @@ def _header(text: str) -> tuple[str, list[_Element]]:
 def _columns(element: _Element, numbers: Numbers) -> dict[str, Any]:
     """Return the values of each property: an array, or a ``_List``."""
     properties, count = element.properties, element.rows
+    if count and not properties:
+        raise FormatError("they have no properties")
     if not any(one.length for one in properties):
         values = numbers.table(count, [(one.type, 1) for one in properties])
         return {one.name: column[:, 0] for one, column in zip(properties, values, strict=True)}

@@ -5,10 +5,8 @@ together. Whole-numbered arrays of the cells number parts, as ``label 3``.
 """
 
 import base64
-import lzma
 import re
-import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -18,6 +16,7 @@ from numpy.typing import NDArray
 
 from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, known_by, way_of
 from tissuec.meshes.formats.numbers import as_floats, as_whole
+from tissuec.meshes.formats.packed import Room, unpacked
 from tissuec.meshes.formats.vtk import of_types
 from tissuec.meshes.formats.xml import parse
 
@@ -26,9 +25,10 @@ _TYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
     "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
-_DECOMPRESSORS: Mapping[str, Callable[[], Any]] = {
-    "vtkZLibDataCompressor": zlib.decompressobj,
-    "vtkLZMADataCompressor": lzma.LZMADecompressor,
+_MOST_DIGITS = 18  # of a whole number
+_METHODS: Mapping[str, str] = {
+    "vtkZLibDataCompressor": "zlib",
+    "vtkLZMADataCompressor": "LZMA",
 }
 #: Lists of cells of polygons in the order in which VTK numbers them, and their types.
 _LISTS = {"Verts": 2, "Lines": 4, "Polys": 7, "Strips": 6}
@@ -70,9 +70,9 @@ class _XmlFile:
 
     def __init__(self, data: bytes):
         # Raw bytes after the elements are no XML.
-        self.appended, self.is_raw = b"", False
+        self.appended, self.is_raw = memoryview(b""), False
         if found := _APPENDED.search(data):
-            self.appended, self.is_raw = data[found.end() :], b"raw" in found[1]
+            self.appended, self.is_raw = memoryview(data)[found.end() :], b"raw" in found[1]
             data = data[: found.start()] + b"</VTKFile>"
         self.root = parse(data)
         if self.root.tag != "VTKFile":
@@ -80,6 +80,7 @@ class _XmlFile:
         self.order = ">" if self.root.get("byte_order") == "BigEndian" else "<"
         self.head = np.dtype(self.order + _TYPES[self.root.get("header_type", "UInt32")])
         self.compressor = self.root.get("compressor")
+        self.room = Room()  # for all arrays, many of which may lie at the same place
 
     def mesh(self, kind: str, path: Path) -> RawMesh:
         """Return all pieces as one mesh."""
@@ -107,7 +108,7 @@ class _XmlFile:
         """Return points, corners, sizes, types and arrays of the cells of a piece."""
         points = piece.find("Points/DataArray")
         position = np.zeros((0, 3)) if points is None else self._array(points).reshape(-1, 3)
-        if len(position) != int(piece.get("NumberOfPoints", "0")):
+        if len(position) != _whole(piece, "NumberOfPoints"):
             raise FormatError(f"it is truncated: {len(position)} points were read")
         none = np.zeros(0, dtype=np.int64)
         flat, sizes, types = [none], [none], [none]
@@ -128,7 +129,7 @@ class _XmlFile:
             )
         found = np.concatenate(types)
         counts = ("Cells", *(f"{name}" for name in _LISTS))
-        declared = sum(int(piece.get(f"NumberOf{name}", "0")) for name in counts)
+        declared = sum(_whole(piece, f"NumberOf{name}") for name in counts)
         if len(found) != declared or sum(map(len, sizes)) != declared:
             raise FormatError(f"it is truncated: {len(found)} of {declared} cells were read")
         values = {
@@ -140,53 +141,62 @@ class _XmlFile:
 
     def _array(self, element: Element) -> NDArray[Any]:
         kind, form = element.get("type", ""), element.get("format", "ascii")
-        text = (element.text or "").encode()
         if kind not in _TYPES:
             raise FormatError(f'an array of type "{kind}" is not supported')
+        text = (element.text or "").encode()
         if form == "ascii":
             return as_floats(text.split())
         if form == "appended":
-            text, is_raw = self.appended[int(element.get("offset", "0")) :], self.is_raw
+            data, is_raw = self.appended[_whole(element, "offset") :], self.is_raw
         else:
-            text, is_raw = text.strip(), False
+            data, is_raw = memoryview(text.strip()), False
         try:
-            values = self._decoded(text, is_raw)
+            values = self._decoded(data, is_raw)
             return np.frombuffer(values, self.order + _TYPES[kind])
-        except FormatError:
-            raise
-        except (ValueError, IndexError, zlib.error, lzma.LZMAError):
+        except (ValueError, IndexError) as error:
+            reason = error if isinstance(error, FormatError) else "it is truncated"
             name = element.get("Name", "")
-            raise FormatError(
-                f'it is truncated: the array "{name}" cannot be decoded'
-            ) from None
+            raise FormatError(f'{reason}: the array "{name}" cannot be decoded') from None
 
-    def _decoded(self, data: bytes, is_raw: bool) -> bytes:
+    def _decoded(self, data: memoryview, is_raw: bool) -> bytes:
         """Return the bytes of an array, after their number or those of its blocks."""
         width = self.head.itemsize
+        first = int(np.frombuffer(_bytes(data, width, is_raw), self.head, 1)[0])
         if self.compressor is None:
-            size = int(np.frombuffer(_bytes(data, width, is_raw), self.head, 1)[0])
+            size = self.room.take(first, "arrays")
             return _bytes(data, width + size, is_raw)[width:]
-        if self.compressor not in _DECOMPRESSORS:
+        if self.compressor not in _METHODS:
             raise FormatError(
                 f'its arrays are compressed by "{self.compressor}", which is not supported',
                 "save it with ZLib compression, or without compression",
             )
-        blocks = int(np.frombuffer(_bytes(data, width, is_raw), self.head, 1)[0])
-        length = (3 + blocks) * width
-        head = np.frombuffer(_bytes(data, length, is_raw), self.head).astype(np.int64)
+        length = self.room.take((3 + first) * width, "arrays")
+        head = np.frombuffer(_bytes(data, length, is_raw), self.head).tolist()
         # In base64, the numbers are encoded apart from the blocks.
         data = data[length if is_raw else 4 * -(-length // 3) :]
-        ends = np.cumsum(head[3:]).tolist()
-        packed = _bytes(data, ends[-1] if ends else 0, is_raw)
-        unpack, most = _DECOMPRESSORS[self.compressor], max(int(head[1]), 1)
-        parts = zip([0, *ends], ends, strict=False)
-        # No block holds more than is declared, so that few bytes do not unfold into gigabytes.
-        return b"".join(unpack().decompress(packed[a:b], most) for a, b in parts)
+        packed = _bytes(data, self.room.take(sum(head[3:]), "arrays"), is_raw)
+        blocks: list[bytes] = []
+        start = 0
+        for size in head[3:]:
+            block = packed[start : start + size]
+            # No block holds more than is declared.
+            blocks.append(unpacked(block, _METHODS[self.compressor], max(head[1], 1)))
+            self.room.take(len(blocks[-1]), "arrays")
+            start += size
+        return b"".join(blocks)
 
 
-def _bytes(data: bytes, size: int, is_raw: bool) -> bytes:
+def _whole(element: Element, name: str) -> int:
+    """Return an attribute that is a whole number, 0 where it is missing."""
+    text = element.get(name, "0").strip()
+    if not (text.isascii() and text.isdecimal()) or len(text) > _MOST_DIGITS:
+        raise FormatError(f'its {name} is "{text[:_MOST_DIGITS]}", which is not a whole number')
+    return int(text)
+
+
+def _bytes(data: memoryview, size: int, is_raw: bool) -> bytes:
     """Return the first bytes of raw data or of base64."""
     found = data[:size] if is_raw else base64.b64decode(data[: 4 * -(-size // 3)])[:size]
     if len(found) < size:
         raise ValueError
-    return found
+    return bytes(found)

@@ -11,15 +11,9 @@ from typing import Any
 import numpy as np
 
 from tissuec.meshes.formats import FormatError
+from tissuec.meshes.formats.packed import GZIP, LARGEST, unpacked
 from tissuec.meshes.images import INSTALL
-from tissuec.meshes.images.raw import (
-    GZIP,
-    LARGEST,
-    RawImage,
-    inflated,
-    require_size,
-    three_dimensional,
-)
+from tissuec.meshes.images.raw import RawImage, require_size, three_dimensional
 
 _TO_PATIENT = np.diag([-1.0, -1.0, 1.0])
 _UNITS = {"meter": 1.0, "mm": 1e-3, "micron": 1e-6}
@@ -41,14 +35,16 @@ def read(data: bytes, path: Path) -> RawImage:
         FormatError: The library is missing, the file is broken, or its voxels have no size.
     """
     if data.startswith(GZIP):
-        data = inflated(data, LARGEST + _HEADER)
+        data = unpacked(data, "gzip", LARGEST + _HEADER)
     try:
         library: Any = import_module("nibabel")
     except ImportError:
         raise FormatError("reading NIfTI needs the optional package nibabel", INSTALL) from None
     version = _version(data)
     try:
-        image = getattr(library, f"Nifti{version}Image").from_bytes(data)
+        # The library prints its findings on the header besides raising them.
+        with library.imageglobals.LoggingOutputSuppressor():
+            image = getattr(library, f"Nifti{version}Image").from_bytes(data)
     except Exception as error:  # whatever strange bytes make it stumble over
         raise FormatError(f"its header cannot be read: {_reason(error)}") from None
     values = _values(image)

@@ -18,15 +18,12 @@ from numpy.typing import NDArray
 from tissuec.core.files import read_bytes
 from tissuec.core.units import LENGTH, Unit, UnitError, parse_unit
 from tissuec.meshes.formats import FormatError
+from tissuec.meshes.formats.packed import LARGEST, Room, unpacked
 from tissuec.meshes.images import INSTALL, Floats
-from tissuec.meshes.images.raw import (
-    LARGEST,
-    RawImage,
-    inflated,
-    require_size,
-    three_dimensional,
-)
+from tissuec.meshes.images.raw import RawImage, require_size, three_dimensional
 
+#: How voxels are compressed, by their encoding.
+_METHODS = {"gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
 _LONGEST_HEADER = 1 << 20  # bytes
 _END = re.compile(rb"\r?\n\r?\n")
 #: Directions of the axes of a space, and how they count in the coordinates of the patient.
@@ -117,13 +114,9 @@ def _values(header: dict[str, Any], data: bytes) -> NDArray[Any]:
         raise FormatError(f'its voxels are of the type "{kind}", which is not supported')
     shape = tuple(int(size) for size in header.get("sizes", ()))
     size = require_size(shape, np.dtype(types[kind]).itemsize)
-    skipped = max(int(header.get("byte skip", header.get("byteskip", 0))), 0)
-    lines = header.get("line skip", header.get("lineskip", 0))
-    if header.get("encoding") in ("gzip", "gz") and not lines:
-        data = inflated(data, size + skipped + 1)
-        header = {**header, "encoding": "raw"}
+    data = _skipped(header, data, size)
     try:
-        return library.read_data(header, BytesIO(data))
+        return library.read_data(_without_skips(header), BytesIO(data))
     except Exception as error:  # whatever strange bytes make it stumble over
         reason = _reason(error)
         if (
@@ -134,6 +127,45 @@ def _values(header: dict[str, Any], data: bytes) -> NDArray[Any]:
             reason = "it is truncated, or its sizes are not those of its voxels"
             raise FormatError(reason) from None
         raise FormatError(f"its voxels cannot be read: {reason}") from None
+
+
+def _skipped(header: Mapping[str, Any], data: bytes, size: int) -> bytes:
+    """Return the bytes of the voxels, unpacked, behind the lines and bytes that are skipped.
+
+    Lines are skipped before and bytes after the data is unpacked. Skipping -1 bytes skips
+    all but the last ones.
+
+    Args:
+        header: Of the file.
+        data: What follows the header.
+        size: Of the voxels [bytes].
+    """
+    lines = int(header.get("line skip", header.get("lineskip", 0)))
+    skipped = int(header.get("byte skip", header.get("byteskip", 0)))
+    if lines < 0 or skipped < -1:
+        raise FormatError("its header skips a negative number of lines or bytes")
+    start = 0
+    for _ in range(lines):
+        start = data.find(b"\n", start) + 1
+        if not start:
+            raise FormatError(f"its header skips {lines} lines, but there are fewer")
+    data = data[start:]
+    method = _METHODS.get(str(header.get("encoding")))
+    if method is not None:
+        # With one byte more than is needed, so that what checks the data is read, too.
+        whole = LARGEST if skipped < 0 else min(size + skipped, LARGEST)
+        data = unpacked(data, method, whole + 1)
+        Room().take(len(data), "voxels")
+    return data[-size:] if skipped < 0 else data[skipped:]
+
+
+def _without_skips(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a header of data that is unpacked, and from which everything else is gone."""
+    skips = ("line skip", "lineskip", "byte skip", "byteskip")
+    found = {key: value for key, value in header.items() if key not in skips}
+    if header.get("encoding") in _METHODS:
+        found["encoding"] = "raw"
+    return found
 
 
 def _axes(header: Mapping[str, Any]) -> tuple[Floats, Floats, tuple[str, ...]]:

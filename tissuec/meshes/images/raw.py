@@ -1,6 +1,5 @@
-"""Contents of an image file, decompressed within bounds, before they are known to be labels."""
+"""Contents of an image file, before they are known to be labels."""
 
-import zlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,9 +8,8 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
 from tissuec.meshes.formats import FormatError
+from tissuec.meshes.formats.packed import Room
 from tissuec.meshes.images import Floats
-
-LARGEST = 2 << 30  # bytes of the voxels of an image
 
 
 class RawImage(Struct, frozen=True, eq=False):
@@ -52,9 +50,7 @@ def require_size(shape: tuple[int, ...], itemsize: int) -> int:
     size = itemsize
     for length in shape:
         size *= int(length)
-    if size > LARGEST:
-        raise FormatError(f"its voxels take more than {LARGEST >> 20} MiB")
-    return size
+    return Room().take(size, "voxels")
 
 
 def three_dimensional(values: NDArray[Any], others: Mapping[int, str]) -> NDArray[Any]:
@@ -77,32 +73,3 @@ def three_dimensional(values: NDArray[Any], others: Mapping[int, str]) -> NDArra
     if values.ndim != 3:
         raise FormatError(f"it has {counted(values.ndim, 'direction')} in space, not 3")
     return values
-
-
-GZIP = b"\x1f\x8b"  # how such files begin
-
-
-def inflated(data: bytes, most: int) -> bytes:
-    """Return the first bytes of what gzip compressed.
-
-    Args:
-        data: As gzip writes it.
-        most: As many bytes are returned, or fewer if there are no more.
-
-    Raises:
-        FormatError: The data is not that of gzip, or is damaged or truncated.
-    """
-    found = bytearray()
-    # Files may be joined, and what follows them may be of another kind.
-    while len(found) < most and (data.startswith(GZIP) or not found):
-        stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
-        try:
-            found += stream.decompress(data, most - len(found))
-        except zlib.error:
-            raise FormatError(
-                "its compressed data is damaged, or was not made by gzip"
-            ) from None
-        if not stream.eof and len(found) < most:
-            raise FormatError("its compressed data is truncated")
-        data = stream.unused_data
-    return bytes(found)
