@@ -3,8 +3,10 @@
 import pytest
 from click.testing import CliRunner
 
+from tests.every import every
 from tissuec.cli import group
 from tissuec.core.errors import CompileError
+from tissuec.core.files import read_bytes
 from tissuec.results import ResultError
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.program.imports import read_source
@@ -42,3 +44,17 @@ def test_an_unknown_command_is_answered_with_those_that_there_are(wrong):
     assert said.exit_code == 2
     assert "commands: run, check" in said.output
     assert ("did you mean" in said.output) == (wrong != "simulate")
+
+
+@every("name", ("a.tis", "a.stl", "a.inp", "a.nrrd", "a.vtkhdf", "a.csv"))
+def test_a_pointer_of_git_lfs_is_named_as_such(name, tmp_path):
+    path = tmp_path / name
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n")
+    if name == "a.csv":
+        with pytest.raises(OSError, match="pointer of Git LFS"):
+            read_bytes(path, 1 << 20)
+        return
+    command = {".tis": "check", ".vtkhdf": "info"}.get(path.suffix, "import")
+    said = CliRunner().invoke(group, [command, str(path)])
+    found = f"{said.output}{said.exception}".lower()
+    assert "it is a pointer of git lfs; to fetch the file itself" in found

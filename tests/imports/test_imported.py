@@ -29,17 +29,11 @@ from tissuec.meshes.generators.imported import Imported, MeshFileError
 from tissuec.model.topology import floppy_modes, pieces
 
 FILLINGS = ("sodium chloride", "caesium chloride", "diamond", "tetrahedra")
-NEEDS_LIBRARY = (".inp",)
 
 
 def imported(path: Path, **entries):
     """Return the mesh of a file in millimetres."""
     return Imported(LocatedFile(path.name, path, 1e-3), **entries).build()
-
-
-def library_for(name: str) -> None:
-    if name.endswith(NEEDS_LIBRARY):
-        pytest.importorskip("meshlane", reason="needs the mesh extra")
 
 
 def refusal(path: Path, **entries) -> str:
@@ -56,7 +50,6 @@ def test_every_format_has_a_writer_here():
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_every_format_gives_the_same_organ(name, tmp_path):
-    library_for(name)
     position, triangles = blob(3)
     WRITERS[name](tmp_path / name, position, triangles)
     mesh = imported(tmp_path / name)
@@ -206,7 +199,6 @@ def test_a_cavity_stays_empty_and_faces_inwards(tmp_path):
 )
 @pytest.mark.parametrize("box", [box_of_tetrahedra, box_of_hexahedra])
 def test_the_skin_of_a_box_of_cells_is_its_surface(name, writer, box, tmp_path):
-    library_for(name)
     position, cells = box(3)
     writer(tmp_path / name, position, cells)
     mesh = imported(tmp_path / name)
@@ -277,7 +269,6 @@ def test_quads_are_cut_along_their_shorter_diagonal(tmp_path):
     ],
 )
 def test_groups_of_every_format(name, writer, group, tmp_path):
-    library_for(name)
     position, triangles = blob(2)
     writer(tmp_path / name, position, triangles, "tumour")
     mesh = imported(tmp_path / name)
@@ -415,7 +406,6 @@ def organ(tmp_path):
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("part", [0.3, 0.6, 0.93])
 def test_a_truncated_file_is_refused(name, part, organ):
-    library_for(name)
     path = organ / name
     data = path.read_bytes()
     path.write_bytes(data[: int(part * len(data))])
@@ -434,7 +424,6 @@ def test_a_truncated_file_is_refused(name, part, organ):
 @pytest.mark.parametrize("name", WRITERS)
 def test_noise_never_passes_in_silence(name, organ):
     """Bytes changed at random give an organ, a remark or a refusal, and no other error."""
-    library_for(name)
     path, random = organ / name, np.random.default_rng(11)
     data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     for _ in range(12):
@@ -555,7 +544,7 @@ def test_a_volume_cannot_be_filled_and_rules_ask_for_their_cells(tmp_path):
         path, filling="diamond", cell=0.01
     )
     assert "the area rule is for surfaces" in refusal(path, stiffness="area rule")
-    assert "but there are 1 other cell" in refusal(path, stiffness="volume rule")
+    assert "but it contains 1 other cell" in refusal(path, stiffness="volume rule")
     write_obj(tmp_path / "blob.obj", *blob(1))
     assert "the volume rule is for tetrahedra, but there are none" in refusal(
         tmp_path / "blob.obj", stiffness="volume rule"
@@ -583,20 +572,6 @@ def test_pieces_of_a_vtu_are_put_together(tmp_path):
     mesh = imported(tmp_path / "a.vtu")
     assert len(mesh.skin) == len(triangles)
     assert Edges.among(mesh.skin.astype(np.int64)).is_closed
-
-
-def test_a_missing_package_is_told_with_the_command(tmp_path, monkeypatch):
-    import tissuec.meshes.formats.inp as foreign
-
-    def missing(name):
-        raise ImportError(name)
-
-    monkeypatch.setattr(foreign, "import_module", missing)
-    WRITERS["organ.inp"](tmp_path / "a.inp", *blob(1))
-    assert refusal(tmp_path / "a.inp") == (
-        '"a.inp": reading .inp needs the optional package meshlane | '
-        'install it: pip install "tissuec[mesh]"'
-    )
 
 
 def test_files_of_vtk_itself_are_read(tmp_path):

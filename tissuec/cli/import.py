@@ -76,7 +76,7 @@ def command(settings: Settings, file: Path, unit: str) -> Report:
     except MeshFileError as error:
         hint = f"write: --unit {error.unit}" if error.unit else error.hint or _elsewhere(file)
         raise TissueError(f"{error}; {hint}" if hint else str(error)) from error
-    facts = {**_facts(shape), **_image_facts(mesh)}
+    facts = {**_facts(mesh, shape), **_image_facts(mesh)}
     filling = _filling(mesh, facts)
     scene = _scene(facts, filling, file.name, unit)
     _warn_of_size(facts, unit)
@@ -125,9 +125,14 @@ def _factor(unit: str) -> float:
     return found.factor
 
 
-def _facts(shape: "RepairedMesh") -> dict[str, Any]:
+def _facts(mesh: "Imported", shape: "RepairedMesh") -> dict[str, Any]:
     """Return the contents of a repaired mesh file, in SI units."""
     from tissuec.geometry.edges import Edges, volume
+    from tissuec.meshes.generators.imported import CUBES
+
+    elements, divided = dict[str, int](), 0
+    if mesh.filling != CUBES:
+        elements, divided = mesh.divided_cells()
 
     edges = Edges.among(shape.skin)
     holes: list[dict[str, Any]] = []
@@ -138,9 +143,9 @@ def _facts(shape: "RepairedMesh") -> dict[str, Any]:
     return {
         "nodes": len(shape.position),
         "triangles": len(shape.skin),
-        "tetrahedra": len(shape.tetrahedra),
+        "elements": dict(elements),
         "quality": _quality(shape),
-        "divided_cells": shape.divided,
+        "divided_cells": divided,
         "left_out": dict(shape.ignored),
         "low": shape.position.min(axis=0),
         "high": shape.position.max(axis=0),
@@ -229,7 +234,7 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
         bottom = units.show(float(low[2]) + 1e-6, units.LENGTH, digits=9)
     lines = [*_lines(facts, unit), *([filling[1]] if filling[1] else [])]
     # A surface has no thickness to be a wall of matter with.
-    is_solid = bool(filling[0] or facts["tetrahedra"])
+    is_solid = bool(filling[0] or facts["elements"])
     return SCENE.format(
         preset="matter" if is_solid else "tissues",
         damping="" if is_solid else "; damping = 1 mN*s/m",
@@ -254,12 +259,11 @@ def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
         counted(facts["nodes"], "node"),
         f"a surface of {counted(facts['triangles'], 'triangle')}",
     ]
-    if facts["tetrahedra"]:
-        cells = facts["divided_cells"]
-        of = f" ({counted(cells, 'other cell')} divided)" if cells else ""
-        parts.append(f"{facts['tetrahedra']} tetrahedra{of}")
-    parts += [f"{counted(many, kind)} left out" for kind, many in facts["left_out"].items()]
-    yield ", ".join(parts)
+    parts += [counted(many, shape) for shape, many in facts["elements"].items() if many]
+    if cells := facts["divided_cells"]:
+        parts[-1] += f" ({counted(cells, 'other cell')} divided)"
+    left_out = [f"{counted(many, kind)} left out" for kind, many in facts["left_out"].items()]
+    yield ", ".join([*parts, *left_out])
     if facts["quality"]:
         worst, mean = facts["quality"]["worst"], facts["quality"]["mean"]
         yield f"quality of tetrahedra: {worst:.2g} at worst, {mean:.2g} on average"
@@ -280,6 +284,8 @@ def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
     if (more := len(facts["groups"]) - _MOST_GROUPS) > 0:
         yield f"and {more} further groups"
     for remark in facts["defects"]:
+        if remark in left_out:
+            continue
         yield re.sub(r"\s+", " ", remark)
 
 

@@ -160,9 +160,9 @@ def _place(span: Span | None) -> dict[str, Any]:
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with its noun: ``1 spring``, ``2 springs``, ``2 passes``, ``2 media``."""
-    if what.endswith("um") and number != 1:
-        return f"{number} {what.removesuffix('um')}a"
+    """Return a number and noun: ``1 spring``, ``2 passes``, ``2 media``, ``2 tetrahedra``."""
+    if what.endswith(("um", "hedron")) and number != 1:
+        return f"{number} {what[:-2]}a"
     ending = "es" if what.endswith(("s", "x", "ch", "sh")) else "s"
     return f"{number} {what}{'' if number == 1 else ending}"
 

@@ -26,6 +26,8 @@ _LOCKED_BYTE = 1 << 62  # far behind any data, so that no lock of a reader meets
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0) | _NO_LINK
 _FLOCK = struct.Struct("hhqqi0q")  # kind, from where, start, length, process
+_POINTER = b"version https://git-lfs.github.com/spec/"  # in place of a file in Git
+POINTER = len(_POINTER)  # bytes by which such a file is known
 _register: set[tuple[int, int]] = set()  # device and inode of what this process is writing
 _registering = RLock()  # a file may be closed by the garbage collector
 
@@ -52,7 +54,7 @@ def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
         regular: Whether it must be a regular file; a pipe that a user names is read to its end.
 
     Raises:
-        OSError: It cannot be read, is larger, or is no regular file.
+        OSError: It cannot be read, is larger, is no regular file, or is a pointer of Git LFS.
     """
     with open_regular(path) if regular else path.open("rb") as file:
         return read_rest(file, most)
@@ -65,7 +67,7 @@ def read_rest(file: BufferedReader, most: int) -> bytes:
         most: Its largest size [bytes].
 
     Raises:
-        OSError: It cannot be read, or is larger.
+        OSError: It cannot be read, is larger, or is a pointer of Git LFS.
     """
     found = os.fstat(file.fileno())
     is_larger = found.st_size > most
@@ -74,7 +76,20 @@ def read_rest(file: BufferedReader, most: int) -> bytes:
     data = b"" if is_larger else file.read(asked)
     if is_larger or len(data) > most:
         raise OSError(errno.EFBIG, f"it is larger than {most >> 20} MiB", str(file.name))
+    if reason := not_fetched(data):
+        raise OSError(errno.ENODATA, reason, str(file.name))
     return data
+
+
+def not_fetched(data: bytes) -> str:
+    """Return why the beginning of a file is not that of the file itself, or an empty string.
+
+    Args:
+        data: ``POINTER`` bytes or more.
+    """
+    if not data.startswith(_POINTER):
+        return ""
+    return "it is a pointer of Git LFS; to fetch the file itself: git lfs pull"
 
 
 def leads_out(path: Path, folders: Sequence[Path]) -> bool:

@@ -29,7 +29,6 @@ MIRRORED = {
     "tetrahedron": [1, 0, 2, 3],
 }
 _FLAT = 1e-9  # of the cube of its longest side: an element of less volume has none
-_MANY = {"tetrahedron": "tetrahedra", "hexahedron": "hexahedra", "wedge": "wedges"}
 
 
 def mesh_of_cells(
@@ -159,12 +158,11 @@ def _refuse_flat(elements: ElementMesh, position: Floats) -> None:
     from tissuec.meshes.repair import place
 
     many, first = int(wrong.sum()), int(np.argmax(wrong))
-    name = elements.shape if many == 1 else _MANY[elements.shape]
     least, most = volume[first].min(), volume[first].max()
     what = "flat" if most <= _FLAT * longest[first] ** 3 or least >= 0.0 else "folded"
     raise FormatError(
-        f"{many} {what} {name}, the first of them {elements.shape} {first + 1} around "
-        f"{place(corners[first].mean(axis=0))}",
+        f"{counted(many, f'{what} {elements.shape}')}, the first of them {elements.shape} "
+        f"{first + 1} around {place(corners[first].mean(axis=0))}",
         "repair it in the program that made the mesh, or remove: made of elements",
     )
 

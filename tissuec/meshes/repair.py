@@ -11,6 +11,7 @@ corner. So two cells that share a face cut it alike (J. Dompierre and others, Ho
 pyramids, prisms and hexahedra into tetrahedra, 8th Int. Meshing Roundtable, 195, 1999).
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
@@ -110,6 +111,7 @@ def repair(
     _divide_polygons(draft)
     _drop_unused(draft, raw, is_whole=part is None)
     _merge(draft, close)
+    _name_walls(draft)
     shape = _Shape.of(draft)
     if not (len(shape.triangles) or len(shape.tetrahedra)):
         raise FormatError(f"nothing is left of its surface: {'; '.join(draft.remarks)}")
@@ -255,6 +257,25 @@ def _merge(draft: _Draft, close: float | None) -> None:
         f"than {units.show(close, units.LENGTH)} away"
     )
     _renumber(draft, draft.position[first], label)
+
+
+def _name_walls(draft: _Draft) -> None:
+    """Report faces besides solid cells that are no sides of them."""
+    solid = [cells.nodes.ravel() for cells in draft.cells if cells.kind in ("tetra", *FACES)]
+    if not solid:
+        return
+    corners = np.unique(np.concatenate(solid))
+    count: Counter[str] = Counter()
+    for cells in draft.cells:
+        if cells.kind in ("triangle", "quad"):
+            loose = ~np.isin(cells.nodes, corners).all(axis=1)
+            many = len(cells.nodes) if cells.label else int(loose.sum())
+            count[cells.label or cells.kind] += many
+    draft.remarks += [
+        f"{counted(many, name)} besides the solid cells, left out in bodies of elements"
+        for name, many in count.items()
+        if many
+    ]
 
 
 def close_pairs(position: Floats, distance: float) -> Indices:

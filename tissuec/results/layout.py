@@ -7,7 +7,7 @@ from typing import cast
 
 import h5py
 
-from tissuec.core.files import OutputFile
+from tissuec.core.files import POINTER, OutputFile, not_fetched, open_regular
 from tissuec.core.hints import nearby_file
 from tissuec.results import ForeignFileError, PlaceError, ResultError, access
 from tissuec.results.hdf5 import linked_file, open_file
@@ -217,5 +217,8 @@ def _reason(error: OSError, path: Path) -> str:
             return "it is still empty: its run has just begun or was killed at the start"
         if path.suffix == ".tis":
             return f"it is a scene; run it first: tissuec run {path}"
+        with suppress(OSError), open_regular(path) as file:
+            if reason := not_fetched(file.read(POINTER)):
+                return reason
         return "it is not an HDF5 file"
     return error.strerror or text

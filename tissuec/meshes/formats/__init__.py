@@ -43,15 +43,17 @@ class MeshCells(Struct, frozen=True, eq=False):
         kind: One of ``CORNERS``, or "polygon".
         nodes: Corners, shape (cell, corner); VTK's order, so that faces are known.
         element: The number of each cell in the file, from 0, shape (cell,).
+        label: What the file calls faces that are walls of their own, not sides of solids.
     """
 
     kind: str
     nodes: Indices
     element: Indices
+    label: str = ""
 
     def at(self, rows: Indices | NDArray[np.bool_]) -> "MeshCells":
         """Return some of the cells, by indices or by a mask of shape (cell,)."""
-        return MeshCells(self.kind, self.nodes[rows], self.element[rows])
+        return MeshCells(self.kind, self.nodes[rows], self.element[rows], self.label)
 
 
 class RawMesh(Struct, frozen=True, eq=False):

@@ -1,97 +1,242 @@
-"""Abaqus input files, read by the optional library meshlane.
+"""Abaqus input files: nodes, elements, sets, and instances of parts.
 
-Parts and instances, sets and included files are what the library reads rightly. Elements whose
-type it does not know it leaves out with a warning; such files are refused here.
+A type of elements is known by its shape and its number of nodes, whatever letters follow
+(hybrid, reduced, modified, thermal, …). Types without such a shape, and rigid ones beside
+others, are left out and counted. Element sets and instances are parts, node sets are groups.
+Nothing is read but the file itself: what refers to other files is refused.
 """
 
-import re
-from collections.abc import Callable, Mapping
-from importlib import import_module
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
-from tissuec.core.errors import counted
-from tissuec.meshes.formats import (
-    CORNERS,
-    FORMATS,
-    FormatError,
-    Indices,
-    MeshCells,
-    RawMesh,
-    known_by,
+from tissuec.meshes.formats import FORMATS, Floats, FormatError, Indices, RawMesh, known_by
+from tissuec.meshes.formats.abaqus import (
+    NONE,
+    Instance,
+    ModelMesh,
+    NumberSet,
+    Scope,
+    shape_of,
 )
+from tissuec.meshes.formats.numbers import as_floats, as_whole
 
-INSTALL = 'install it: pip install "tissuec[mesh]"'
-_TYPE = re.compile(rb"^\*ELEMENT\b[^\n]*?\bTYPE\s*=\s*([\w-]+)", re.MULTILINE | re.IGNORECASE)
-#: Beginnings of types of elements that are no cells: masses, springs, joints.
-_NO_CELLS = ("MASS", "ROTARYI", "CONN", "SPRING", "DASHPOT", "DCOUP", "JOINT", "GAP")
-_INCLUDE = re.compile(rb"^\*INCLUDE\b", re.MULTILINE | re.IGNORECASE)
+#: Keywords that make nodes or elements of others, or change what coordinates mean.
+_MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
+_WRITE_OUT = "write the mesh node by node, such as with a job that Abaqus/CAE writes"
+_READ = {"NODE", "ELEMENT", "NSET", "ELSET", "PART", "INSTANCE"}
+
+
+class _Block(Struct, frozen=True):
+    """A keyword with its lines of data.
+
+    Attributes:
+        keyword: In capitals, without blanks and stars.
+        options: Their values, by their names in capitals; empty where there is none.
+        lines: Without comments and empty ones.
+        number: Of the line of the keyword, from 1.
+    """
+
+    keyword: str
+    options: Mapping[str, str]
+    lines: list[str]
+    number: int
+
+    def fields(self) -> list[str]:
+        """Return what stands between the commas of all lines."""
+        return [word for line in self.lines for word in map(str.strip, line.split(",")) if word]
 
 
 @FORMATS.member(".inp")
 @known_by(holds=b"\n*NODE")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return nodes and elements; element sets are parts, node sets are groups.
+    """Return nodes and elements.
 
     Raises:
-        FormatError: The library is not there or cannot read the file, or the file has elements
-            of an unknown type or includes another file.
+        FormatError: The file is broken, refers to another one, or makes nodes or elements of
+            others.
     """
-    if _INCLUDE.search(data):
-        raise FormatError("it includes another file, which is not supported", "join the files")
-    if b"*node" not in data.lower():
-        raise FormatError('it contains no "*NODE"')
     try:
-        library: Any = import_module("meshlane.abaqus._abaqus")
-        known: Mapping[str, str] = library.abaqus_to_meshio_type
-        parse: Callable[[str], Any] = library.read
-    except ImportError:
-        message = "reading .inp needs the optional package meshlane"
-        raise FormatError(message, INSTALL) from None
-    types = {name.decode("ascii", "replace").upper() for name in _TYPE.findall(data)}
-    left_out = sorted(name for name in types if name.startswith(_NO_CELLS))
-    if unknown := sorted(types - set(known) - set(left_out)):
-        raise FormatError(f"elements of type {', '.join(unknown)} are not supported")
-    try:
-        found = parse(str(path))
-    except Exception as error:  # whatever strange bytes make it stumble over
-        reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise FormatError(f"it cannot be read: {reason}") from None
-    remarks = tuple(f"elements of type {name} left out" for name in left_out)
-    return _mesh(found, remarks)
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    file = _Model()
+    for block in _blocks(text):
+        file.take(block)
+    return file.mesh(len(data))
 
 
-def _mesh(found: Any, remarks: tuple[str, ...]) -> RawMesh:
-    position = np.asarray(found.points, dtype=float)
-    if position.ndim != 2 or position.shape[1] != 3:
-        raise FormatError("its nodes do not have three coordinates")
-    cells: list[MeshCells] = []
-    ignored: dict[str, int] = {}
-    starts = np.cumsum([0, *(len(block.data) for block in found.cells)])
-    curved = 0
-    for block, start in zip(found.cells, starts, strict=False):
-        kind = block.type.rstrip("0123456789")
-        nodes = np.asarray(block.data, dtype=np.int64)
-        if kind == "line":
-            ignored["beam"] = ignored.get("beam", 0) + len(nodes)
-        elif kind in CORNERS:
-            curved += len(nodes) * (nodes.shape[1] > CORNERS[kind])
-            elements = start + np.arange(len(nodes))
-            cells.append(MeshCells(kind, nodes[:, : CORNERS[kind]], elements))
-        else:
-            raise FormatError(f"elements of type {block.type} are not supported")
-    parts: dict[str, Indices] = {}
-    for name, blocks in found.cell_sets.items():
-        members = [
-            start + np.asarray(rows, np.int64)
-            for rows, start in zip(blocks, starts, strict=False)
-            if rows is not None and len(rows)
+def _blocks(text: str) -> Iterator[_Block]:
+    """Yield the keywords of a file with their data; raises FormatError at other files."""
+    head, number = "", 0
+    lines: list[str] = []
+    for at, line in enumerate(text.splitlines(), 1):
+        line = line.strip()
+        if not line or line.startswith("**"):
+            continue
+        if line.startswith("*"):
+            if head:
+                yield _block(head, lines, number)
+            head, number, lines = line, at, []
+        elif head.endswith(",") and not lines and line[0].isalpha():
+            head += line  # the options of a keyword continue
+        elif head:
+            lines.append(line)
+    if head:
+        yield _block(head, lines, number)
+
+
+def _block(head: str, lines: list[str], number: int) -> _Block:
+    keyword, *options = head.replace("*", "").split(",")
+    keyword = "".join(keyword.split()).upper()
+    found = dict[str, str]()
+    for option in options:
+        name, _, value = option.partition("=")
+        found["".join(name.split()).upper()] = value.strip().strip('"')
+    if keyword == "INCLUDE" or (found.get("INPUT") and keyword in _READ):
+        raise FormatError(
+            f"it includes another file, in line {number}, which is not supported",
+            "join the files",
+        )
+    if keyword in _MAKING or found.get("SYSTEM", "R").upper() != "R":
+        raise FormatError(f"*{keyword} in line {number} is not supported", _WRITE_OUT)
+    return _Block(keyword, found, lines, number)
+
+
+class _Model:
+    """The contents of a file, by parts and instances."""
+
+    def __init__(self) -> None:
+        self.rest, self.assembly = Scope(), Scope()
+        self.parts: dict[str, tuple[str, Scope]] = {}  # by their names in capitals
+        self.instances: list[Instance] = []
+        self._open = self.rest
+
+    def take(self, block: _Block) -> None:
+        """Read a keyword; unknown ones are no part of a mesh."""
+        name = block.options.get("NAME", "")
+        match block.keyword:
+            case "NODE":
+                self._open.nodes.append(_nodes(block))
+                self._name(block, "NSET", self._open.nodes[-1][0])
+            case "ELEMENT":
+                self._elements(block)
+            case "NSET" | "ELSET":
+                self._open.sets.append(_set(block))
+            case "PART":
+                self._open = Scope()
+                self.parts[name.upper()] = name, self._open
+            case "INSTANCE":
+                part = block.options.get("PART", "")
+                if part and part.upper() not in self.parts:
+                    raise FormatError(f'there is no part "{part}" for the instance "{name}"')
+                self._open = Scope()
+                place = [as_floats(line.replace(",", " ").split()) for line in block.lines]
+                self.instances.append(Instance(name, part.upper(), self._open, place))
+            case "ASSEMBLY" | "ENDINSTANCE":
+                self._open = self.assembly
+            case "ENDPART" | "ENDASSEMBLY":
+                self._open = self.rest
+            case _:
+                pass
+
+    def _elements(self, block: _Block) -> None:
+        name = block.options.get("TYPE", "").upper()
+        shape = shape_of(name)
+        if shape is None:
+            self._open.left_out[name] += _element_count(block.lines)
+            return
+        values = as_whole(as_floats(block.fields()))
+        width = 1 + shape[1]
+        if len(values) % width:
+            raise FormatError(
+                f"the elements of type {name} below line {block.number} cannot be read: they "
+                f"do not have {shape[1]} nodes each"
+            )
+        rows = values.reshape(-1, width)
+        self._open.elements.append((name, rows))
+        self._name(block, "ELSET", rows[:, 0])
+
+    def _name(self, block: _Block, kind: str, numbers: Indices) -> None:
+        """Enter a set that the keyword of its nodes or elements names."""
+        if name := block.options.get(kind):
+            self._open.sets.append(NumberSet(kind, name, numbers, NONE.reshape(0, 3)))
+
+    def mesh(self, size: int) -> RawMesh:
+        """Return the mesh of all instances, or of all parts of a file without instances.
+
+        Args:
+            size: Of the file [bytes].
+        """
+        mesh = ModelMesh(8 * size)  # a number takes up to eight bytes, and a digit one
+        mesh.place(self.rest)
+        if not self.instances:
+            for _, scope in self.parts.values():
+                mesh.place(scope)
+        copies = {
+            one.name.upper(): mesh.place(
+                self.parts[one.part][1].with_all_of(one.own) if one.part else one.own, one.place
+            )
+            for one in self.instances
+        }
+        if len(copies) > 1:
+            for one in self.instances:
+                mesh.join("ELSET", one.name, copies[one.name.upper()].elements.numbers)
+        mesh.place(self.assembly, copies=copies)
+        used = {one.part for one in self.instances}
+        remarks = [
+            f'the part "{name}" has no instance and is left out'
+            for key, (name, _) in self.parts.items()
+            if self.instances and key not in used
         ]
-        if members:
-            parts[name] = np.concatenate(members)
-    groups = {name: np.asarray(rows, np.int64) for name, rows in found.point_sets.items()}
-    if ignored:
-        remarks = (*remarks, f"{counted(ignored['beam'], 'beam')} left out")
-    return RawMesh(position, tuple(cells), parts, groups, ignored, curved, remarks)
+        return mesh.result(remarks)
+
+
+def _element_count(lines: Sequence[str]) -> int:
+    """Return how many elements lines describe; a comma at the end continues the element."""
+    return sum(not before.endswith(",") for before in ("", *lines[:-1])) if lines else 0
+
+
+def _nodes(block: _Block) -> tuple[Indices, Floats]:
+    """Return the numbers and the positions of nodes; directions behind them are left out."""
+    rows: list[list[str]] = []
+    for line in block.lines:
+        words = line.split(",")
+        if len(words) < 4 or not all(words[:4]):
+            raise FormatError(
+                f'"{line[:40]}" below line {block.number} cannot be read as a node with three '
+                "coordinates"
+            )
+        rows.append(words[:4])
+    # Fortran writes exponents with a D, too.
+    values = as_floats([word.replace("D", "E") for row in rows for word in row])
+    values = values.reshape(-1, 4)
+    return as_whole(values[:, 0]), values[:, 1:]
+
+
+def _set(block: _Block) -> NumberSet:
+    kind, options = block.keyword, block.options
+    found = NumberSet(
+        kind,
+        options.get(kind, ""),
+        NONE,
+        NONE.reshape(0, 3),
+        instance=options.get("INSTANCE", ""),
+        elements=options.get("ELSET", "") if kind == "NSET" else "",
+    )
+    if "GENERATE" in options:
+        rows: list[list[int]] = []
+        for line in dict.fromkeys(block.lines):
+            words = [word for word in line.split(",") if word.strip()]
+            row = as_whole(as_floats(words)).tolist()
+            row = [*row, 1] if len(row) == 2 else row
+            if len(row) != 3 or row[2] < 1:
+                raise found.error(f'"{line[:40]}" is not first, last and step')
+            rows.append(row)
+        return found._replace(ranges=as_whole(np.array(rows)).reshape(-1, 3))
+    fields = block.fields()
+    names = tuple(dict.fromkeys(word for word in fields if not word.isdecimal()))
+    numbers = as_whole(as_floats([word for word in fields if word.isdecimal()]))
+    return found._replace(numbers=numbers, names=names)

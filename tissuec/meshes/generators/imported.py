@@ -292,6 +292,20 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             remarks=(*shape.remarks, *filling.remarks, *mesh.remarks),
         )
 
+    def divided_cells(self) -> tuple[Mapping[str, int], int]:
+        """Return how many elements of each shape its volume cells become, and how many divide.
+
+        Raises:
+            MeshFileError: The file cannot be used.
+        """
+        if not self.shape.is_volume:
+            return {}, 0
+        bricks, tetrahedra = self._cells(self._filled(for_matter=True))
+        found = {name: len(cells) for name, cells in bricks.items()}
+        kept = sum(found.values()) + len(self.shape.cells.get("tetra", ()))
+        divided = sum(map(len, self.shape.cells.values())) - kept
+        return {**found, "tetrahedron": len(tetrahedra)}, divided
+
     def _cells(self, filling: "Filling") -> tuple[Mapping[str, Indices], Indices]:
         """Return cells that stay what they are, by shape, and the tetrahedra of all others.
 
@@ -433,9 +447,10 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             return area_shares(position, shape.skin, ends)
         tetrahedra = self._tetrahedra(filling)
         if self.filling in CRYSTALS or tetrahedra is None or shape.divided:
-            holds = counted(shape.divided, "other cell") if shape.divided else "none"
+            others = f"it contains {counted(shape.divided, 'other cell')}"
+            holds = others if shape.divided else "there are none"
             raise FormatError(
-                f"the volume rule is for tetrahedra, but there are {holds}",
+                f"the volume rule is for tetrahedra, but {holds}",
                 "fill a closed surface with tetrahedra, or write: stiffness is area rule",
             )
         return volume_shares(position, tetrahedra, ends)
