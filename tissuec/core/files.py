@@ -26,6 +26,7 @@ _LOCKED_BYTE = 1 << 62  # far behind any data, so that no lock of a reader meets
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0) | _NO_LINK
 _FLOCK = struct.Struct("hhqqi0q")  # kind, from where, start, length, process
+_PIECE = 1 << 20  # bytes that are copied at once
 _POINTER = b"version https://git-lfs.github.com/spec/"  # in place of a file in Git
 POINTER = len(_POINTER)  # bytes by which such a file is known
 _register: set[tuple[int, int]] = set()  # device and inode of what this process is writing
@@ -250,6 +251,8 @@ class OutputFile(FileIO):
     def close_as(self, path: Path | None) -> None:
         """Close the file under another name, or remove it.
 
+        A file that somebody else has removed or replaced meanwhile is written again.
+
         Args:
             path: The other name, whose former file is replaced; None for none.
 
@@ -257,12 +260,29 @@ class OutputFile(FileIO):
             OSError: That is not possible; the file is closed and keeps its name.
         """
         try:
-            if REPLACES_OPEN:  # before somebody else may write it
+            if REPLACES_OPEN and not self._is_there():
+                self._copy_to(path)
+            elif REPLACES_OPEN:  # before somebody else may write it
                 _rename(self._path, path)
         finally:
             self.close()
         if not REPLACES_OPEN:
             _rename(self._path, path)
+
+    def _is_there(self) -> bool:
+        """Return whether the path still leads to this file."""
+        with suppress(FileNotFoundError):
+            return os.path.samestat(os.fstat(self.fileno()), self._path.stat())
+        return False
+
+    def _copy_to(self, path: Path | None) -> None:
+        """Write the content to another file, which is replaced; none if there is no path."""
+        if path is None:
+            return
+        with replacing(path) as beside, beside.open("wb") as copy:
+            self.seek(0)
+            while piece := self.read(_PIECE):
+                copy.write(piece)
 
 
 def _opened(path: str, flags: int) -> int:

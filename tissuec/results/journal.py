@@ -43,6 +43,10 @@ Run = tuple[int, list[bytearray]]
 class JournaledFile(io.RawIOBase):
     """A binary file whose writes become visible all at once.
 
+    Attributes:
+        recovered: Whether the last commit was cut short, and its journal was taken over.
+        failure: Why the file cannot be read any more, which no commit survives.
+
     Args:
         path: The file.
         mode: "create" empties an existing file; "update" and "read" take over a journal.
@@ -58,8 +62,13 @@ class JournaledFile(io.RawIOBase):
         self._pages: dict[int, bytearray] = {}
         self._tail = bytearray()
         self._position = 0
+        self.failure: OSError | None = None
+        self._is_read = mode == "read"
         self._kept = self._size = self._raw.seek(0, os.SEEK_END)
         self.recovered = self._load_journal()
+        if self.failure is not None:
+            self._raw.close()
+            raise self.failure
 
     def readable(self) -> bool:
         """Return True."""
@@ -127,8 +136,13 @@ class JournaledFile(io.RawIOBase):
 
         Raises:
             OSError: It could not be written, such as on a full disk; the file holds the
-                former state, and another `commit` tries again.
+                former state, and another `commit` tries again. Or what it held could not be
+                read, or another program has cut it.
         """
+        if self.failure is None and os.fstat(self._raw.fileno()).st_size < self._kept:
+            self.failure = OSError("another program has cut it")
+        if self.failure is not None:
+            raise self.failure
         if not self.pending and self._size == self._kept:
             return
         runs = self._runs()
@@ -170,13 +184,25 @@ class JournaledFile(io.RawIOBase):
             self.close()
 
     def _read_kept(self, start: int, view: memoryview) -> None:
-        self._raw.seek(start)
+        """Read from the disk; a writer gets zeros where that fails, and hears it at a commit.
+
+        HDF5 does not survive errors of a file that it writes: objects that are freed later
+        refer to what it has given up, and Python ends with a segmentation fault.
+        """
         filled = 0
-        while filled < len(view):
-            count = self._raw.readinto(view[filled:])
-            if not count:
-                raise OSError(f"the file ends before byte {start + len(view)}")
-            filled += count
+        try:
+            self._raw.seek(start)
+            while filled < len(view):
+                count = self._raw.readinto(view[filled:])
+                if not count:
+                    end = start + len(view)
+                    raise OSError(f"it ends before byte {end}: another program has cut it")
+                filled += count
+        except OSError as error:
+            if self._is_read:
+                raise
+            self.failure = self.failure or error
+            view[filled:] = bytes(len(view) - filled)
         if not self._pages:
             return
         for number in range(start // PAGE, -(-(start + len(view)) // PAGE)):

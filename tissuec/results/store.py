@@ -278,8 +278,11 @@ class Store:
     def _clear_errors(self) -> Generator[None]:
         try:
             yield
-        except OSError as error:
-            raise ResultError(f'cannot write "{self.path}": {error}') from error
+        except Exception as error:
+            cause = self._disk.failure or error
+            if not isinstance(cause, OSError):
+                raise
+            raise ResultError(f'cannot write "{self.path}": {cause}') from cause
 
     def commit(self) -> None:
         """Make all that was written the state that the file holds.
@@ -327,7 +330,7 @@ class Store:
         """Commit everything and close the file.
 
         Args:
-            name: Another name for it.
+            name: Another name for it. If the file was removed, it is written again.
 
         Raises:
             ResultError: As for `commit`.
@@ -339,8 +342,7 @@ class Store:
                 self._write_sums()
                 self.file.close()  # in memory: the commit brings it to the disk
             self._commit()
-            if name is not None:
-                self._disk.close_as(name)
+            self._disk.close_as(name or self.path)
         finally:
             self._disk.close()
 
@@ -381,6 +383,8 @@ def member_name(name: str) -> str:
 
 
 def _no_space(path: Path, needed: int, error: OSError) -> str:
+    if error.errno is None:
+        return f'cannot write "{path}": {error}'
     free = shutil.disk_usage(path.parent).free
     message = (
         f'cannot write "{path}": {error.strerror}; {shown_size(needed)} are needed, '

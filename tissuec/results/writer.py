@@ -422,7 +422,8 @@ class ResultWriter:
         try:
             self.flush()
         except ResultError as error:
-            self.close(f"stopped: {error}", finished=False)
+            with suppress(ResultError):  # the first error says why
+                self.close(f"stopped: {error}", finished=False)
             raise
 
     def _end(self, name: Path | None) -> None:
@@ -433,9 +434,10 @@ class ResultWriter:
         try:
             self._store.close(name)
         except OSError as error:
+            is_there = self._store.path.exists()
+            kept = "the result is complete under the first name" if is_there else "it is lost"
             raise ResultError(
-                f'cannot rename "{self._store.path}" to "{name}": {error.strerror}; the result '
-                "is complete under the first name"
+                f'cannot rename "{self._store.path}" to "{name}": {error.strerror}; {kept}'
             ) from error
 
     def stop_clock(self) -> float:

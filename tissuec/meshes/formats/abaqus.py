@@ -52,7 +52,7 @@ class NumberSet(NamedTuple):
         return FormatError(f'the set "{self.name}" cannot be read: {reason}')
 
 
-class Scope(Struct):
+class PartContents(Struct):
     """What a part, an instance, or the rest of the file has, with numbers of its own.
 
     Attributes:
@@ -67,9 +67,9 @@ class Scope(Struct):
     left_out: Counter[str] = field(default_factory=Counter[str])
     sets: list[NumberSet] = field(default_factory=list[NumberSet])
 
-    def with_all_of(self, other: "Scope") -> "Scope":
+    def with_all_of(self, other: "PartContents") -> "PartContents":
         """Return this scope with all of another one."""
-        return Scope(
+        return PartContents(
             self.nodes + other.nodes,
             self.elements + other.elements,
             self.left_out + other.left_out,
@@ -90,7 +90,7 @@ class Instance(NamedTuple):
 
     name: str
     part: str
-    own: Scope
+    own: PartContents
     place: list[Floats]
 
 
@@ -122,7 +122,7 @@ class _Numbers(NamedTuple):
         return self.numbers[low:high][every]
 
 
-class _Copy(NamedTuple):
+class PlacedPart(NamedTuple):
     """A scope in the mesh, with its sets, by their keyword and their name in capitals."""
 
     nodes: _Numbers
@@ -147,16 +147,20 @@ class ModelMesh:
 
     def place(
         self,
-        scope: Scope,
+        scope: PartContents,
         place: Sequence[Floats] = (),
-        copies: Mapping[str, _Copy] | None = None,
-    ) -> _Copy:
+        copies: Mapping[str, PlacedPart] | None = None,
+    ) -> PlacedPart:
         """Add the nodes, elements and sets of a scope.
 
         Args:
             scope: What is added.
             place: See ``Instance``.
             copies: Instances to which its sets may refer, by their names in capitals.
+
+        Raises:
+            FormatError: There is no room, a number is there twice, or what elements and sets
+                refer to is not there.
         """
         known = np.concatenate([NONE, *(numbers for numbers, _ in scope.nodes)])
         position = np.concatenate([np.zeros((0, 3)), *(rows for _, rows in scope.nodes)])
@@ -179,7 +183,7 @@ class ModelMesh:
             kind, _ = shape_of(name) or ("", 0)
             self.cells.append((name, MeshCells(kind, corners, element)))
         known = np.concatenate([NONE, *(rows[:, 0] for _, rows in scope.elements)])
-        copy = _Copy(nodes, _Numbers.of(known, first, "element"), {})
+        copy = PlacedPart(nodes, _Numbers.of(known, first, "element"), {})
         self.left_out += scope.left_out
         for block in scope.sets:
             self._read_set(block, copy, copies or {})
@@ -191,7 +195,9 @@ class ModelMesh:
             self._room.take(rows.nbytes, "sets")
             self.sets.setdefault((kind, name.upper()), (name, []))[1].append(rows)
 
-    def _read_set(self, one: NumberSet, copy: _Copy, copies: Mapping[str, _Copy]) -> None:
+    def _read_set(
+        self, one: NumberSet, copy: PlacedPart, copies: Mapping[str, PlacedPart]
+    ) -> None:
         of = copy
         if one.instance:
             if one.instance.upper() not in copies:
@@ -292,7 +298,7 @@ def _moved(position: Floats, place: Sequence[Floats]) -> Floats:
     return position
 
 
-def _numbered(copy: _Copy, one: NumberSet, wanted: Indices) -> Indices:
+def _numbered(copy: PlacedPart, one: NumberSet, wanted: Indices) -> Indices:
     """Return the numbers in the mesh of nodes or elements, without elements left out."""
     rows, found = (copy.nodes if one.kind == "NSET" else copy.elements).find(wanted)
     if one.kind == "NSET" and not found.all():
@@ -300,7 +306,7 @@ def _numbered(copy: _Copy, one: NumberSet, wanted: Indices) -> Indices:
     return rows[found]
 
 
-def _named(copy: _Copy, kind: str, name: str, one: NumberSet) -> Indices:
+def _named(copy: PlacedPart, kind: str, name: str, one: NumberSet) -> Indices:
     """Return the numbers in the mesh of the members of another set."""
     if (kind, name.upper()) not in copy.sets:
         raise one.error(f'there is no set "{name}"')

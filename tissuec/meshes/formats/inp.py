@@ -18,7 +18,7 @@ from tissuec.meshes.formats.abaqus import (
     Instance,
     ModelMesh,
     NumberSet,
-    Scope,
+    PartContents,
     shape_of,
 )
 from tissuec.meshes.formats.numbers import as_floats, as_whole
@@ -62,7 +62,7 @@ def read(data: bytes, path: Path) -> RawMesh:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("cp1252", "replace")
-    file = _Model()
+    file = _AbaqusModel()
     for block in _blocks(text):
         file.take(block)
     return file.mesh(len(data))
@@ -105,12 +105,12 @@ def _block(head: str, lines: list[str], number: int) -> _Block:
     return _Block(keyword, found, lines, number)
 
 
-class _Model:
+class _AbaqusModel:
     """The contents of a file, by parts and instances."""
 
     def __init__(self) -> None:
-        self.rest, self.assembly = Scope(), Scope()
-        self.parts: dict[str, tuple[str, Scope]] = {}  # by their names in capitals
+        self.rest, self.assembly = PartContents(), PartContents()
+        self.parts: dict[str, tuple[str, PartContents]] = {}  # by their names in capitals
         self.instances: list[Instance] = []
         self._open = self.rest
 
@@ -126,13 +126,13 @@ class _Model:
             case "NSET" | "ELSET":
                 self._open.sets.append(_set(block))
             case "PART":
-                self._open = Scope()
+                self._open = PartContents()
                 self.parts[name.upper()] = name, self._open
             case "INSTANCE":
                 part = block.options.get("PART", "")
                 if part and part.upper() not in self.parts:
                     raise FormatError(f'there is no part "{part}" for the instance "{name}"')
-                self._open = Scope()
+                self._open = PartContents()
                 place = [as_floats(line.replace(",", " ").split()) for line in block.lines]
                 self.instances.append(Instance(name, part.upper(), self._open, place))
             case "ASSEMBLY" | "ENDINSTANCE":
