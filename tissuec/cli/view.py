@@ -131,6 +131,11 @@ def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
     "nodes if not given.",
 )
 @click.option(
+    "--scale",
+    type=click.Choice(("linear", "log")),
+    help="Whether the colours of the field follow its numbers or their logarithms.",
+)
+@click.option(
     "--time", type=TimeArgument(), help="Initial time of the page, or time of the picture."
 )
 @click.option(
@@ -184,6 +189,10 @@ def command(
     pictures = {name: path for name, path in pictures.items() if path is not None}
     _check_usage(results, output, pictures, size=size, forces=forces, opens=opens)
     chosen["range"] = _range(chosen["range"], chosen["field"])
+    scale = chosen.pop("scale")
+    if scale and chosen["field"] in (None, TISSUE):
+        raise click.UsageError("--scale needs a field: --field stress --scale log")
+    chosen["logarithmic"] = scale == "log"
     options = Options(**chosen, cells=output is not None or not pictures)
     if options.every is not None and options.every <= 0.0:
         raise click.UsageError("--every must be above 0")

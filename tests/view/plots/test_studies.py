@@ -10,7 +10,7 @@ from tests.every import every
 from tests.study import tables_of_designs as tables
 from tissuec.core.errors import TissueError
 from tissuec.studies.table import FactorHead, MeasureCurve
-from tissuec.view.plots import WrongOption, draw
+from tissuec.view.plots import WrongOption, draw, study_measures
 
 pytestmark = pytest.mark.usefixtures("unplaced")
 
@@ -42,6 +42,27 @@ def test_words_can_be_on_the_axis():
     axes = draw("response", tables.grid(), measure="m0", x="hardness of liver").axes[0]
     assert [text.get_text() for text in axes.get_xticklabels()] == ["soft", "hard"]
     assert len(axes.get_lines()) == 6
+
+
+def test_a_heat_map_has_cells_of_one_size_with_few_values_and_never_below_0():
+    assert study_measures._edges(np.array([5.0, 50.0, 200.0])).tolist() == [-0.5, 0.5, 1.5, 2.5]
+    decades = np.geomspace(1.0, 1e4, 13)
+    edges = study_measures._edges(decades)
+    assert (edges > 0.0).all()
+    # The borders are geometric means: each value is in the middle of its cell.
+    assert np.sqrt(edges[1:] * edges[:-1]) == pytest.approx(decades, rel=1e-12)
+    even = np.linspace(1.0, 13.0, 13)
+    assert study_measures._edges(even) == pytest.approx(np.linspace(0.5, 13.5, 14))
+
+
+def test_a_heat_map_of_few_values_has_them_as_ticks_and_numbers():
+    axes = draw("heat-map", tables.plane(), x="width", y="lift").axes[0]
+    levels = axes.get_xticks()
+    assert levels.tolist() == list(range(len(levels)))
+    assert len(axes.texts) == len(levels) * len(axes.get_yticks())
+    shown = [float(text.get_text().replace("\N{MINUS SIGN}", "-")) for text in axes.texts]
+    mesh = axes.collections[0].get_array()
+    assert shown == pytest.approx(np.asarray(mesh).ravel(), rel=6e-3)  # of three digits
 
 
 def test_a_heat_map_has_each_value_at_its_place():

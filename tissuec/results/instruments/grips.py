@@ -105,7 +105,8 @@ def grips(scenery: Scenery) -> Iterator[Course]:
     """Yield an instrument for each time that one holds nodes."""
     trajectory = scenery.moments.trajectory
     shaped = {tool.name for tool in trajectory.network.tools if tool.shapes}
-    others = {FIX, *trajectory.sets, *shaped}
+    bodies = {part.name for part in trajectory.network.parts}
+    others = {FIX, *trajectory.sets, *shaped, *bodies}
     for hold, stop in with_ends(trajectory.holds):
         nodes = scenery.rows_of(hold.nodes)
         if hold.holder not in others and len(nodes) and hold.time < scenery.moments.times[-1]:

@@ -240,7 +240,7 @@ class Annotations:
         self.sheet.plot([_EDGE, end], [40, 40], color=palette.SERIES[2], lw=2)
         self.sheet.plot([end], [40], ">", color=palette.SERIES[2], markersize=6)
         self.placing.take((_EDGE, 35.0, end, 45.0))
-        text, most = scale.text(force), RULES.longest * film.most_force
+        text, most = f"{scale.text(force)} at a node", RULES.longest * film.most_force
         if max(float(np.linalg.norm(row, axis=1).max()) for row in film.force) > most:
             text += f"; arrows end at {scale.text(most)}"
         self._write(end + 10, 36, text, **_SMALL)
@@ -257,7 +257,7 @@ class Annotations:
             self.placing.take((left, above, setting.size[0], top))
 
     def _draw_resultant(self, one: Resultant) -> None:
-        """Draw a resultant force as an arrow with its number; see ``web/pulls.js``."""
+        """Draw a resultant force as an arrow with its name and number; see ``web/pulls.js``."""
         from matplotlib.patheffects import withStroke
 
         film, size = self.setting.film, self.setting.size
@@ -275,7 +275,7 @@ class Annotations:
         shape = "-|>" if np.array_equal(inside, stop) else "->"
         self.sheet.annotate("", inside, start, arrowprops={"arrowstyle": shape, **style})
         text = self.sheet.text(
-            0, 0, one.scale.text(strength), va="bottom", **_SMALL,
+            0, 0, f"{one.name} {one.scale.text(strength)}", va="bottom", **_SMALL,
             path_effects=[withStroke(linewidth=2.5, foreground=palette.PAPER)],
         )  # fmt: skip
         left, low, right, top = self._box(text)
@@ -341,10 +341,11 @@ def draw_field_legend(
         if is_beyond:
             sheet.plot([x], [y + 33], mark, color=tuple(colour), markersize=7, mew=0)
     low, high = values.low, values.high
-    for part, value in ((0.0, low), (0.5, 0.5 * (low + high)), (1.0, high)):
-        text = f"{scale.of(snapped(value, high - low)):.4g}".replace("-", "−")
+    for part, value in ((0.0, low), (0.5, values.middle), (1.0, high)):
+        digits = 2 if values.logarithmic and part == 0.5 else 4
+        text = f"{scale.of(snapped(value, high - low)):.{digits}g}".replace("-", "−")
         sheet.text(left + part * _LONG, y + 24, text, ha="center", va="top", **_WORDS)
-    lines = [*_beyond(values, scale)[::-1], scale.label(values.field.name)]
+    lines = [*_beyond(values, scale)[::-1], scale.label(values.field.title)]
     for number, line in enumerate(lines):
         sheet.text(left + _LONG / 2, y + 43 + _LINE * number, line, ha="center", **_WORDS)
     return left - 2 * _LETTER, y + 45 + _LINE * len(lines)
@@ -353,7 +354,7 @@ def draw_field_legend(
 def _beyond(values: FieldValues, scale: AxisUnit) -> list[str]:
     """Return lines that name the numbers that colours do not distinguish."""
     lines: list[str] = []
-    if values.is_usual and any(values.beyond):
+    if values.is_usual and any(values.beyond) and not values.logarithmic:
         lines.append("covers 98 % of the values")
     if values.beyond[1]:
         lines.append(f"largest: {scale.text(values.most)}")

@@ -32,6 +32,7 @@ class NodeField(Struct, frozen=True):
             where they are unknown; None without any.
         signed: Whether numbers below 0 have a colour of their own.
         derived: Whether pages compute it from other arrays; see ``web/fields.js``.
+        titled: What legends call it; its name if empty.
     """
 
     name: str
@@ -40,6 +41,12 @@ class NodeField(Struct, frozen=True):
     value: "Callable[[DrawnNodes], Floats | None]"
     signed: bool = False
     derived: bool = False
+    titled: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return what legends call it."""
+        return self.titled or self.name
 
 
 #: Those that follow from the motion, and are not recorded.
@@ -50,12 +57,12 @@ DERIVED: tuple[NodeField, ...] = (
     ),
     NodeField("speed", "m/s", "magnitude of the velocity", lambda nodes: nodes.speed),
     NodeField(
-        "strain", "", "largest principal strain (Green-Lagrange) of the springs at a node",
-        lambda nodes: nodes.strain, signed=True,
+        "strain", "", "largest principal strain (Green-Lagrange) around a node",
+        lambda nodes: nodes.strain, signed=True, titled="largest principal strain",
     ),
     NodeField(
         "stress", "Pa", "equivalent stress of von Mises, of bodies that have a volume",
-        lambda nodes: nodes.stress,
+        lambda nodes: nodes.stress, titled="von Mises stress",
     ),
 )  # fmt: skip
 

@@ -20,7 +20,7 @@ from tissuec.view.player.lifetimes import Lifetimes, Timeline, is_there
 
 #: Fields of frames that films contain as what is drawn: arrows and colours of springs.
 DRAWN = ("force", "tension")
-_SURE = 0.98  # of all numbers: scales of colours and arrows end there
+SURE = 0.98  # of all numbers: scales of colours and arrows end there
 
 
 class Lines(Struct, frozen=True, eq=False):
@@ -98,19 +98,23 @@ class ToolSolid(Struct, frozen=True):
 
 
 class HeldTissue(Struct, frozen=True, eq=False):
-    """Fixed and held parts of the net, without those that drawn instruments hold.
+    """Fixed and held parts of the net.
 
     Attributes:
         patches: When each triangle of the skin is held at all corners, in frames, the longest
             time; 0 and 0 for never, shape (triangle, 2).
         rods: Ends of springs between held nodes outside of patches, or single nodes twice,
-            shape (rod, 2).
+            without those that drawn instruments hold, shape (rod, 2).
         life: Of rods, in frames, shape (rod, 2).
+        rims: Ends of the edges around patches, shape (rim, 2).
+        rim_life: Of these, in frames, shape (rim, 2).
     """
 
     patches: Floats
     rods: Indices
     life: Floats
+    rims: Indices
+    rim_life: Floats
 
 
 class Instrument(Struct, frozen=True):
@@ -136,7 +140,7 @@ class Resultant(Struct, frozen=True, eq=False):
     """A force on tissue at one place, by a tool, a set that is held, or a fixed part.
 
     Attributes:
-        name: Of the tool or set; "fix" for fixed nodes.
+        name: Of the tool or set.
         point: The point at which it acts.
         life: In frames.
         force: [N], shape (frame, 3).
@@ -296,7 +300,7 @@ def usual_end(rows: Iterable[NDArray[Any]]) -> float:
     Args:
         rows: In one unit, of any shape.
     """
-    tops = [float(np.quantile(row, _SURE)) for row in rows if len(row)]
+    tops = [float(np.quantile(row, SURE)) for row in rows if len(row)]
     most = max(tops, default=0.0)
     if not most > 0.0:
         return 0.0

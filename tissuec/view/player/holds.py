@@ -1,6 +1,6 @@
 """Fixed and held parts of a net, and the resultant forces of holds and instruments."""
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from typing import Self
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
+from tissuec.results.instruments import Course
 from tissuec.results.moments import Moments
 from tissuec.results.recording import AXES
 from tissuec.results.tools import FIX, with_ends
@@ -26,12 +27,16 @@ class DrawnNet(Struct, frozen=True, eq=False):
         skin: Triangles between them.
         ends: Of springs between them, shape (spring, 2).
         at_skin: Which of these are edges of the skin, shape (spring,).
+        edges: Ends of the edges of the skin, shape (edge, 2).
+        sides: Numbers of the edges of each triangle, shape (triangle, 3).
     """
 
     thin: Thinning
     skin: SkinPiece
     ends: Indices
     at_skin: Mask
+    edges: Indices
+    sides: Indices
 
     @classmethod
     def of(cls, thin: Thinning, skin: SkinPiece, ends: Indices) -> Self:
@@ -45,11 +50,18 @@ class DrawnNet(Struct, frozen=True, eq=False):
         corners = skin.triangles.astype(np.int64)
         sides = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         pairs, key = np.sort(ends, axis=1), np.array([len(thin.kept), 1])
-        return cls(thin, skin, ends, np.isin(pairs @ key, sides @ key))
+        edges, number = np.unique(sides, axis=0, return_inverse=True)
+        at_skin = np.isin(pairs @ key, sides @ key)
+        return cls(thin, skin, ends, at_skin, edges, number.reshape(-1, 3))
 
     def triangles(self, held: Mask) -> Mask:
         """Return which drawn triangles have held nodes only, shape (triangle,)."""
         return held[self.skin.triangles].all(axis=1) & ~self.skin.smooth
+
+    def rims(self, held: Mask) -> Mask:
+        """Return which edges of the skin border on one held triangle, shape (edge,)."""
+        own = self.sides[self.triangles(held)].ravel()
+        return np.bincount(own, minlength=len(self.edges)) == 1
 
     def springs(self, held: Mask) -> Mask:
         """Return which edges of the skin lead between held nodes outside of patches.
@@ -83,17 +95,20 @@ def read_held(
     Args:
         trajectory: The result.
         timeline: The frames that are shown.
-        seen: Tools that are drawn themselves, and not the nodes that they hold.
+        seen: Tools that are drawn themselves, and not the single nodes that they hold.
     """
+    every = list(_changes(trajectory, timeline, drawn.thin, ()))
     masks = list(_changes(trajectory, timeline, drawn.thin, seen))
     patches = np.zeros((len(drawn.skin.triangles), 2))
-    found = lives(((at, drawn.triangles(held)) for at, held in masks), len(patches))
+    found = lives(((at, drawn.triangles(held)) for at, held in every), len(patches))
+    rims = lives(((at, drawn.rims(held)) for at, held in every), len(drawn.edges))
     longest = np.argsort(found.life[:, 1] - found.life[:, 0], kind="stable")
     patches[found.of[longest]] = found.life[longest]
     springs = lives(((at, drawn.springs(held)) for at, held in masks), len(drawn.ends))
     nodes = lives(((at, drawn.nodes(held)) for at, held in masks), len(drawn.thin.kept))
     rods = np.concatenate([drawn.ends[springs.of], np.stack([nodes.of, nodes.of], axis=1)])
-    return HeldTissue(patches, rods, np.concatenate([springs.life, nodes.life]))
+    life = np.concatenate([springs.life, nodes.life])
+    return HeldTissue(patches, rods, life, drawn.edges[rims.of], rims.life)
 
 
 def _changes(
@@ -113,7 +128,7 @@ class HoldingForce(Struct, frozen=True, eq=False):
     """A force on tissue, at one place.
 
     Attributes:
-        name: Of the tool or set; "fix" for fixed nodes.
+        name: Of the tool or set.
         life: When it acts [s].
         place: Where [m], shape (row, 3).
         force: On the tissue [N], shape (row, 3).
@@ -125,9 +140,14 @@ class HoldingForce(Struct, frozen=True, eq=False):
     force: Floats
 
 
-def read_pulls(moments: Moments) -> list[HoldingForce]:
-    """Return the forces of all that holds nodes, and of tools whose force is logged."""
-    return [*_holds(moments), *_contacts(moments)]
+def read_pulls(moments: Moments, seen: Sequence[Course] = ()) -> list[HoldingForce]:
+    """Return the forces of all that holds nodes, and of tools whose force is logged.
+
+    Args:
+        moments: Of the run.
+        seen: The instruments that are drawn.
+    """
+    return [*_holds(moments), *_contacts(moments), *_blades(moments, seen)]
 
 
 def _holds(moments: Moments) -> Iterator[HoldingForce]:
@@ -140,7 +160,21 @@ def _holds(moments: Moments) -> Iterator[HoldingForce]:
                 rows = np.searchsorted(trajectory.nodes, nodes)
                 place = moments.of_held("position", rows).mean(axis=1)
                 force = 0.0 - moments.of_held("force", rows).sum(axis=1)
-                yield HoldingForce(hold.holder, (hold.time, stop), place, force)
+                name = _name_of(trajectory, nodes) if is_fixed else hold.holder
+                yield HoldingForce(name, (hold.time, stop), place, force)
+
+
+def _name_of(trajectory: Trajectory, nodes: Indices) -> str:
+    """Return the smallest set or body that contains fixed nodes; "fixed" without any."""
+    groups = [
+        (group.name, group.indices)
+        for group in trajectory.sets.values()
+        if group.what == "nodes"
+    ]
+    every = np.arange(trajectory.network.node_count)
+    groups += [(body.name, every[body.nodes]) for body in trajectory.network.bodies]
+    around = [one for one in groups if np.isin(nodes, one[1]).all()]
+    return min(around, key=lambda one: len(one[1]), default=("fixed", nodes))[0]
 
 
 def _connected(trajectory: Trajectory, nodes: Indices) -> list[Indices]:
@@ -159,11 +193,26 @@ def _contacts(moments: Moments) -> Iterator[HoldingForce]:
     trajectory, tools = moments.trajectory, moments.tools()
     network = trajectory.network
     for tool in network.tools:
-        log = trajectory.logs.get(f"force of {tool.name}")
-        if log is None or log.columns != AXES or not len(log.time):
-            continue
         first = int(tool.nodes.start) - network.body_nodes
-        time, value = log.with_jumps()
-        axes = [np.interp(moments.times, time, value[:, axis]) for axis in range(3)]
-        force = np.stack(axes, axis=1)
-        yield HoldingForce(tool.name, (float(log.time[0]), np.inf), tools[:, first], force)
+        force = _logged(moments, tool.name) if tool.shapes else None
+        if force is not None:
+            begin = float(trajectory.logs[f"force of {tool.name}"].time[0])
+            yield HoldingForce(tool.name, (begin, np.inf), tools[:, first], force)
+
+
+def _blades(moments: Moments, seen: Sequence[Course]) -> Iterator[HoldingForce]:
+    """Yield the forces that move blades on, as far as they are logged."""
+    for course in seen:
+        force = _logged(moments, course.name) if course.kind == "scissors" else None
+        if force is not None:
+            yield HoldingForce(course.name, course.life, course.origin, force)
+
+
+def _logged(moments: Moments, tool: str) -> Floats | None:
+    """Return the force of a tool at all moments [N], shape (row, 3); None if none is logged."""
+    log = moments.trajectory.logs.get(f"force of {tool}")
+    if log is None or log.columns != AXES or not len(log.time):
+        return None
+    time, value = log.with_jumps()
+    axes = [np.interp(moments.times, time, value[:, axis]) for axis in range(3)]
+    return np.stack(axes, axis=1)

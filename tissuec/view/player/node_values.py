@@ -10,13 +10,14 @@ from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.fields import TISSUE, NodeField, fields_of
-from tissuec.view.player.film import usual_end
+from tissuec.view.player.film import SURE, usual_end
 from tissuec.view.player.options import Options
 from tissuec.view.player.rules import RULES, ramp
 
 MOST_VALUES = 4_000_000
 """Nodes times rows up to which pages contain all fields, and not only the chosen one."""
 _ROUNDING = 1e-6  # of the range of colours
+_DECADES = 4  # of a logarithmic scale, at most
 _SIGNED = 0.05
 """Part of the largest number by which others are below 0, in a field with a sign."""
 
@@ -30,7 +31,8 @@ class FieldValues(Struct, frozen=True, eq=False):
         low, high: The range of the colours, within which at least 98 % of the nodes are in
             each row.
         least, most: The range of all numbers.
-        usual: The range of the colours unless another one is chosen.
+        usual: The range of linear colours unless another one is chosen.
+        logarithmic: Whether colours follow the logarithms of numbers.
     """
 
     field: NodeField
@@ -40,6 +42,7 @@ class FieldValues(Struct, frozen=True, eq=False):
     least: float
     most: float
     usual: tuple[float, float]
+    logarithmic: bool = False
 
     @classmethod
     def of(cls, field: NodeField, value: Floats) -> "FieldValues":
@@ -56,6 +59,47 @@ class FieldValues(Struct, frozen=True, eq=False):
         low = -high if field.signed and bottom > _SIGNED * top else 0.0
         return cls(field, value, low, high, least, most, (low, high))
 
+    @property
+    def decades(self) -> tuple[float, float] | None:
+        """Return the usual range of a logarithmic scale; None where numbers are below 0.
+
+        It has all but the smallest 2 % of the numbers above 0, and at most ``_DECADES``.
+        """
+        low, high = self.usual
+        positive = self.value[self.value > 0.0]  # not those that are unknown
+        if low < 0.0 or not len(positive):
+            return None
+        least = max(float(np.quantile(positive, 1.0 - SURE)), high * 10.0**-_DECADES)
+        return min(float(f"{least:.1e}"), 0.1 * high), high
+
+    def on_logarithms(self) -> "FieldValues":
+        """Return this with colours that follow the logarithms of numbers.
+
+        Raises:
+            TissueError: Numbers are below 0.
+        """
+        if self.decades is None:
+            raise TissueError(
+                f"{self.field.name} has numbers below 0, for which there is no logarithmic "
+                "scale; omit --scale log"
+            )
+        low, high = self.decades
+        return replace(self, low=low, high=high, logarithmic=True)
+
+    def part(self, number: Floats) -> Floats:
+        """Return where numbers lie in the range of the colours, from 0 to 1, in their shape."""
+        if not self.logarithmic:
+            return np.clip((number - self.low) / (self.high - self.low), 0.0, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.log(np.maximum(number, 0.0) / self.low) / np.log(self.high / self.low)
+        return np.clip(ratio, 0.0, 1.0)
+
+    @property
+    def middle(self) -> float:
+        """Return the number in the middle of the colours, in the unit of the field."""
+        mean = 0.5 * (self.low + self.high)
+        return float(np.sqrt(self.low * self.high)) if self.logarithmic else mean
+
     def ranged(self, given: tuple[float, float] | None) -> "FieldValues":
         """Return this with another range of colours; without one, as it is."""
         if given is None:
@@ -65,7 +109,7 @@ class FieldValues(Struct, frozen=True, eq=False):
     @property
     def is_usual(self) -> bool:
         """Return whether nobody has chosen another range of colours."""
-        return (self.low, self.high) == self.usual
+        return (self.low, self.high) == (self.decades if self.logarithmic else self.usual)
 
     @property
     def is_signed(self) -> bool:
@@ -92,11 +136,15 @@ def chosen_field(nodes: DrawnNodes, options: Options) -> FieldValues | None:
         options: Options of the player.
 
     Raises:
-        TissueError: The result has no such field.
+        TissueError: The result has no such field, or it has no logarithms.
     """
     if options.field in (None, TISSUE):
         return None
-    return read_field(nodes, options.field).ranged(options.range)
+    found = read_field(nodes, options.field)
+    found = found.on_logarithms() if options.logarithmic else found
+    if options.logarithmic and options.range is not None and not options.range[0] > 0.0:
+        raise TissueError("a range of a logarithmic scale begins above 0: change --range")
+    return found.ranged(options.range)
 
 
 def read_field(nodes: DrawnNodes, name: str) -> FieldValues:
@@ -145,7 +193,7 @@ def field_colours(values: FieldValues, numbers: Floats) -> Floats:
     Args:
         numbers: In its unit, NaN where it is unknown, shape (…).
     """
-    part = np.clip((numbers - values.low) / (values.high - values.low), 0.0, 1.0)
+    part = values.part(numbers)
     known = np.isfinite(part)
     found = ramp(shades_of(values), 2.0 * np.where(known, part, 0.0).ravel() - 1.0)
     return np.where(known[..., None], found.reshape(*numbers.shape, 3), RULES.unknown)

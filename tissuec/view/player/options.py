@@ -21,6 +21,7 @@ class Options(Struct, frozen=True):
         field: Name of what colours the skin, one of ``fields.fields_of``; its tissues if None.
         range: From which to which number the colours of the field lead, in its SI unit; within
             which 98 % of the nodes are if None.
+        logarithmic: Whether these colours follow the logarithms of numbers.
         time: Its first time [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         speed: Playback speed, 1 is real time; chosen automatically if None.
@@ -34,6 +35,7 @@ class Options(Struct, frozen=True):
     colour: Colour | None = None
     field: str | None = None
     range: tuple[float, float] | None = None
+    logarithmic: bool = False
     time: float | None = None
     view: tuple[float, float] | None = None
     speed: float | None = None

@@ -181,6 +181,8 @@ def _described(values: FieldValues, pack: Pack) -> dict[str, Any]:
         "shown": (float(f"1e{values.scale.power}"), values.scale.unit),
         "range": (values.low, values.high),
         "usual": values.usual,
+        **({"decades": values.decades} if values.decades else {}),
+        **({"isLog": True} if values.logarithmic else {}),
         "extent": (values.least, values.most),
         "step": step,
     }
@@ -190,9 +192,10 @@ def levels(values: FieldValues) -> tuple[NDArray[np.int64], float]:
     """Return values as whole numbers of steps, shape (row, node), and the step in their unit.
 
     The least number is 1, and unknown ones are 0. A thousandth of the range of colours is a
-    step, unless there would be too many.
+    step, or of logarithmic colours a tenth of their low end, unless there would be too many.
     """
     size = max(abs(values.low), abs(values.high))
+    size = 0.1 * _COLOURS * values.low if values.logarithmic else size
     step = max(size / _COLOURS, (values.most - values.least) / _LEVELS)
     steps = np.where(np.isnan(values.value), -1.0, (values.value - values.least) / step)
     return np.rint(steps).astype(np.int64) + 1, step

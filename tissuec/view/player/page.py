@@ -200,6 +200,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("tints", np.rint(255.0 * film.tints).astype(np.int64).reshape(1, -1)),
         ("dots", film.dots.of[None]),
         ("held", film.held.rods.T),
+        ("rims", film.held.rims.T),
         ("cells", cells.tetrahedra),
         ("tissue", film.tissue[None]),
         ("curved", film.curved[None].astype(int)),
@@ -211,6 +212,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         "cells": cells.life,
         "dots": film.dots.life,
         "held": film.held.life,
+        "rims": film.held.rim_life,
         "patches": film.held.patches,
     }
     for name, life in lives.items():
@@ -241,7 +243,12 @@ def _tools(film: PlayerData, pack: Pack) -> dict[str, Any]:
         "instruments": [as_data(instrument) for instrument in film.instruments],
         "meshes": _meshes(film, pack),
         "pulls": [
-            {"point": one.point, "life": one.life, "shown": _shown(one.scale)}
+            {
+                "name": one.name,
+                "point": one.point,
+                "life": one.life,
+                "shown": _shown(one.scale),
+            }
             for one in film.resultants
         ],
     }
@@ -266,7 +273,7 @@ def _view(film: PlayerData, options: Options) -> dict[str, Any]:
     frame = framing(film)
     azimuth, elevation = options.view or viewpoint(frame.points)
     return {
-        "points": frame.points.tolist(),
+        "points": [[float(f"{value:.10g}") for value in point] for point in frame.points],
         "middle": frame.middle.tolist() if frame.follows else [],
         "size": frame.size,
         "azimuth": azimuth,

@@ -181,6 +181,8 @@ class Painter:
         yield self._threads(moment, shading)
         for mesh in self._nodes(moment):
             yield shading.body(mesh, rgb(palette.STEEL), RULES.gloss)
+        if self.setting.colours_skin:
+            yield shading.body(self._rims(moment), rgb(palette.INK), 0.0)
         if self.shows_springs:
             lines = self.film.lines
             is_spring = (lines.radius == 0.0) | lines.stitch
@@ -264,6 +266,14 @@ class Painter:
         for ends in (held, np.stack([dots, dots], axis=1)):
             first, second = (moment.position[one] for one in ends.T)
             yield capsules(first, second, np.full(len(ends), size), sides=16)
+
+    def _rims(self, moment: InterpolatedFrame) -> TriangleMesh:
+        """Return the edges around held patches, which the colours of a field do not show."""
+        held = self.film.held
+        ends = held.rims[is_there(held.rim_life, moment.at)]
+        first, second = (moment.position[one] for one in ends.T)
+        radius = np.full(len(ends), RULES.thick * self.setting.framing.size)
+        return capsules(first, second, radius, sides=8)
 
     def _arrows(self, moment: InterpolatedFrame) -> TriangleMesh:
         """Return the arrows of forces on nodes."""

@@ -78,7 +78,7 @@ def film_of(moments: Moments, options: Options) -> PlayerData:
     cells = _cells(trajectory, lives, options)
     strand = strands(thin, trajectory.ends)
     seen = courses(moments)
-    pulls = read_pulls(moments)
+    pulls = read_pulls(moments, seen)
     points = [*map(_carriers, seen), *(pull.place[:, None] for pull in pulls)]
     position, velocity = _motion(moments, thin, points)
     first = position.shape[1] - len(pulls)

@@ -9,7 +9,7 @@ import numpy as np
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
-from tissuec.core.palette import AMOUNT, GRID
+from tissuec.core.palette import AMOUNT, GRID, INK, PAPER
 from tissuec.core.scale import scale_of
 from tissuec.model.network import Floats
 from tissuec.scene.study import entries as study_entries
@@ -96,6 +96,7 @@ def _finish(axis: FactorAxis, sheet: Canvas, panels: "Sequence[Axes]") -> None:
 
 
 FEWEST = 5  # numbers of each factor
+_MOST_CELLS = 10  # along a side, into which numbers fit
 
 
 @PLOTS.member("heat-map")
@@ -158,14 +159,52 @@ def _draw_map(
     axes.grid(visible=False)
     mesh = axes.pcolormesh(*map(_edges, levels), np.ma.masked_invalid(values), cmap=colours)
     sheet.figure.colorbar(mesh, ax=axes, label=scale.label(measure.name))
-    for side, name in zip(sides, "xy", strict=True):
+    for side, name, own in zip(sides, "xy", levels, strict=True):
         side.mark(axes, name)
+        if _is_even(own):
+            ticks: Any = axes.set_xticks if name == "x" else axes.set_yticks
+            texts = [side.words[int(one)] if side.words else f"{one:.4g}" for one in own]
+            ticks(range(len(own)), texts)
+        elif _is_geometric(own):
+            axes.set(**{f"{name}scale": "log"})
+    if all(map(_is_even, levels)):
+        _write_numbers(axes, values, mesh)
+
+
+def _write_numbers(axes: "Axes", values: Floats, mesh: Any) -> None:
+    """Write the numbers into the cells, shape (row, column)."""
+    for (row, column), value in np.ndenumerate(values):
+        if np.isfinite(value):
+            dark = float(np.dot(mesh.cmap(mesh.norm(value))[:3], (0.3, 0.6, 0.1))) < 0.5
+            axes.text(
+                column, row, f"{value:.3g}", ha="center", va="center", fontsize=7.5,
+                color=PAPER if dark else INK,
+            )  # fmt: skip
+
+
+def _is_even(levels: Floats) -> bool:
+    """Return whether levels have cells of one size, beside which each number is written."""
+    return len(levels) <= _MOST_CELLS
+
+
+def _is_geometric(levels: Floats) -> bool:
+    """Return whether ratios of levels are more alike than their differences."""
+    if levels[0] <= 0.0:
+        return False
+    spread = (np.ptp(step) / step.mean() for step in map(np.diff, (np.log(levels), levels)))
+    return bool(next(spread) < next(spread))
 
 
 def _edges(levels: Floats) -> Floats:
     """Return the borders of the cells around levels, shape (level + 1,)."""
-    if len(levels) == 1:
-        return np.array([levels[0] - 0.5, levels[0] + 0.5])
+    if _is_even(levels):
+        return np.linspace(-0.5, len(levels) - 0.5, len(levels) + 1)
+    if _is_geometric(levels):
+        return np.asarray(np.exp(_between(np.log(levels))), dtype=float)
+    return _between(levels)
+
+
+def _between(levels: Floats) -> Floats:
     middle = 0.5 * (levels[1:] + levels[:-1])
     return np.concatenate([[2 * levels[0] - middle[0]], middle, [2 * levels[-1] - middle[-1]]])
 

@@ -33,12 +33,25 @@ class NodeField {
   constructor(film, arrays, spec) {
     Object.assign(this, spec, { film, arrays, packed: arrays[`field ${spec.name}`] });
     [this.divisor, this.unit] = spec.shown;
-    if (spec.usual.every((end, k) => end === spec.range[k])) this.range = this.usual;
+    if (this.whole.every((end, k) => end === spec.range[k])) this.range = this.whole;
     if (spec.name === "displacement") this.step = film.step;
     if (spec.name === "force") this.step = film.most.force / film.steps.force;
   }
 
   get isSigned() { return this.range[0] < 0; }
+
+  // The range of the colours unless another one is chosen.
+  get whole() { return this.isLog ? this.decades : this.usual; }
+
+  // The number in the middle of the colours.
+  get middle() { return this.isLog ? Math.sqrt(this.range[0] * this.range[1]) : (this.range[0] + this.range[1]) / 2; }
+
+  // Return where a number lies in the range of the colours, from 0 to 1; as fieldColour in shared.glsl.
+  part(value) {
+    const [low, high] = this.range;
+    const part = this.isLog ? Math.log(Math.max(value, 1e-37) / low) / Math.log(high / low) : (value - low) / (high - low);
+    return Math.max(0, Math.min(1, part));
+  }
 
   // Whether there are numbers below and above the range, by more than rounding.
   get beyond() {

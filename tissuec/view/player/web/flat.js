@@ -62,7 +62,7 @@ class FlatStage {
   showField(field, frame, next, mixing) {
     this.colourOf = null;
     if (!field) return;
-    const [from, to] = [frame, next].map((row) => field.fill(row)), [low, high] = field.range;
+    const [from, to] = [frame, next].map((row) => field.fill(row));
     const shades = shadesOf(field, this.film.looks, this.look);
     const at = (node) => from[node] + mixing * (to[node] - from[node]);
     // Of the mean of nodes, or of a place on the way from the first to the second.
@@ -70,7 +70,7 @@ class FlatStage {
       const mean = () => nodes.reduce((sum, node) => sum + at(node), 0) / nodes.length;
       const value = part === null ? mean() : at(nodes[0]) + part * (at(nodes[1]) - at(nodes[0]));
       if (value < UNKNOWN / 10) return [1, 1, 1].map((value) => value * this.film.rules.unknown);
-      return shadeAt(shades, Math.max(0, Math.min(1, (value - low) / (high - low))));
+      return shadeAt(shades, field.part(value));
     };
   }
 

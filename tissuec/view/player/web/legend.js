@@ -9,19 +9,23 @@ const legend = {
     const ends = [byId("low"), byId("high")];
     const take = () => {
       const { chosen: field } = this, range = ends.map((end) => end.valueAsNumber * field.divisor);
-      const isRange = range[0] < range[1];
-      for (const end of ends) end.setCustomValidity(isRange ? "" : "The first number must be the smaller one.");
+      const isRange = range[0] < range[1] && (!field.isLog || range[0] > 0);
+      const what = `The first number must be the smaller one${field.isLog ? " and above 0" : ""}.`;
+      for (const end of ends) end.setCustomValidity(isRange ? "" : what);
       if (!isRange) return;
       field.range = range;
       this.showField();
       this.refresh();
     };
     for (const end of ends) end.addEventListener("change", take);
-    byId("usual").addEventListener("click", () => {
-      this.chosen.range = this.chosen.usual;
+    const reset = () => {
+      this.chosen.isLog = byId("log").checked;
+      this.chosen.range = this.chosen.whole;
       this.showField();
       this.refresh();
-    });
+    };
+    byId("usual").addEventListener("click", reset);
+    byId("log").addEventListener("change", reset);
   },
 
   // The field that colours the skin; null where its tissues do.
@@ -35,7 +39,8 @@ const legend = {
     box.hidden = !field;
     if (!field) return;
     const { divisor, unit, range } = field, [low, high] = range;
-    const numbers = [low, (low + high) / 2, high], texts = apart(numbers.map((value) => value / divisor));
+    const numbers = [low, field.middle, high].map((value) => value / divisor);
+    const texts = field.isLog ? numbers.map((value) => `${Number(value.toPrecision(2))}`) : apart(numbers);
     const [isUnder, isOver] = field.beyond;
     const shades = shadesOf(field, this.film.looks, this.look).map(css);
     byId("ramp").style.background = `linear-gradient(90deg,${shades.join(",")})`;
@@ -51,14 +56,16 @@ const legend = {
       end.setCustomValidity("");
       end.setAttribute("aria-label", `${k ? "Upper" : "Lower"} end of the colours${unit ? ` in ${unit}` : ""}`);
     });
-    byId("usual").disabled = range === field.usual;
+    byId("usual").disabled = range === field.whole;
+    byId("log").checked = field.isLog;
+    byId("log").disabled = !field.decades;
   },
 
   // Say which numbers the colours do not tell apart.
-  clipped({ divisor, unit, range, usual, extent, beyond }) {
+  clipped({ divisor, unit, range, usual, isLog, extent, beyond }) {
     const text = (value) => `${digits(value / divisor)} ${unit}`.trim();
     const parts = [];
-    if (range === usual && beyond.includes(true)) parts.push("colours cover 98 % of the values");
+    if (range === usual && !isLog && beyond.includes(true)) parts.push("colours cover 98 % of the values");
     if (beyond[1]) parts.push(`largest: ${text(extent[1])}`);
     if (beyond[0]) parts.push(`smallest: ${text(extent[0])}`);
     return parts.join("; ");

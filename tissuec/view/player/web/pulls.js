@@ -1,4 +1,4 @@
-// Resultant forces with their numbers, drawn over the picture.
+// Resultant forces with their names and numbers, drawn over the picture.
 
 const LETTER = 7, LINE = 15;  // pixels: width and height of letters
 const LABELLED = ["triad", "ruler", "value", "handle"];  // what labels keep clear of
@@ -26,7 +26,7 @@ class Pulls {
     const between = [frame, next, next > frame ? moment - frame : 0], points = arrays.position.width / 3;
     const { rules } = film, step = film.most.pull / film.steps.pull, reach = (rules.pull * film.view.size) / film.most.pull;
     const placing = new Placing(wide, high, boxesIn(box.parentElement, LABELLED.map(byId)));
-    film.pulls.forEach(({ point, life, shown: [divisor, unit] }, i) => {
+    film.pulls.forEach(({ name, point, life, shown: [divisor, unit] }, i) => {
       const group = box.children[i], [path, text] = group.children;
       const force = this.at(arrays.pulls, i, film.pulls.length, between, step, [0, 0, 0]), size = Math.hypot(...force);
       const isThere = life[0] <= moment && moment < life[1] && size > rules.least * film.most.pull;
@@ -43,7 +43,7 @@ class Pulls {
       const head = Math.min(9, 0.6 * long), wing = (away, side) => `${tip[0] - away * u - side * v},${tip[1] - away * v + side * u}`;
       const mark = isCut ? `M${wing(head + 4, 5)}L${wing(head + 4, -5)}` : "";  // the arrow is longer than the picture
       path.setAttribute("d", `M${a[0]},${a[1]}L${wing(head, 0)}M${wing(0, 0)}L${wing(head, 4)}L${wing(head, -4)}Z${mark}`);
-      text.textContent = `${digits(size / divisor)} ${unit}`;
+      text.textContent = `${name} ${digits(size / divisor)} ${unit}`;
       const [left, middle] = placing.beside([tip[0], tip[1] + 10 * v], [LETTER * text.textContent.length, LINE], u >= 0, 6);
       text.setAttribute("x", left);
       text.setAttribute("y", middle);

@@ -40,11 +40,14 @@ uniform vec2 haze;  // distances from the eye at which it begins, and is thickes
 uniform sampler2D colours;
 uniform int ramp;  // row of the colours of the field; -1 without a field
 uniform vec2 range;  // numbers at the ends of its colours
+uniform int isLog;  // whether these follow logarithms
 
 // The colour of a number of the field; grey where it is unknown.
 vec3 fieldColour(float value) {
   if (value < -1e37) return vec3(UNKNOWN);
-  float part = clamp((value - range.x) / (range.y - range.x), 0.0, 1.0);
+  float part = isLog == 1 ? log(max(value, 1e-37) / range.x) / log(range.y / range.x)
+    : (value - range.x) / (range.y - range.x);
+  part = clamp(part, 0.0, 1.0);
   return texelFetch(colours, ivec2(int(round(255.0 * part)), ramp), 0).rgb;
 }
 

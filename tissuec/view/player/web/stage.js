@@ -152,6 +152,8 @@ class Stage {
     this.seams = this.solids(capsule, this.stitches.ends, this.stitches.life, this.stitches.radius);
     const marks = (ends, life) => this.solids(capsule, ends, life, new Float32Array(life.length / 2).fill(marker));
     this.held = marks(table(arrays.held, Int32Array), lives(arrays["life of held"]));
+    const rims = lives(arrays["life of rims"]), thin = new Float32Array(rims.length / 2).fill(rules.thick * film.view.size);
+    this.rims = this.solids(capsule, table(arrays.rims, Int32Array), rims, thin);
     const dots = Array.from(arrays.dots.data, (value) => arrays.dots.low + value);
     this.dots = marks(dots.flatMap((node) => [node, node]), lives(arrays["life of dots"]));
     this.arrows = this.solids(arrowMesh(), null, null, []);
@@ -188,7 +190,7 @@ class Stage {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.places.show(frames, span).bind();
-    if (shown.tools) this.drawSolids(common, looks);
+    if (shown.tools) this.drawSolids(common, looks, isDark ? looks.ink_dark : looks.ink);
     if (shown.section && shown.surface !== "none") this.cap.draw(common, shown.section, isDark ? looks.ink_dark : looks.ink);
     if (shown.surface === "solid") this.drawSkins(common, frames, 1, form);
     this.lines.part = 1;
@@ -203,11 +205,11 @@ class Stage {
 
   // Have the numbers of a field ready for shaders, and return what these have to know of it.
   showField(field, frame, next) {
-    if (!field) return { ramp: -1 };
+    if (!field) return { ramp: -1, isLog: 0 };
     if (this.field !== field) this.values.keys = [null, null];
     this.field = field;
     this.values.show(frame, next).bind(UNITS.value0);
-    return { ramp: field.isSigned ? 0 : 2, range: field.range };
+    return { ramp: field.isSigned ? 0 : 2, range: field.range, isLog: field.isLog ? 1 : 0 };
   }
 
   drawSkins(common, frames, opacity, form) {
@@ -250,13 +252,15 @@ class Stage {
     gl.drawElementsInstanced(gl.TRIANGLES, solids.indices, gl.UNSIGNED_SHORT, 0, solids.count);
   }
 
-  drawSolids(common, looks) {
+  drawSolids(common, looks, ink) {
     const { rules, view } = this.film, whole = { ...common, cut: WHOLE, ramp: -1 };
     this.drawRound(this.tools, whole, looks.steel);
     this.drawRound(this.openings, whole, looks.steel, rules.opening * view.size);
     this.instruments.draw(whole, looks);
     this.drawRound(this.threads, common, looks.silk);
     this.drawRound(this.held, { ...common, ramp: -1 }, looks.steel);
+    // Where colours are those of a field, what is held has a rim.
+    if (common.ramp >= 0) this.drawRound(this.rims, { ...common, ramp: -1 }, ink);
   }
 
   drawForces(common, frame, next, reach) {
