@@ -87,7 +87,13 @@ class FieldValues(Struct, frozen=True, eq=False):
         return replace(self, low=low, high=high, logarithmic=True)
 
     def part(self, number: Floats) -> Floats:
-        """Return where numbers lie in the range of the colours, from 0 to 1, in their shape."""
+        """Return where numbers lie in the range of the colours, in their shape.
+
+        Dimensionless, from 0 to 1.
+
+        Args:
+            number: In the unit of the field.
+        """
         if not self.logarithmic:
             return np.clip((number - self.low) / (self.high - self.low), 0.0, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
