@@ -1,6 +1,7 @@
 """Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -8,6 +9,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
+from tissuec.core.arrays import SAME_PLACE
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
@@ -53,6 +55,7 @@ class PointScope(InnerScope):
     Args:
         constants: Scope of the scene's own numbers.
         position: The points [m], shape (point, 3).
+        size: Largest side of what is drawn [m]; by default, of the box around the points.
         ids: Ids of the author, shape (point,); None where nothing has ids yet.
         length: Lengths of springs [m], shape (point,); None for nodes.
         regions: Membership of each point in each region, by key of its name.
@@ -66,6 +69,7 @@ class PointScope(InnerScope):
         constants: Scope,
         position: Floats,
         *,
+        size: float | None = None,
         ids: Indices | None = None,
         length: Floats | None = None,
         regions: Mapping[str, Mask] | None = None,
@@ -75,6 +79,7 @@ class PointScope(InnerScope):
     ):
         super().__init__(constants)
         self.position = position
+        self.size = largest_side(position) if size is None else size
         self.columns = {
             name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")
         }
@@ -98,6 +103,26 @@ class PointScope(InnerScope):
 
     def names(self) -> Sequence[str]:
         return (*self.columns, *self.constants.names())
+
+    def rounding(self, left: Value, right: Value) -> float:
+        if not (left.is_many or right.is_many):
+            return 0.0
+        power = left.dimension.length
+        if power <= 0.0 or left.dimension != LENGTH**power:
+            sizes = (np.abs(one.amount).max(initial=0.0) for one in (left, right))
+            return SAME_PLACE * float(max(sizes))
+        return self.near * max(self.size, self.far) ** (power - 1.0)
+
+    @cached_property
+    def far(self) -> float:
+        """Return the largest coordinate [m]."""
+        return float(np.abs(self.position).max(initial=0.0))
+
+    @property
+    def near(self) -> float:
+        """Return the distance below which places are the same [m]."""
+        # Coordinates far from the origin are rounded by more.
+        return SAME_PLACE * self.size + 8.0 * np.finfo(float).eps * self.far
 
     def test(self, node: s.Expression) -> Truth:
         match node:
@@ -163,8 +188,7 @@ class PointScope(InnerScope):
         if np.any(centre.amount):
             self.expect(centre, LENGTH, node.centre.span, what="the centre")
         distance = np.linalg.norm(self.position - centre.amount, axis=1)
-        # A point drawn exactly on the sphere belongs to it, whatever the rounding.
-        return distance <= radius.amount * (1 + 1e-12)
+        return distance <= radius.amount + self.near
 
     def _in_region(self, node: s.Is) -> Truth:
         result = np.zeros(len(self.position), dtype=bool)
@@ -200,6 +224,15 @@ class PointScope(InnerScope):
             )
         inside = self.groups[alike[0]]
         return ~inside if node.phrase.kind == "not" else inside
+
+
+def largest_side(position: Floats) -> float:
+    """Return the largest side of the box around points [m]; 0 without any.
+
+    Args:
+        position: The points [m], shape (point, 3).
+    """
+    return float(np.ptp(position, axis=0).max()) if len(position) else 0.0
 
 
 def extents(position: Floats) -> str:

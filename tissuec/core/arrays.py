@@ -6,6 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+#: Of the size of a drawing: places that are nearer to each other are the same but for rounding.
+SAME_PLACE = 1e-9
+
 
 def uniform(values: NDArray[Any]) -> NDArray[Any]:
     """Return values as they are or, if all are equal, as a read-only view of one value.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.tables import ExplicitBody, read_tables
 from tissuec.compiler.bodies.threads import knot_pairs, thread_of
-from tissuec.compiler.selections import Mask, PointScope, extents
+from tissuec.compiler.selections import Mask, PointScope, extents, largest_side
 from tissuec.core.errors import Note, counted
 from tissuec.core.fields import UnfitEntries
 from tissuec.core.hints import Edit, Hint, alternatives
@@ -307,6 +307,7 @@ def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope
     return PointScope(
         scope,
         ends.mean(axis=1),
+        size=largest_side(mesh.position),
         ids=drawing.columns.spring_ids,
         length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
         regions={name: inside(nodes) for name, nodes in drawing.regions.items()},

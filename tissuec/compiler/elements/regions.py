@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tissuec.compiler.selections import Mask, PointScope
+from tissuec.compiler.selections import Mask, PointScope, largest_side
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
@@ -41,6 +41,7 @@ def regions_of_elements(
         centre = PointScope(
             scope,
             mesh.position[one.nodes].mean(axis=1),
+            size=largest_side(mesh.position),
             surface=None if surface is None else whole(surface),
             groups={name: whole(mask) for name, mask in groups.items()},
         )

@@ -51,6 +51,8 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
     "==": np.equal,
     "!=": np.not_equal,
 }
+#: The sign that says the same with both sides exchanged.
+_EXCHANGED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 _EXTREMES = {"min": np.minimum, "max": np.maximum}
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
 
@@ -403,7 +405,7 @@ class Scope:
             case s.Compare():
                 left, right = self.number(node.left), self.number(node.right)
                 self._same("cannot compare", left, right, node.right.span)
-                return np.asarray(_COMPARE[node.sign](left.amount, right.amount))
+                return self._compared(left, node.sign, right)
             case s.Between():
                 value, low, high = (
                     self.number(part) for part in (node.subject, node.low, node.high)
@@ -412,9 +414,34 @@ class Scope:
                 self._same("cannot compare", value, high, node.high.span)
                 if self.is_known and np.any(low.amount > high.amount):
                     self.refuse_reversed(node.low.span, node.high.span)
-                return np.asarray((low.amount <= value.amount) & (value.amount <= high.amount))
+                return self._compared(value, ">=", low) & self._compared(value, "<=", high)
             case _:
                 return self.test(node)
+
+    def _compared(self, left: Value, sign: str, right: Value) -> Truth:
+        """Return the truth of a comparison, shape () or (item,).
+
+        Numbers that are as near to each other as ``rounding`` are equal, so that of "<", "=="
+        and ">" one alone is true of every item.
+        """
+        near = self.rounding(left, right)
+        if near == 0.0:
+            return np.asarray(_COMPARE[sign](left.amount, right.amount))
+        if not left.is_many:  # the limit is widened, the same one whatever the sign
+            left, sign, right = right, _EXCHANGED[sign], left
+        value, limit = left.amount, right.amount
+        if sign in ("==", "!="):
+            is_equal = (limit - near <= value) & (value <= limit + near)
+            return np.asarray(is_equal if sign == "==" else ~is_equal)
+        widened = limit + near if sign in ("<=", ">") else limit - near
+        return np.asarray(_COMPARE[sign](value, widened))
+
+    def rounding(self, left: Value, right: Value) -> float:
+        """Return the difference of two sides of a comparison that rounding alone may cause.
+
+        It has their unit, and is 0 of numbers that are written or measured.
+        """
+        return 0.0
 
     def refuse_reversed(self, low: Span, high: Span) -> NoReturn:
         """Reject limits whose lower one is above the upper one."""

@@ -19,6 +19,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import SAME_PLACE
 from tissuec.geometry.blade_sections import (
     MetEdges,
     SectionWidths,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from tissuec.forces.elements import SolidElements
     from tissuec.forces.membranes import Membranes
 
-ON_PLANE = 1e-9
+ON_PLANE = SAME_PLACE
 
 
 class Blade(Struct, frozen=True, eq=False):
