@@ -17,7 +17,7 @@ body organ {{
   }}
   tissue is gel
 }}
-set foot = nodes of organ where z < 1 um
+set foot = nodes of organ where z == 0 mm
 tool finger {{ kind is probe; centre = {centre}; radius = 5 mm }}
 environment {{ gravity = {gravity}; contact is tools only; friction = 0 }}
 script {{ at 0 s: fix foot }}

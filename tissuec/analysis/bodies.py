@@ -79,6 +79,19 @@ class Vibration(Struct, frozen=True):
         return (ratio + sqrt(ratio * ratio - 1.0)) / omega
 
 
+class RegionProperties(Struct, frozen=True):
+    """How large a region of elements is.
+
+    Attributes:
+        size: Volume [m³], or area of a wall [m²], of the elements that belong to it.
+        written: That in which its condition holds, within the body.
+    """
+
+    name: str
+    size: float
+    written: float
+
+
 class BodyProperties(Struct, frozen=True):
     """Properties of a body, found from its net; None where one does not apply.
 
@@ -101,6 +114,7 @@ class BodyProperties(Struct, frozen=True):
         notes: What is left out, and why, as sentences.
         element_quality: The worst and the mean quality of tetrahedra that it is made of, of 1
             if they are regular.
+        regions: Those of a body that consists of elements.
     """
 
     name: str
@@ -120,6 +134,7 @@ class BodyProperties(Struct, frozen=True):
     notes: tuple[str, ...] = ()
     elements: int = 0
     element_quality: tuple[float, float] | None = None
+    regions: tuple[RegionProperties, ...] = ()
 
     def __repr__(self) -> str:
         made = f" of {', '.join(self.tissues)}" if self.tissues else ""
@@ -272,7 +287,14 @@ class _Examined:
             notes=tuple(self.notes),
             elements=part.elements,
             element_quality=self._quality(),
+            regions=tuple(self._regions()),
         )
+
+    def _regions(self) -> Iterator[RegionProperties]:
+        from tissuec.compiler.elements.region_sizes import region_sizes  # where there are any
+
+        for one in region_sizes(self.drawing) if self.drawing.body.regions else ():
+            yield RegionProperties(one.name, one.size, one.written)
 
     def _quality(self) -> tuple[float, float] | None:
         """Return the worst and the mean quality of tetrahedra that are elements."""

@@ -13,6 +13,7 @@ from tissuec.core.arrays import SAME_PLACE
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
+from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.reading.expressions import InnerScope, Scope, Truth
 from tissuec.scene.reading.values import Value
@@ -224,6 +225,24 @@ class PointScope(InnerScope):
             )
         inside = self.groups[alike[0]]
         return ~inside if node.phrase.kind == "not" else inside
+
+
+def surface_mask(mesh: Mesh) -> Mask | None:
+    """Return which nodes lie on the skin, shape (node,); None where there is none."""
+    if not len(mesh.skin):
+        return None
+    mask = np.zeros(len(mesh.position), dtype=bool)
+    mask[mesh.skin.ravel()] = True
+    return mask
+
+
+def group_masks(mesh: Mesh) -> dict[str, Mask]:
+    """Return which nodes belong to each group of a file, shape (node,), by its name."""
+    masks: dict[str, Mask] = {}
+    for name, nodes in mesh.groups.items():
+        masks[name] = np.zeros(len(mesh.position), dtype=bool)
+        masks[name][nodes] = True
+    return masks
 
 
 def largest_side(position: Floats) -> float:

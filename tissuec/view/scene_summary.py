@@ -12,6 +12,7 @@ from tissuec.core.data import as_data
 from tissuec.core.errors import counted, shown_size
 from tissuec.core.report import Fact, FactSection, FactTable, Part
 from tissuec.core.units import (
+    AREA,
     DENSITY,
     FORCE,
     LENGTH,
@@ -20,6 +21,7 @@ from tissuec.core.units import (
     STIFFNESS,
     TIME,
     VELOCITY,
+    VOLUME,
     Dimension,
     show,
 )
@@ -51,6 +53,10 @@ def body_section(body: BodyProperties) -> FactSection:
 def _rows(body: BodyProperties) -> Iterator[Row]:
     """Yield quantity, value and remark of all that is known of a body."""
     yield "mass", show(body.mass, MASS), _size(body)
+    dimension = AREA if body.kind == "wall" else VOLUME
+    for region in body.regions:
+        remark = f"in elements; its condition holds in {show(region.written, dimension)}"
+        yield f"region {region.name}", show(region.size, dimension), remark
     if body.element_quality is not None:
         worst, mean = body.element_quality
         remark = "of tetrahedra; 1 if all edges are equally long, 0 if flat"

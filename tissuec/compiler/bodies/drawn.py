@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.tables import ExplicitBody, read_tables
 from tissuec.compiler.bodies.threads import knot_pairs, thread_of
-from tissuec.compiler.selections import Mask, PointScope, extents, largest_side
+from tissuec.compiler.selections import (
+    Mask,
+    PointScope,
+    extents,
+    group_masks,
+    largest_side,
+    surface_mask,
+)
 from tissuec.core.errors import Note, counted
 from tissuec.core.fields import UnfitEntries
 from tissuec.core.hints import Edit, Hint, alternatives
@@ -41,7 +48,8 @@ class Drawing(Struct, frozen=True, eq=False):
     Attributes:
         body: What is drawn.
         columns: Ids, and what tables give for nodes and springs.
-        regions: Membership of each node in each region, by key of its name.
+        regions: Membership of each node in each region, by key of its name; of elements, a node
+            belongs to the regions of all elements around it.
         part: Number of each node's region from 1, 0 without one, shape (node,).
         length: Drawn length of each spring [m], shape (spring,).
         own: How many springs the mesh itself has, with that of its knot; those after them
@@ -110,29 +118,22 @@ def _as_described(body: Body, scope: Scope) -> Drawing:
     thread, own = thread_of(body.mesh, columns.mesh.ends), len(columns.mesh.ends)
     if body.bending is not None:
         columns = columns.with_springs(_bending(body, columns.mesh, scope.findings))
-    mesh = columns.mesh
-    regions = _select_regions(body, mesh, scope)
-    part = np.zeros(len(mesh.position), dtype=np.int32)
-    for number, inside in enumerate(regions.values(), start=1):
-        part[inside] = number
-    length = _lengths(body, mesh, thread, scope.findings)
-    drawing = Drawing(body, mesh, columns, regions, part, length, own, thread, scope=scope)
+    mesh, element_part = columns.mesh, None
     if body.elements is not None and mesh.elements:
         from tissuec.compiler.elements.regions import regions_of_elements
 
-        where = [region.where for region in body.regions]
-        masks = surface_mask(mesh), group_masks(mesh)
-        element_part = regions_of_elements(mesh, where, scope, *masks)
-        for number, region in enumerate(body.regions, start=1):
-            if not (element_part == number).any():
-                scope.findings.reject(
-                    "TIS302",
-                    f'the region "{region.name}" contains the centre of no element',
-                    region.span,
-                    hint="change its limits, or use smaller cells",
-                )
-        return replace(drawing, element_part=element_part)
-    if not body.spring_parts:
+        element_part, part, regions = regions_of_elements(body, mesh, scope)
+    else:
+        regions = _select_regions(body, mesh, scope)
+        part = np.zeros(len(mesh.position), dtype=np.int64)
+        for number, inside in enumerate(regions.values(), start=1):
+            part[inside] = number
+    length = _lengths(body, mesh, thread, scope.findings)
+    drawing = Drawing(
+        body, mesh, columns, regions, part.astype(np.int32), length, own, thread,
+        element_part=element_part, scope=scope,
+    )  # fmt: skip
+    if element_part is not None or not body.spring_parts:
         return drawing
     return replace(drawing, spring_part=_select_springs(drawing, scope))
 
@@ -264,24 +265,6 @@ def _built(body: Body) -> Mesh:
     return body.mesh.build(for_matter=any(YOUNGS_MODULUS in one.given for one in body.tissues))
 
 
-def surface_mask(mesh: Mesh) -> Mask | None:
-    """Return which nodes lie on the skin, shape (node,); None where there is none."""
-    if not len(mesh.skin):
-        return None
-    mask = np.zeros(len(mesh.position), dtype=bool)
-    mask[mesh.skin.ravel()] = True
-    return mask
-
-
-def group_masks(mesh: Mesh) -> dict[str, Mask]:
-    """Return which nodes belong to each group of a file, shape (node,), by its name."""
-    masks: dict[str, Mask] = {}
-    for name, nodes in mesh.groups.items():
-        masks[name] = np.zeros(len(mesh.position), dtype=bool)
-        masks[name][nodes] = True
-    return masks
-
-
 def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
     """Return the nodes of a body as points, or the midpoints of its springs.
 
@@ -349,7 +332,7 @@ def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
                     "TIS311",
                     f"regions {other.name} and {region.name} share {counted(common, 'node')}",
                     region.span,
-                    hint=f"append to one of them: and not region is {other.name}, "
+                    hint=f"append to one of them: and not ({other.where.span.one_line}), "
                     "or change the limits",
                     notes=(Note("the other region", other.span),),
                 )

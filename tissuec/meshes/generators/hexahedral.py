@@ -31,6 +31,11 @@ class Hexahedral(Struct, frozen=True, eq=False):
         """Return whether the mesh encloses volume: always."""
         return True
 
+    @property
+    def shape_volume(self) -> float | None:
+        """The volume of the shape that is filled [m³]; None where it is not computed."""
+        return None
+
     @abstractmethod
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""

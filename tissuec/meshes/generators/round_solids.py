@@ -25,6 +25,20 @@ from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
 from tissuec.meshes.generators.hexahedral import Hexahedral, RoundCells, in_order_of_vtk
 from tissuec.meshes.generators.joining import require_limits
 
+
+def _cone(axis: Axis, first: float, last: float) -> float | None:
+    """Return the volume of a straight cone between two radii [m³]; None of a curved one.
+
+    Args:
+        axis: Points that it leads through [m], shape (point, 3).
+        first, last: Radii at its ends [m].
+    """
+    if len(axis) > 2:
+        return None
+    long = float(np.linalg.norm(np.asarray(axis[1]) - np.asarray(axis[0])))
+    return np.pi * long * (first**2 + first * last + last**2) / 3.0
+
+
 #: For each of the two directions across the axis, whether only the positive half is drawn.
 CYLINDER_PARTS = {"whole": (False, False), "half": (False, True), "quarter": (True, True)}
 
@@ -66,6 +80,12 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
         if self.part != "whole" and len(self.axis) > 2:
             raise ValueError(f'"part is {self.part}" needs a straight axis')
         self._line.require_rings(self._along + 1, self.radius, self._last)
+
+    @property
+    def shape_volume(self) -> float | None:
+        """The volume of a straight cylinder or cone, or of its part [m³]; None of a curve."""
+        whole = _cone(self.axis, self.radius, self._last)
+        return whole and whole / 2 ** sum(CYLINDER_PARTS[self.part])
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -154,6 +174,12 @@ class Ellipsoid(Hexahedral, frozen=True, eq=False):
         if not (np.asarray(self.radii) > 0.0).all():
             raise ValueError('"radii" must be three lengths above 0 m')
 
+    @property
+    def shape_volume(self) -> float | None:
+        """The volume of the ellipsoid, or of its part [m³]."""
+        whole = 4.0 / 3.0 * np.pi * float(np.prod(self.radii))
+        return whole / 2 ** sum(BALL_PARTS[self.part])
+
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
         return self._round.counts()
@@ -233,6 +259,14 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
                 f'"sides" must be a multiple of {PARTS[self.part]} for "part is {self.part}"'
             )
         self._line.require_rings(self.rings, *self._radii[1])
+
+    @property
+    def shape_volume(self) -> float | None:
+        """The volume of a straight tube, or of its part [m³]; None of a curve."""
+        inner, outer = (_cone(self.axis, *radii) for radii in self._radii)
+        if inner is None or outer is None:
+            return None
+        return (outer - inner) / PARTS[self.part]
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""

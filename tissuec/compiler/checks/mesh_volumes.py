@@ -1,0 +1,62 @@
+"""Checks of volumes: cells that end elsewhere than what they stand for."""
+
+from collections.abc import Iterator
+
+from tissuec.compiler.bodies.drawn import Drawing
+from tissuec.compiler.checks import check
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import Diagnostic
+from tissuec.core.names import key_of
+from tissuec.core.units import AREA, VOLUME, show, show_in
+from tissuec.meshes.generators.hexahedral import Hexahedral
+
+MOST = 0.1  # by which a volume may differ
+
+
+@check
+def other_volumes(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W213: regions and round bodies whose cells have another volume than is written."""
+    for part in compiled.network.bodies:
+        drawing = compiled.groups.bodies[key_of(part.name)].drawing
+        yield from _of_shape(drawing)
+        if not drawing.body.regions or drawing.element_part is None:
+            continue
+        from tissuec.compiler.elements.region_sizes import region_sizes
+
+        dimension = AREA if drawing.body.is_wall else VOLUME
+        for one in region_sizes(drawing):
+            if abs(one.size - one.written) <= MOST * one.written:
+                continue
+            size = show(one.size, dimension)
+            written = show_in(one.written, size.split()[1])
+            yield Diagnostic(
+                "W213",
+                f"the elements of the region {one.name} have {size}, its condition "
+                f"holds in {written}",
+                one.span,
+                "an element belongs to the region in which its centre lies: use cells that end "
+                "at the limits of the region, or smaller ones",
+            )
+
+
+def _of_shape(drawing: Drawing) -> Iterator[Diagnostic]:
+    """Yield a warning of a round body whose cells have another volume than its shape."""
+    body, mesh = drawing.body, drawing.mesh
+    if not isinstance(body.mesh, Hexahedral) or mesh.volume is None:
+        return
+    shape = body.mesh.shape_volume
+    if shape is None:
+        return
+    for placement in (body.mesh_placement, body.placement):
+        shape *= 1.0 if placement is None else placement.volume
+    size = float(mesh.volume.sum())
+    if abs(size - shape) > MOST * shape:
+        share = f"{100.0 * abs(size / shape - 1.0):.0f} %"
+        which = "less" if size < shape else "more"
+        yield Diagnostic(
+            "W213",
+            f"{body.name} has {show(size, VOLUME)}, {share} {which} than its shape "
+            f"({show(shape, VOLUME)}), and so has its mass",
+            body.span,
+            "use smaller cells, or more sides: corners of cells lie on the round surface",
+        )
