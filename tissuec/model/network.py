@@ -474,6 +474,11 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return shown
 
     @property
+    def bears(self) -> NDArray[np.bool_]:
+        """Return which springs can bear a force, shape (spring,); edges of elements do not."""
+        return (self.springs.stiffness > 0.0) | (self.springs.law > 0)
+
+    @property
     def bends(self) -> NDArray[np.bool_]:
         """Return which springs resist bending only, shape (spring,)."""
         bends = np.zeros(self.spring_count, dtype=bool)

@@ -67,11 +67,41 @@ def test_areas_of_tissues_add_up(film):
     assert areas["skin"] == 0.0
     # Half a cell around its three by three nodes belongs to the lump.
     assert areas["lump"] == pytest.approx(7.5e-3**2, rel=0.05)
+    skin = film.tissues.index("skin")
+    aside = section(film, 0.0, read_plane("x = 4 mm"))
+    assert aside.areas(3)[skin] == pytest.approx(30e-3 * 3.75e-3, rel=1e-9)
     upright = section(film, 0.0, read_plane("x = 14 mm"))
-    assert upright.areas(3)[film.tissues.index("skin")] == pytest.approx(
-        30e-3 * 3.75e-3, rel=0.01
-    )
+    # Where three tissues meet, at both sides of the lump, skin has a corner more.
+    assert 0.0 < upright.areas(3)[skin] - 30e-3 * 3.75e-3 < 2 * 0.5 * 1.25e-3**2
     assert upright.area.sum() == pytest.approx(450e-6)
+
+
+def test_outlines_separate_the_colours_of_tissues(film):
+    """Between two near points in different tissues there is a border."""
+    cut = section(film, 0.0, read_plane("x = 14 mm"))
+    near = 5e-5  # [m]
+    points = np.random.default_rng(1).uniform([1e-4, 1e-4], [29.9e-3, 14.9e-3], size=(3000, 2))
+    a, b, c = (cut.pieces[:, k, 1:] for k in range(3))
+
+    def tissue(at):
+        """Return the tissue of the piece around each point."""
+
+        def side(p, q):
+            return (q[:, 0] - p[:, 0]) * (at[:, None, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (
+                at[:, None, 0] - p[:, 0]
+            )
+
+        turns = np.stack([side(a, b), side(b, c), side(c, a)])
+        inside = (turns >= 0.0).all(axis=0) | (turns <= 0.0).all(axis=0)
+        assert inside.any(axis=1).all()
+        return cut.tissue[inside.argmax(axis=1)]
+
+    differ = points[tissue(points) != tissue(points + np.array([0.0, near]))]
+    assert len(differ) > 10
+    first, way = cut.borders[:, 0, 1:], np.diff(cut.borders, axis=1)[:, 0, 1:]
+    part = ((differ[:, None] - first) * way).sum(axis=2) / (way**2).sum(axis=1)
+    foot = first + np.clip(part, 0.0, 1.0)[..., None] * way
+    assert np.linalg.norm(foot - differ[:, None], axis=2).min(axis=1).max() <= near
 
 
 def test_outlines_go_round_the_body_and_its_tissues(film):

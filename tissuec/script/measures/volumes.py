@@ -68,3 +68,25 @@ class Pressure(ScalarMeasure):
             if acting.name == name:
                 total = total + acting.pressure(snapshot.time)
         return one_column(total, snapshot)
+
+
+@MEASURES.member("applied pressure")
+class AppliedPressure(ScalarMeasure):
+    """The pressure that `press` applies to the set or body A, with its sign; 0 without any.
+
+    Pressures on one surface add up. Over the pressure, any other measure gives a curve such as
+    that of the diameter of an artery.
+    """
+
+    form = "applied pressure(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        total = np.zeros(np.shape(snapshot.time))
+        for acting in snapshot.state.of_kind("pressure"):
+            if acting.name == subjects[0].name:
+                total = total + acting.pressure(snapshot.time)
+        return one_column(total, snapshot)

@@ -130,6 +130,7 @@ class Placing:
     def __init__(self, size: tuple[float, float]):
         self.size = size
         self.taken: list[Box] = []
+        self.rivals: list[tuple[float, float]] = []  # other points that have labels
 
     def take(self, box: Box) -> None:
         """Keep labels out of a box."""
@@ -146,7 +147,8 @@ class Placing:
             right: The side on which it is placed if there is room.
             gap: Between point and label [px].
         """
-        best = min(self._places(point, room, right=right, gap=gap), key=self._covered)
+        places = self._places(point, room, right=right, gap=gap)
+        best = min(places, key=lambda box: self._covered(box) + self._strays(box, point))
         self.take(best)
         return best[0], best[1]
 
@@ -164,6 +166,17 @@ class Placing:
                 low = y - high / 2.0 + lines * high
                 low = min(max(low, EDGE), self.size[1] - EDGE - high)
                 yield inside, low, inside + wide, low + high
+
+    def _strays(self, box: Box, point: tuple[float, float]) -> float:
+        """Return a small cost of a box that is nearer to another point than its own [px²]."""
+        left, low, right, top = box
+
+        def away(other: tuple[float, float]) -> float:
+            return float(np.hypot(max(left - other[0], 0.0, other[0] - right),
+                                  max(low - other[1], 0.0, other[1] - top)))  # fmt: skip
+
+        nearest = min(map(away, self.rivals), default=np.inf)
+        return 0.0 if away(point) < nearest else 1.0
 
     def _covered(self, box: Box) -> float:
         """Return the area of a box that others have [px²]."""
@@ -201,8 +214,11 @@ class Annotations:
         if self.setting.forces and self.setting.film.most_force:
             self._draw_force_ruler()
         self._draw_legends()
-        for resultant in self.setting.film.resultants:
-            self._draw_resultant(resultant)
+        arrows = list(self._resultants())
+        for number, arrow in enumerate(arrows):
+            others = arrows[:number] + arrows[number + 1 :]
+            self.placing.rivals = [(float(x), float(y)) for _, _, _, (x, y), _ in others]
+            self._draw_resultant(*arrow)
 
     def _write(self, x: float, y: float, text: str, **style: Any) -> None:
         """Write where no other label may be."""
@@ -256,23 +272,33 @@ class Annotations:
             left, top = draw_field_legend(self.sheet, setting.field, setting.size, above)
             self.placing.take((left, above, setting.size[0], top))
 
-    def _draw_resultant(self, one: Resultant) -> None:
-        """Draw a resultant force as an arrow with its name and number; see ``web/pulls.js``."""
-        from matplotlib.patheffects import withStroke
+    def _resultants(self) -> Iterator[tuple[Resultant, float, Floats, Floats, bool]]:
+        """Yield resultant forces, their sizes [N], where arrows begin and end [px], if whole.
 
+        See ``web/pulls.js``.
+        """
         film, size = self.setting.film, self.setting.size
         frames, most = np.arange(len(film.times)), film.most_resultant
-        force = np.array([float(np.interp(self.at, frames, one.force[:, k])) for k in range(3)])
-        strength = float(np.linalg.norm(force))
-        if not one.life[0] <= self.at < one.life[1] or strength <= RULES.least * most:
-            return
-        foot = position_at(film, self.at)[one.point]
-        tip = foot + RULES.pull * self.setting.framing.size / most * force
-        seen, _ = self.camera.seen(np.stack([foot, tip]))
-        start, stop = (1.0 + seen) / 2.0 * size
-        inside = np.clip(stop, _EDGE, np.array(size) - _EDGE)
+        place = position_at(film, self.at)
+        for one in film.resultants:
+            force = np.array([np.interp(self.at, frames, one.force[:, k]) for k in range(3)])
+            strength = float(np.linalg.norm(force))
+            if not one.life[0] <= self.at < one.life[1] or strength <= RULES.least * most:
+                continue
+            tip = place[one.point] + RULES.pull * self.setting.framing.size / most * force
+            seen, _ = self.camera.seen(np.stack([place[one.point], tip]))
+            start, stop = (1.0 + seen) / 2.0 * size
+            inside = np.clip(stop, _EDGE, np.array(size) - _EDGE)
+            yield one, strength, start, inside, np.array_equal(inside, stop)
+
+    def _draw_resultant(
+        self, one: Resultant, strength: float, start: Floats, inside: Floats, is_whole: bool
+    ) -> None:
+        """Draw a resultant force as an arrow with its name and number; see ``_resultants``."""
+        from matplotlib.patheffects import withStroke
+
         style = {"color": palette.SERIES[2], "lw": 2, "mutation_scale": 14}
-        shape = "-|>" if np.array_equal(inside, stop) else "->"
+        shape = "-|>" if is_whole else "->"
         self.sheet.annotate("", inside, start, arrowprops={"arrowstyle": shape, **style})
         text = self.sheet.text(
             0, 0, f"{one.name} {one.scale.text(strength)}", va="bottom", **_SMALL,
@@ -359,7 +385,7 @@ def _beyond(values: FieldValues, scale: AxisUnit) -> list[str]:
     if values.beyond[1]:
         lines.append(f"largest: {scale.text(values.most)}")
     if values.beyond[0]:
-        lines.append(f"smallest: {scale.text(values.least)}")
+        lines.append(f"smallest: {scale.text(snapped(values.least, values.most))}")
     return [line.replace("-", "−") for line in lines]
 
 

@@ -88,6 +88,8 @@ def outline(value: Floats, most: int = MOST_MOMENTS) -> Indices:
 
 #: What a curve shows first, by what its name contains.
 _UP, _ACROSS = ("force of ", "pressure of ", "tension of "), (WAY, "volume of ", "length of ")
+_APPLIED = "applied pressure of "
+_WIDENED = ("distance of ", "volume of ", "length of ", PLACE, "force of ")
 
 
 class OfferedQuantity(Struct, frozen=True):
@@ -132,7 +134,10 @@ def read_quantities(trajectory: Trajectory) -> list[OfferedQuantity]:
 
 
 def first_pair(quantities: Sequence[OfferedQuantity]) -> tuple[int, int]:
-    """Return the numbers of what is shown first, upwards and across: a force over a way."""
+    """Return the numbers of what is shown first, upwards and across.
+
+    That is a force over a way, or what a pressure widens over the pressure that is applied.
+    """
 
     def first(starts: Sequence[str], avoided: int) -> int:
         for start in starts:
@@ -145,6 +150,9 @@ def first_pair(quantities: Sequence[OfferedQuantity]) -> tuple[int, int]:
                 return max(fitting, key=lambda number: quantities[number].extent)
         return 0
 
+    if any(one.name.startswith(_APPLIED) for one in quantities):
+        across = first((_APPLIED,), -1)
+        return first(_WIDENED, across), across
     across = first(_ACROSS, -1)
     others = (number for number in reversed(range(len(quantities))) if number != across)
     return first(_UP, across) or next(others, 0), across

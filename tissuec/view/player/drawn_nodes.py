@@ -75,13 +75,16 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def tension(self) -> Floats | None:
-        """Return the mean tension of the springs at each node [N], shape (row, node)."""
+        """Return the mean tension of the springs at each node [N], shape (row, node).
+
+        Edges of elements do not count.
+        """
         lines, count = self.film.lines, self.film.node_count
-        if not len(lines.ends):
+        if not lines.bears.any():
             return None
         found = np.empty((len(self.film.times), count))
         for row, tension in enumerate(lines.tension):
-            there = self.film.alive(row)
+            there = self.film.alive(row) & lines.bears
             found[row] = mean_of_springs(lines.ends[there], tension[there].astype(float), count)
         return found
 

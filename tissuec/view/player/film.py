@@ -35,6 +35,7 @@ class Lines(Struct, frozen=True, eq=False):
         radius: Of threads and stitches [m], shape (line,); 0 of other springs.
         stitch: Whether it is of a joint, shape (line,): these cross gaps between skins, so they
             are drawn like threads while springs are hidden.
+        bears: Whether it can bear a force, shape (line,); edges of elements do not.
         spring: Network number of the spring, or of one of those that the line represents,
             ascending, shape (line,).
     """
@@ -46,6 +47,7 @@ class Lines(Struct, frozen=True, eq=False):
     law: Indices
     radius: Floats
     stitch: NDArray[np.bool_]
+    bears: NDArray[np.bool_]
     spring: Indices
 
 
@@ -270,8 +272,10 @@ class PlayerData(Struct, frozen=True, eq=False):
     @property
     def most_tension(self) -> float:
         """Return the end of the colour scale of tensions [N]; larger ones look alike."""
+        bears = self.lines.bears
         return usual_end(
-            np.abs(row[self.alive(frame)]) for frame, row in enumerate(self.lines.tension)
+            np.abs(row[self.alive(frame) & bears])
+            for frame, row in enumerate(self.lines.tension)
         )
 
     @property

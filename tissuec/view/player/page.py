@@ -200,7 +200,6 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("tints", np.rint(255.0 * film.tints).astype(np.int64).reshape(1, -1)),
         ("dots", film.dots.of[None]),
         ("held", film.held.rods.T),
-        ("rims", film.held.rims.T),
         ("cells", cells.tetrahedra),
         ("tissue", film.tissue[None]),
         ("curved", film.curved[None].astype(int)),
@@ -212,9 +211,11 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         "cells": cells.life,
         "dots": film.dots.life,
         "held": film.held.life,
-        "rims": film.held.rim_life,
         "patches": film.held.patches,
     }
+    if len(film.held.rims):
+        pack.add("rims", film.held.rims.T)
+        lives["rims"] = film.held.rim_life
     for name, life in lives.items():
         pack.add(f"life of {name}", _frames(life))
 

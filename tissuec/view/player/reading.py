@@ -252,6 +252,7 @@ def _lines(
         law=network.springs.law[first][found.of].astype(np.int64),
         radius=radius[first][found.of],
         stitch=stitch[first][found.of],
+        bears=network.bears[first][found.of],
         spring=first[found.of],
     )
 

@@ -48,8 +48,10 @@ class FrameNumbers(Struct, frozen=True, eq=False):
 
     @classmethod
     def of_tension(cls, trajectory: "Trajectory", frames: Sequence[int]) -> Self:
-        """Return the tensions of springs."""
-        norm = net.tension_norm([trajectory.spring_force(frame)[0] for frame in frames])
+        """Return the tensions of springs; edges of elements have none."""
+        bears = trajectory.network.bears[trajectory.springs]
+        every = (trajectory.spring_force(frame) for frame in frames)
+        norm = net.tension_norm([tension[bears[rows]] for tension, rows in every])
         label = "tension of the springs"
         return cls(trajectory, "tension", label, "N", TENSION, norm, {})
 
@@ -85,7 +87,10 @@ class FrameNumbers(Struct, frozen=True, eq=False):
     def of_springs(self, frame: int) -> Floats:
         """Return the numbers of the springs in a frame, in the unit, shape (alive,)."""
         if self._is_of("spring"):
-            return np.asarray(self.trajectory.shown(self.name, frame)[0], dtype=float)
+            numbers, rows = self.trajectory.shown(self.name, frame)
+            bears = self.trajectory.network.bears[self.trajectory.springs[rows]]
+            known = bears | (self.name != "tension")
+            return np.where(known, np.asarray(numbers, dtype=float), np.nan)
         rows = self.trajectory.spring_force(frame)[1]
         return self.at_nodes[frame][self.trajectory.ends[rows]].mean(axis=1)
 
@@ -156,12 +161,12 @@ class SeenInstrument(NamedTuple):
             return np.zeros((0, 3))
         if course.kind == "capsule":
             around = np.concatenate([np.eye(3), -np.eye(3)]) * course.size
-            return np.concatenate([around + end for end in self._ends])
+            return np.concatenate([around + end for end in self.ends])
         far = 0.0 if course.kind in ("opening", JET) else _SHOWN * course.size
         return course.origin[row] + np.outer([0.0, far], course.axes[row, 2])
 
     @property
-    def _ends(self) -> Floats:
+    def ends(self) -> Floats:
         """Return the ends of a rod with round ends [m], shape (2, 3)."""
         way = self.course.setting[self.row] * self.course.size * self.course.axes[self.row, 2]
         return self.course.origin[self.row] + np.outer([0.0, 1.0], way)
@@ -176,7 +181,7 @@ class SeenInstrument(NamedTuple):
         """
         course = self.course
         if course.kind == "capsule":  # its outline is known exactly
-            net.draw_tool(axes, scale.of(self._ends), float(scale.of(course.size)), view)
+            net.draw_tool(axes, scale.of(self.ends), float(scale.of(course.size)), view)
             return
         net.draw_silhouette(
             axes, scale.of(placed(course, self.row)), mesh_of(course.kind).triangles, view,

@@ -409,7 +409,7 @@ def _say_numbers(
     from matplotlib.cm import ScalarMappable
 
     every = np.concatenate([np.zeros(0), *drawn])
-    if not len(every):
+    if not np.isfinite(every).any():
         return
     said = numbers.said(every)
     colours: Any = ScalarMappable(said["norm"], net.colours_between(numbers.shades))

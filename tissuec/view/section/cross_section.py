@@ -17,7 +17,8 @@ class CrossSection(Struct, frozen=True, eq=False):
     """Where a plane cuts filled bodies.
 
     Within a tetrahedron, the share of a tissue is 1 at its nodes, 0 at others, and linear in
-    between. A piece belongs to the tissue that has half of it or more, else to that with most.
+    between. A piece belongs to the tissue with the largest share, and borders of tissues are
+    where two of them have the largest.
 
     Attributes:
         polygons: In turn to the left as seen from the front of the plane.
@@ -69,10 +70,9 @@ def cross_section(
     of, three = _triangles(found)
     rows = of[:, None]
     values = np.concatenate([corners[rows, three], shares[rows, three]], axis=2)
-    contours = [met(values[..., :3], values[..., 3 + k] - 0.5) for k in range(1, count)]
-    borders = [_outline(found, corners), *contours]
-    pieces, numbers = _pieces(values, count)
-    return CrossSection(found, corners, pieces, numbers, np.concatenate(borders))
+    pieces, numbers, contours = _pieces(values, count)
+    borders = np.concatenate([_outline(found, corners), contours])
+    return CrossSection(found, corners, pieces, numbers, borders)
 
 
 def _triangles(polygons: SectionPolygons) -> tuple[Indices, Indices]:
@@ -90,24 +90,41 @@ def _triangles(polygons: SectionPolygons) -> tuple[Indices, Indices]:
     return of, corners
 
 
-def _pieces(values: Floats, count: int) -> tuple[Floats, Indices]:
-    """Return triangles of one tissue each [m], shape (piece, 3, 3), and their tissues.
+_APART = 1e-9  # of a share, by which each tissue precedes the next one: no two are alike
+
+
+def _pieces(values: Floats, count: int) -> tuple[Floats, Indices, Floats]:
+    """Return triangles of one tissue each, their tissues, and the borders between these.
 
     Args:
         values: At the corners of triangles: places [m], and shares of tissues, shape
             (triangle, 3, 3 + tissue).
         count: How many tissues there are.
+
+    Returns:
+        Pieces [m], shape (piece, 3, 3), tissues, shape (piece,), and borders [m], shape
+        (segment, 2, 3).
     """
-    pieces, tissue = list[Floats](), list[Indices]()
-    for number in range(1, count):
-        share = values[..., 3 + number]
-        own = clipped(values, 0.5 - share)[0]
+    values[..., 3:] -= _APART * np.arange(count)
+    first = values[..., 3:].argmax(axis=2)
+    is_pure = (first == first[:, :1]).all(axis=1)
+    pieces, tissue = [values[is_pure, :, :3]], [first[is_pure, 0]]
+    borders, mixed = [np.zeros((0, 2, 3))], values[~is_pure]
+    for one in range(count):
+        own = mixed[(mixed[..., 3 + one] > 0.0).any(axis=1)]
+        for other in range(count):
+            if other == one or not len(own):
+                continue
+            if other > one:  # each border once, where no third tissue has more
+                edge = own
+                for third in set(range(count)) - {one, other}:
+                    edge = clipped(edge, edge[..., 3 + third] - edge[..., 3 + one])[0]
+                borders.append(met(edge[..., :3], edge[..., 3 + other] - edge[..., 3 + one]))
+        for other in set(range(count)) - {one}:
+            own = clipped(own, own[..., 3 + other] - own[..., 3 + one])[0]
         pieces.append(own[..., :3])
-        tissue.append(np.full(len(own), number))
-        values = clipped(values, share - 0.5)[0]
-    pieces.append(values[..., :3])
-    tissue.append(values[..., 3:].mean(axis=1).argmax(axis=1))
-    return np.concatenate(pieces), np.concatenate(tissue)
+        tissue.append(np.full(len(own), one))
+    return np.concatenate(pieces), np.concatenate(tissue), np.concatenate(borders)
 
 
 def _outline(polygons: SectionPolygons, corners: Floats) -> Floats:

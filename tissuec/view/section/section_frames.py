@@ -7,11 +7,14 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError
-from tissuec.core.palette import INK
+from tissuec.core.palette import INK, STEEL
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats
+from tissuec.results.instruments.meshes import mesh_of, placed
+from tissuec.view.player.bodies import capsules
 from tissuec.view.player.cells import read_cells
 from tissuec.view.player.tints import node_tints, node_tissues
+from tissuec.view.plots.frame_contents import FrameInstruments, SeenInstrument
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
@@ -35,11 +38,13 @@ class SectionMoment(Struct, frozen=True, eq=False):
         title: Of its panel.
         cut: The section of filled bodies.
         hollow: Where the plane meets the skins of other bodies [m], shape (segment, 2, 3).
+        instruments: Where it meets instruments [m], shape (segment, 2, 3) each.
     """
 
     title: str
     cut: CrossSection
     hollow: Floats
+    instruments: list[Floats]
 
     @property
     def borders(self) -> Floats:
@@ -114,6 +119,7 @@ def _moments(
     cells = read_cells(trajectory, changes, np.zeros(0), most=None)
     solid = np.zeros(len(trajectory.nodes), dtype=bool)
     solid[cells.tetrahedra] = True
+    tools = FrameInstruments.of(trajectory)
     found: list[SectionMoment] = []
     for number, (frame, title) in enumerate(titles.items()):
         place = np.asarray(trajectory.position[frame], dtype=float)
@@ -123,13 +129,25 @@ def _moments(
         triangles = trajectory.cells(frame).triangles
         skin = place[triangles[~solid[triangles].any(axis=1)]]
         hollow = met(skin, skin @ np.array(plane.normal) - plane.offset)
-        found.append(SectionMoment(title, cut, hollow))
+        seen = [_met_by(plane, one) for one in tools.at(frame)]
+        found.append(SectionMoment(title, cut, hollow, [one for one in seen if len(one)]))
     if not any(len(one.borders) for one in found):
         raise TissueError(
             f"the plane {plane.text} meets no skin and no filled body; springs and threads "
             "have no section"
         )
     return found, cells.filled
+
+
+def _met_by(plane: SectionPlane, instrument: SeenInstrument) -> Floats:
+    """Return where a plane meets an instrument [m], shape (segment, 2, 3)."""
+    course, row = instrument
+    if course.kind == "capsule":  # finely, as circles
+        first, second = instrument.ends[:, None]
+        corners = capsules(first, second, np.array([course.size]), sides=60).corners
+    else:
+        corners = placed(course, row)[mesh_of(course.kind).triangles]
+    return met(corners, corners @ np.array(plane.normal) - plane.offset)
 
 
 def _draw_moment(
@@ -144,6 +162,9 @@ def _draw_moment(
         PolyCollection(list(pieces), facecolors=tints, edgecolors=tints, linewidths=0.5)
     )
     axes.add_collection(LineCollection(list(borders), colors=INK, linewidths=0.8))
+    for outline in one.instruments:
+        lines = list(scale.of(outline @ plane.basis.T))
+        axes.add_collection(LineCollection(lines, colors=STEEL, linewidths=1.4, gid="tool"))
     axes.set_title(one.title, fontsize=8.5)
     axes.grid(visible=False)
 

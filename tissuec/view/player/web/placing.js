@@ -12,7 +12,7 @@ function boxesIn(frame, elements) {
 }
 
 class Placing {
-  constructor(width, height, taken) { Object.assign(this, { width, height, taken }); }
+  constructor(width, height, taken) { Object.assign(this, { width, height, taken, rivals: [] }); }
 
   // Take the best place for a label beside a point, and return its left and its middle [px].
   beside([x, y], [wide, high], isRight, gap) {
@@ -28,10 +28,16 @@ class Placing {
         places.push([left, top, left + wide, top + high]);
       }
     }
-    const covered = places.map((place) => this.covered(place));
+    const covered = places.map((place) => this.covered(place) + this.strays(place, [x, y]));
     const best = places[covered.indexOf(Math.min(...covered))];
     this.taken.push(best);
     return [best[0], (best[1] + best[3]) / 2];
+  }
+
+  // Return a small cost of a box that is nearer to another point that has a label than to its own.
+  strays([left, top, right, bottom], own) {
+    const away = ([x, y]) => Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
+    return this.rivals.some((one) => away(one) <= away(own)) ? 1 : 0;
   }
 
   // Return the area of a box that others have.

@@ -25,7 +25,7 @@ class Pulls {
     const frame = Math.min(Math.floor(moment), film.times.length - 1), next = Math.min(frame + 1, film.times.length - 1);
     const between = [frame, next, next > frame ? moment - frame : 0], points = arrays.position.width / 3;
     const { rules } = film, step = film.most.pull / film.steps.pull, reach = (rules.pull * film.view.size) / film.most.pull;
-    const placing = new Placing(wide, high, boxesIn(box.parentElement, LABELLED.map(byId)));
+    const placing = new Placing(wide, high, boxesIn(box.parentElement, LABELLED.map(byId))), labels = [];
     film.pulls.forEach(({ name, point, life, shown: [divisor, unit] }, i) => {
       const group = box.children[i], [path, text] = group.children;
       const force = this.at(arrays.pulls, i, film.pulls.length, between, step, [0, 0, 0]), size = Math.hypot(...force);
@@ -44,9 +44,13 @@ class Pulls {
       const mark = isCut ? `M${wing(head + 4, 5)}L${wing(head + 4, -5)}` : "";  // the arrow is longer than the picture
       path.setAttribute("d", `M${a[0]},${a[1]}L${wing(head, 0)}M${wing(0, 0)}L${wing(head, 4)}L${wing(head, -4)}Z${mark}`);
       text.textContent = `${name} ${digits(size / divisor)} ${unit}`;
-      const [left, middle] = placing.beside([tip[0], tip[1] + 10 * v], [LETTER * text.textContent.length, LINE], u >= 0, 6);
+      labels.push({ text, tip: [tip[0], tip[1] + 10 * v], isRight: u >= 0 });
+    });
+    for (const { text, tip, isRight } of labels) {
+      placing.rivals = labels.filter((other) => other.text !== text).map((other) => other.tip);
+      const [left, middle] = placing.beside(tip, [LETTER * text.textContent.length, LINE], isRight, 6);
       text.setAttribute("x", left);
       text.setAttribute("y", middle);
-    });
+    }
   }
 }

@@ -152,8 +152,11 @@ class Stage {
     this.seams = this.solids(capsule, this.stitches.ends, this.stitches.life, this.stitches.radius);
     const marks = (ends, life) => this.solids(capsule, ends, life, new Float32Array(life.length / 2).fill(marker));
     this.held = marks(table(arrays.held, Int32Array), lives(arrays["life of held"]));
-    const rims = lives(arrays["life of rims"]), thin = new Float32Array(rims.length / 2).fill(rules.thick * film.view.size);
-    this.rims = this.solids(capsule, table(arrays.rims, Int32Array), rims, thin);
+    this.rims = { count: 0 };
+    if (arrays.rims) {
+      const life = lives(arrays["life of rims"]), thin = new Float32Array(life.length / 2).fill(rules.thick * film.view.size);
+      this.rims = this.solids(capsule, table(arrays.rims, Int32Array), life, thin);
+    }
     const dots = Array.from(arrays.dots.data, (value) => arrays.dots.low + value);
     this.dots = marks(dots.flatMap((node) => [node, node]), lives(arrays["life of dots"]));
     this.arrows = this.solids(arrowMesh(), null, null, []);
