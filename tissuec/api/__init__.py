@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 from msgspec.structs import replace
 
 from tissuec.core import arguments
+from tissuec.core.blas import on_one_thread
 from tissuec.core.errors import (
     CompileError,
     Diagnostic,
@@ -51,6 +52,7 @@ def load(path: str | os.PathLike[str]) -> "Trajectory":
     return Trajectory(Path(path))
 
 
+@on_one_thread
 def run(
     scene: Scene,
     *,
@@ -113,6 +115,7 @@ def run(
         return _judged(result.path, result.outcome, strict=strict, temporary=out is None)
 
 
+@on_one_thread
 def start(
     scene: Scene,
     *,
@@ -148,6 +151,7 @@ def start(
     )
 
 
+@on_one_thread
 def environment(
     scene: Scene,
     *,
@@ -187,6 +191,7 @@ def environment(
     return TissueEnv(run, observations, actions, reward, step=step, ends=ends)
 
 
+@on_one_thread
 def check(
     scene: Scene,
     *,
@@ -213,6 +218,7 @@ def check(
         return list(error.diagnostics)
 
 
+@on_one_thread
 def compile(
     scene: Scene,
     *,
@@ -234,6 +240,7 @@ def compile(
     return _compiled(scene, {**(params or {}), **more}, libraries)[0]
 
 
+@on_one_thread
 def modes(
     scene: Scene,
     *,
@@ -277,6 +284,7 @@ def modes(
     return result
 
 
+@on_one_thread
 def properties(
     scene: Scene,
     *,
@@ -305,6 +313,7 @@ def properties(
     return list(properties_of(compiled, body=body, frequencies=frequencies))
 
 
+@on_one_thread
 def examine(
     scene: Scene,
     *,
@@ -345,6 +354,7 @@ def examine(
     ]
 
 
+@on_one_thread
 def study(
     scene: Scene,
     name: str | None = None,

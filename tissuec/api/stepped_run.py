@@ -14,6 +14,7 @@ from tissuec.api.text_reader import TextReader, recorded
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.quantities import ObservedExpression
 from tissuec.core import arguments
+from tissuec.core.blas import on_one_thread
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.workers.workers import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
@@ -157,6 +158,7 @@ class SteppedRun:
         """
         self._go_to(rounded(self._texts.seconds(time)))
 
+    @on_one_thread
     def _go_to(self, time: float) -> None:
         self._refuse_failure()
         if self.ended and time > self.time:

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from tissuec.cli.common import CommandGroup, Settings, echo, print_json
+from tissuec.core.blas import hold_to_one_thread
 from tissuec.core.data import printable
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.hints import alternatives
@@ -19,9 +20,7 @@ from tissuec.core.report import DONE, INTERRUPTED, STOPPED, WRONG_TEXT
 from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import SIGNALLED, Terminated, ending, exit_code
 
-# Matrices are small or sparse: threads of BLAS, which start with NumPy, cost more than they
-# bring, and their sums would depend on how many processors there are.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+hold_to_one_thread()  # before NumPy is loaded, which starts threads of BLAS
 
 #: How many more objects there are, before cycles among them are searched for: texts become
 #: trees of many objects, few of which ever are garbage.

@@ -1,0 +1,75 @@
+"""Calls from Python use BLAS on one thread, and leave its settings as they are."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import tissuec
+from tissuec.core.blas import VARIABLE
+
+#: Prints the numbers of threads before, during and behind a check; while SciPy is loaded, and
+#: behind it; and the number of processors.
+COUNTS = f"""
+import os, sys
+import numpy.linalg, tissuec
+from tissuec import pipeline
+from tissuec.core.blas import _libraries, on_one_thread
+found, check = [], pipeline.check_request
+def note():
+    counts = [library.threads() for library in _libraries().values()]
+    found.append((counts, os.environ.get("{VARIABLE}")))
+def checked(*given, **named):
+    note()
+    return check(*given, **named)
+@on_one_thread
+@on_one_thread
+def load():
+    import scipy.linalg
+    note()
+pipeline.check_request = checked
+for library in _libraries().values():
+    library.set_threads(3)
+note()
+tissuec.check("language 1")
+note()
+load()
+note()
+print((*found, [library.processors() for library in _libraries().values()]))
+"""
+
+
+def found(**more):
+    environment = {k: v for k, v in os.environ.items() if k != VARIABLE} | more
+    command = [sys.executable, "-c", COUNTS]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return eval(done.stdout)
+
+
+def bundles_openblas():
+    import numpy
+
+    return "openblas" in str(numpy.show_config(mode="dicts")["Build Dependencies"]["blas"])
+
+
+@pytest.mark.skipif(not bundles_openblas(), reason="NumPy has another BLAS")
+def test_blas_uses_one_thread_in_calls_and_as_many_as_before_behind_them():
+    before, during, behind, loading, end, processors = found()
+    assert before == behind == ([3], None)
+    assert during == ([1], "1")
+    # SciPy may share the library of NumPy.
+    assert loading == ([1] * len(processors), "1")
+    assert end == ([3, *processors[1:]], None)
+
+
+@pytest.mark.skipif(not bundles_openblas(), reason="NumPy has another BLAS")
+def test_a_user_who_sets_the_variable_decides():
+    *found_then, _ = found(**{VARIABLE: "2"})
+    assert all(counts in ([3], [3, 2]) and said == "2" for counts, said in found_then)
+
+
+def test_calls_keep_their_signatures():
+    assert "companion" in str(tissuec.run.__wrapped__.__code__.co_varnames)
+    assert tissuec.run.__name__ == "run" and "scene" in tissuec.run.__doc__
