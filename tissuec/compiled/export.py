@@ -9,7 +9,9 @@ import llvmlite.binding as llvm
 from numba import njit
 from numba.core.typing.templates import Signature
 
+from tissuec.compiled import mathematics
 from tissuec.compiled.binding import Binder
+from tissuec.compiled.fusing import fused
 from tissuec.compiled.loading import CALLED, LEFT_ALONE
 from tissuec.compiled.team import TEAM, share
 
@@ -42,9 +44,13 @@ OPTIMISED = ("drive", "force", "springs_in_runs")
 #: of two numbers, which any processor has, are all that their scalar loops gain from. Loading
 #: them takes a third of the time.
 FINISHED = ("springs_viscous_watched_of_laws", "fold", "press", "touch")
-# As intrinsic functions they set no error number, and can be done eight at a time.
-MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
-_CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
+# As intrinsic functions they set no error number, and can be done eight at a time. They are
+# exact, so that all processors and libraries agree.
+ROUNDING = ("ceil", "floor", "sqrt")
+_CALLS = re.compile(rf"@({'|'.join(ROUNDING)})\(")
+_OWN = rf"@(?:llvm\.)?({'|'.join(mathematics.FUNCTIONS)})(?:\.f64)?\("
+_OWN_DECLARED = re.compile(rf"^declare .*{_OWN}.*\n", re.MULTILINE)
+_OWN_CALLED = re.compile(_OWN)
 
 
 class Exported(NamedTuple):
@@ -71,7 +77,9 @@ def translated(parts: list[Exported], unshared: Unshared) -> str:
         made = _compiled(binder.bind(part.function), no_cfunc_wrapper=False)
         made.compile(part.signature)
         found = made.overloads[tuple(part.signature.args)]
-        module = llvm.parse_assembly(_restricted(found.library.get_llvm_str(), unshared))
+        text = _OWN_DECLARED.sub("", _restricted(found.library.get_llvm_str(), unshared))
+        text = _OWN_CALLED.sub(rf"@{mathematics.PREFIX}\1(", text)
+        module = llvm.parse_assembly(text + mathematics.declarations())
         module.get_function(found.fndesc.llvm_cfunc_wrapper_name).name = part.name
         whole.link_in(module)
     return finished(whole, {part.name for part in parts})
@@ -85,11 +93,12 @@ def finished(whole: Any, exported: Collection[str]) -> str:
         exported: Names of the functions that are called from outside.
     """
     whole.link_in(llvm.parse_assembly(TEAM))
+    whole.link_in(llvm.parse_assembly(mathematics.defined()))
     whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
     is_final = any(name.startswith(FINISHED) for name in exported)
     _simplify(whole, exported, vectors=is_final)
-    text = str(whole)
-    for name in MATHEMATICS:
+    text = fused(str(whole))
+    for name in ROUNDING:
         if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
             text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
     text = _OF_CALLS.sub("", _LEFT_OUT.sub("", _CALLS.sub(r"@llvm.\1.f64(", text)))
@@ -100,11 +109,9 @@ def finished(whole: Any, exported: Collection[str]) -> str:
 
 def _compiled(function: FunctionType, **options: bool) -> Any:
     """Return a function as Numba compiles it when it is needed."""
-    # Only contraction of a b + c: anything more would break the tests for NaN. Kernels allocate
-    # nothing, so they need no counting of references.
+    # Kernels allocate nothing, so they need no counting of references.
     return njit(
         error_model="numpy",
-        fastmath={"contract"},
         _nrt=False,
         no_cpython_wrapper=True,
         **{"no_cfunc_wrapper": True} | options,
@@ -139,7 +146,7 @@ def _stubs(text: str) -> str:
             kinds = ", ".join(part.split()[0] for part in arguments.split(", ") if part)
             body = "{ call void @llvm.trap() unreachable }"
             stubs.append(f"define {result} @{name}({kinds}) {body}")
-        elif not name.startswith("llvm.") and name not in (*MATHEMATICS, *CALLED):
+        elif not name.startswith("llvm.") and name not in (*ROUNDING, *CALLED):
             raise LookupError(f"{name} is called, which is unknown to compiled.loading")
     return "\n".join(stubs)
 

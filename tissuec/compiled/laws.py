@@ -6,6 +6,7 @@ from typing import Any
 
 from llvmlite import ir
 
+from tissuec.compiled import mathematics
 from tissuec.compiled.loading import machine_code
 from tissuec.compiled.record_tables import layout
 from tissuec.kernels.derivative_records import Values
@@ -202,9 +203,10 @@ class _Writer:
         return self.builder.fcmp_ordered(">=", value, ir.Constant(_NUMBER, limit))
 
     def _call(self, function: str, *arguments: Any) -> Any:
-        kind = ir.FunctionType(_NUMBER, [_NUMBER for _ in arguments])
-        module, name = self.builder.module, f"llvm.{function}.f64"
-        called = module.globals.get(name) or ir.Function(module, kind, name)
+        module = self.builder.module
+        if function in mathematics.FUNCTIONS:
+            return self.builder.call(mathematics.function(module, function), arguments)
+        called = mathematics.declared(module, f"llvm.{function}.f64", len(arguments))
         return self.builder.call(called, arguments)
 
     def _power(self, base: Any, exponent: float) -> Any:

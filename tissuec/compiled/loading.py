@@ -10,6 +10,7 @@ import lzma
 import os
 import time as clock
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -24,11 +25,11 @@ SHIPPED = PACKAGE / "compiled" / "shipped"
 ENDING = ".ll.xz"
 #: A digest of the sources of what is shipped, and the operations that each method calls.
 INDEX = SHIPPED / "index.json"
-#: Functions of the C library that kernels call.
-CALLED = (
-    "ceil", "cos", "cosh", "exp", "floor", "log", "memcpy", "memmove", "memset", "pow", "rint",
-    "sin", "sinh",
-)  # fmt: skip
+#: Functions of the C library that code may call, where the processor has no instruction for
+#: them. Their results are exact, so all libraries agree.
+CALLED = ("ceil", "floor", "fma", "fmod", "memcpy", "memmove", "memset", "rint")
+#: Environment variable: a processor, by LLVM's name, whose instructions code shall use.
+PROCESSOR = "TISSUEC_PROCESSOR"
 # Of optimisation: loops are vectorised, and all takes half of the time of level 3, for code
 # that is 5 % slower on the smallest nets and no slower on others.
 LEVEL = 1
@@ -96,14 +97,17 @@ def machine_code(name: str, identity: bytes, text: Callable[[], str]) -> Any:
 
 @cache
 def _target() -> tuple[Any, bytes]:
-    """Return the processor, for LLVM, and as part of a digest."""
+    """Return the processor, for LLVM, and as part of a digest.
+
+    It is this one, or the one of LLVM's names that ``PROCESSOR`` says.
+    """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    name = llvm.get_host_cpu_name()
-    try:
-        features = llvm.get_host_cpu_features().flatten()
-    except RuntimeError:  # not known of every processor
-        features = ""
+    name, features = os.environ.get(PROCESSOR), ""
+    if not name:
+        name = llvm.get_host_cpu_name()
+        with suppress(RuntimeError):  # not known of every processor
+            features = llvm.get_host_cpu_features().flatten()
     target = llvm.Target.from_default_triple()
     machine = target.create_target_machine(cpu=name, features=features, opt=LEVEL, jit=True)
     _add_mathematics()
@@ -113,7 +117,7 @@ def _target() -> tuple[Any, bytes]:
 
 def _add_mathematics() -> None:
     """Tell LLVM where the functions of the C library are that kernels call."""
-    library = ctypes.cdll.msvcrt if os.name == "nt" else ctypes.CDLL(None)
+    library = ctypes.cdll.ucrtbase if os.name == "nt" else ctypes.CDLL(None)
     for name in CALLED:
         found = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
         llvm.add_symbol(name, found)

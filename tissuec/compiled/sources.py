@@ -12,6 +12,8 @@ SOURCES = (
     "compiled/binding.py",
     "compiled/bundles.py",
     "compiled/export.py",
+    "compiled/fusing.py",
+    "compiled/mathematics.py",
     "compiled/numba_types.py",
     "compiled/record_tables.py",
     "compiled/team.*",

@@ -6,7 +6,7 @@ State and ledger go through the same recursion. (B. P. Sommeijer, L. F. Shampine
 J. Comput. Appl. Math. 88:315, 1998.)
 """
 
-from math import cosh, log, sinh, sqrt
+from math import exp, log, sqrt
 
 import numpy as np
 
@@ -35,8 +35,9 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     stages = stages_for(h * work.rate[0])
     w0 = 1.0 + DAMPING / (stages * stages)
     root = sqrt(w0 * w0 - 1.0)
-    angle = stages * log(w0 + root)
-    w1 = sinh(angle) * root * root / (cosh(angle) * stages * root - w0 * sinh(angle))
+    growth = exp(stages * log(w0 + root))
+    sinh, cosh = 0.5 * (growth - 1.0 / growth), 0.5 * (growth + 1.0 / growth)
+    w1 = sinh * root * root / (cosh * stages * root - w0 * sinh)
     b_last = b_before = 1.0 / (4.0 * w0 * w0)
     shift = w1 * b_last
     begin(h * shift, current, work)
