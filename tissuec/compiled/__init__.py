@@ -11,9 +11,9 @@ steps, of which users do only the last two.
    functions of one bundle to LLVM's intermediate representation, without optimisation and for
    no processor in particular. Products and sums are fused explicitly (``fusing``), and exp,
    log, pow, sin and cos are those of ``mathematics``. References to Python and to Numba's run
-   time are removed; they could only be reached by wrong indices. Loops over nodes and springs stay functions of their
-   own. The text is compressed into ``shipped``, beside a digest of the syntax of all sources
-   (``sources``), which comments and docstrings do not change.
+   time are removed; they could only be reached by wrong indices. Loops over nodes and springs
+   stay functions of their own. The text is compressed into ``shipped``, beside a digest of the
+   syntax of all sources (``sources``), which comments and docstrings do not change.
 3. **Loading** (``loading``). A run loads the bundles that its scene needs. LLVM optimises them
    for this processor and the object code is kept in the user's cache, under a digest of the
    text, the processor and the version of LLVM. Laws of springs are translated from their
@@ -25,9 +25,9 @@ steps, of which users do only the last two.
    forces, the laws of its springs. A kernel that is not shipped, as those of other packages,
    is called back as Python through the same address.
 
-All operations are rounded as IEEE 754 says, and LLVM may change none of them. Sums keep the order
-of the source, and loops are divided into parts of fixed sizes (``kernels.thread_loops``), so
-results do not depend on the processor, on the number of threads or on what is observed.
+All operations are rounded as IEEE 754 says, and LLVM may change none of them. Sums keep the
+order of the source, and loops are divided into parts of fixed sizes (``kernels.thread_loops``),
+so results do not depend on the processor, on the number of threads or on what is observed.
 Interpreted code may round differently. ``TISSUEC_PROCESSOR`` is another processor, by LLVM's
 name, for which code is made.
 
