@@ -27,8 +27,8 @@ from tests.browser import browser as browser
 from tests.browser import page as page
 from tests.browser import tab as tab
 from tissuec.core.resources import library
+from tissuec.core.signals import SIGNALS
 from tissuec.engine import spring_runs, threads
-from tissuec.engine.execution.signals import SIGNALS
 from tissuec.kernels.thread_loops import PIECE
 from tissuec.pipeline import Result, compile_request, simulate
 from tissuec.scene.request import Request

@@ -296,10 +296,10 @@ def simulate(
             no frames to make blocks of.
         ResultError: Writing failed later on.
     """
+    from tissuec.core.signals import asked_to_stop
     from tissuec.engine.execution.companion import Companion, launcher, threads_beside
     from tissuec.engine.execution.recorder import Recorder
     from tissuec.engine.execution.run import run
-    from tissuec.engine.execution.signals import asked_to_stop
 
     network, plan = compiled.network, compiled.plan
     if blocks := blocks or plan.output.blocks:
@@ -361,11 +361,16 @@ def _check_blocks(compiled: Compiled, path: Path) -> None:
 def _with_blocks(compiled: Compiled, result: Result) -> Result:
     """Write a blocks file beside a finished result."""
     from tissuec.compiler.anatomy import anatomy_of
+    from tissuec.core.signals import Halted
     from tissuec.results.blocks.file import write_blocks
     from tissuec.results.paraview import blocks_path
     from tissuec.results.trajectory import Trajectory
 
     path = blocks_path(result.path)
-    with Trajectory.open(result.path) as trajectory:
-        written = write_blocks(trajectory, anatomy_of(compiled), path, links=True)
+    try:
+        with Trajectory.open(result.path) as trajectory:
+            written = write_blocks(trajectory, anatomy_of(compiled), path, links=True)
+    except Halted:
+        how = f"tissuec export {result.path} --format blocks"
+        return replace(result, left_out=(f"no blocks were written; to write them: {how}",))
     return replace(result, blocks=path, left_out=written.left_out)

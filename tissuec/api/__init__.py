@@ -509,10 +509,15 @@ def _judged(path: Path, outcome: "Outcome", *, strict: bool, temporary: bool) ->
     from tissuec.api.notebook import Trajectory
 
     trajectory = Trajectory.temporary(path) if temporary else Trajectory(path)
-    for complaint in _complaints(outcome, trajectory):
-        if strict:
-            raise complaint
-        _warn(str(complaint))
+    try:
+        for complaint in _complaints(outcome, trajectory):
+            if strict:
+                raise complaint
+            _warn(str(complaint))
+    except BaseException:
+        # Nobody gets it; and HDF5 does not see what a resumed run writes to an open file.
+        trajectory.close()
+        raise
     return trajectory
 
 
@@ -522,7 +527,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
     Raises:
         KeyboardInterrupt, SystemExit: The run or its companion was interrupted.
     """
-    from tissuec.engine.execution.signals import exit_code
+    from tissuec.core.signals import exit_code
 
     if outcome.kind == "interrupted" or outcome.signal is not None:
         if outcome.signal in (None, signal.SIGINT):

@@ -17,8 +17,8 @@ from tissuec.core.data import printable
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.report import DONE, INTERRUPTED, STOPPED, WRONG_TEXT
+from tissuec.core.signals import SIGNALLED, Terminated, ending, exit_code
 from tissuec.core.version import __version__
-from tissuec.engine.execution.signals import SIGNALLED, Terminated, ending, exit_code
 
 hold_to_one_thread()  # before NumPy is loaded, which starts threads of BLAS
 

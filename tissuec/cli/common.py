@@ -19,7 +19,7 @@ from tissuec.cli.completing import params
 from tissuec.core.data import as_data, printable
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, as_dict, render
 from tissuec.core.report import DONE, WRONG_TEXT, Level, Part, Report, Verbatim, lines
-from tissuec.engine.execution.signals import SIGNALLED
+from tissuec.core.signals import SIGNALLED
 
 if TYPE_CHECKING:
     from tissuec.scene.request import Request

@@ -31,7 +31,7 @@ from tissuec.core.report import (
     Verbatim,
     failed,
 )
-from tissuec.engine.execution.signals import exit_code
+from tissuec.core.signals import exit_code
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled

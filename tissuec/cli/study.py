@@ -16,7 +16,7 @@ from tissuec.cli.common import (
 )
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.report import STOPPED, WRONG_TEXT, Fact, Report, failed
-from tissuec.engine.execution.signals import exit_code
+from tissuec.core.signals import exit_code
 
 # As in ``scene.study.entries``, which would take 50 ms of every ``--help``.
 _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol indices")

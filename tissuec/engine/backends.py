@@ -74,21 +74,18 @@ class LoopBackend(Struct, frozen=True):
     Attributes:
         drive: Returns the loop of an integrator. It takes the net as a table.
         takes_tables: Whether it takes the other records as tables, too.
-        pace: Evaluations of springs after which it returns to check for a pause, in about
-            0.2 s.
         operations: Functions in Python that replace compiled operations, by name; see
             ``with_python``.
     """
 
     drive: Callable[[type[Integrator]], Drive]
     takes_tables: bool
-    pace: int
     operations: Mapping[str, Callable[..., Any]] = MappingProxyType({})
 
 
 BACKENDS = {
-    "compiled": LoopBackend(_compiled_drive, takes_tables=True, pace=40_000_000),
-    "interpreted": LoopBackend(_interpreted_drive, takes_tables=False, pace=2_000_000),
+    "compiled": LoopBackend(_compiled_drive, takes_tables=True),
+    "interpreted": LoopBackend(_interpreted_drive, takes_tables=False),
 }
 
 

@@ -127,3 +127,8 @@ class Statistics(Struct, frozen=True):
     changes: tuple[MethodChange, ...] = ()
     threads: int = 1
     cost: float = 0.0
+
+    @classmethod
+    def of_nothing(cls) -> "Statistics":
+        """Return those of a run that was interrupted before its first step."""
+        return cls("no integrator", "no step was made", "none", 0, 0, 0, 0, 0, 0, 0.0, 0.0)

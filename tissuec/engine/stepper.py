@@ -7,6 +7,7 @@ moved by a distance. The shorter it is, the fewer pairs without contact every st
 the more often pairs are listed. Results are the same for any distance.
 """
 
+import time as clock
 from typing import Any, cast
 
 import numpy as np
@@ -35,6 +36,9 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.script.plan import DEFAULT_TOLERANCE
 from tissuec.script.procedures import PropagationChoices
+
+PAUSE = 0.2  # wall time between two moments at which a run can pause [s]
+FASTER = 8  # times the evaluations of a call: those of the next one, at most
 
 
 class Stepper:
@@ -71,6 +75,7 @@ class Stepper:
         self.cap = np.inf
         self.segment: float | None = None
         self.asked = 0
+        self._allowed = 1
         self.listing = ContactListing()
         self._net: RecordTable | None = None  # what acts, once it is needed
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
@@ -187,8 +192,12 @@ class Stepper:
             self.update(step=(until - now.time) / max(count, 1.0))
 
     def call_limit(self) -> int:
-        """Return the evaluations after which a call comes back, by default."""
-        return self.asked + BACKENDS[self.backend].pace // (len(self.inputs.springs.ids) + 100)
+        """Return the evaluations after which a call comes back, by default.
+
+        They take about ``PAUSE``, whatever acts on the net and however it is stepped. Their
+        number begins low and grows from call to call, so that the first ones are short, too.
+        """
+        return self.asked + self._allowed
 
     def call(self, hold: int, evaluations: int) -> int:
         """Run the loop over steps once; return why it returned.
@@ -205,11 +214,19 @@ class Stepper:
             work, buffer = self.table(work), self.table(buffer)
         drive = bound_drive(self.integrator, self.backend)
         self.update()  # a copy, which the loop changes
+        before, began = self.evaluations, clock.perf_counter()
         with self.inputs.team:
             reason = drive(self.progress, task, work, net, buffer)
+        self._pace(self.evaluations - before, clock.perf_counter() - began)
         for table in (net, *net.fields.kept):
             raise_failure(table)
         return reason
+
+    def _pace(self, evaluations: int, took: float) -> None:
+        """Choose the evaluations of the next call from those of one and its wall time [s]."""
+        if evaluations:
+            foreseen = int(PAUSE * evaluations / max(took, 1e-9))
+            self._allowed = max(1, min(foreseen, FASTER * max(evaluations, self._allowed)))
 
     def acting(self) -> RecordTable:
         """Return the acting forces, with the operations on them."""

@@ -25,6 +25,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 
+from tissuec.core.signals import give_way
 from tissuec.forces.resting_springs import Bars
 from tissuec.mechanics.balance import Balance, NodeSprings
 from tissuec.model.network import Floats
@@ -62,6 +63,7 @@ def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> Relaxe
     force, (energy, _) = balance.force(bars), balance.energy(x, bars)
     urge = _sizes(force)
     for sweep in range(1, most + 1):
+        give_way()
         there = _sweep(balance, layers, ahead, urge)
         bars = balance.bars(there)
         after, rounding = balance.energy(there, bars)

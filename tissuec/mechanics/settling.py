@@ -24,6 +24,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
+from tissuec.core.signals import give_way
 from tissuec.core.units import FORCE, show
 from tissuec.forces.resting_springs import Bars
 from tissuec.mechanics import observables
@@ -90,6 +91,7 @@ def settle(
 
     Raises:
         Unsettled: The state is as it was.
+        Halted: Likewise.
     """
     balance = Balance(state, chosen)
     if not len(balance.free):
@@ -207,6 +209,7 @@ def _pushed_off(balance: Balance, x: Floats, mode: SoftestMotion) -> Floats:
     energy, _ = balance.energy(x, bars)
     size = 0.1 * float(bars.length.mean()) / greatest(mode.shape)
     for _ in range(HALVINGS):
+        give_way()
         for there in (x + size * mode.shape, x - size * mode.shape):
             after, rounding = balance.energy(there, balance.bars(there))
             if after < energy - rounding:
@@ -265,6 +268,7 @@ def descend(
     """
     hopes, grown, before = balance.has_elements, 0, np.inf
     for _ in range(rounds):
+        give_way()
         bars = balance.bars(x)
         force = balance.force(bars)
         if is_balanced(balance, bars, force):
@@ -337,6 +341,7 @@ def direction(
     """
     force = neutral.balanced(force)
     for matrix in matrices:
+        give_way()
         stiffness = balance.matrix(bars, exact=matrix)
         top = float(stiffness.diagonal().max(initial=0.0))
         shift = 0.0 if matrix else SHIFT * top
@@ -381,6 +386,7 @@ def downhill(
     energy, _ = balance.energy(x, bars)
     slope = float(np.vdot(force, step))
     for _ in range(HALVINGS):
+        give_way()
         there = x + part * step
         after, rounding = balance.energy(there, balance.bars(there))
         if after - energy <= -SLOPE * part * slope + rounding:

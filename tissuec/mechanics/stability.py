@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
+from tissuec.core.signals import give_way
 from tissuec.forces.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rest import LOOSE
@@ -81,7 +82,12 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
 
     try:
         solve = Factorization(matrix.plus(np.full(size, -below))).solve
-        inverse = LinearOperator((size, size), lambda b: project(solve(project(b))))
+
+        def inverted(b: Floats) -> Floats:
+            give_way()
+            return project(solve(project(b)))
+
+        inverse = LinearOperator((size, size), inverted)
         whole = LinearOperator((size, size), matrix)
         found = cast(Any, eigsh)(whole, k=1, sigma=below, v0=project(start), OPinv=inverse)
     except (ArpackError, RuntimeError):

@@ -20,9 +20,9 @@ from tissuec.core import arguments
 from tissuec.core.errors import Diagnostic, TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
+from tissuec.core.signals import ending
 from tissuec.core.version import __version__
 from tissuec.core.workers.workers import Lost, Workers
-from tissuec.engine.execution.signals import ending
 from tissuec.lang import syntax as s
 from tissuec.pipeline import compile_program
 from tissuec.results import PlaceError

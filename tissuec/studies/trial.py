@@ -19,11 +19,11 @@ from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.compiler.recompiling import Recompiler
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.signals import asked_to_stop, interruption
 from tissuec.core.units import TIME, show
 from tissuec.core.workers.workers import CommonCache
 from tissuec.engine.execution.event_queue import SAME, rows_at
 from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats, Indices
 from tissuec.results.promise import kinds
 from tissuec.results.recording import EventSide

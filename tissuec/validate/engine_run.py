@@ -8,10 +8,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import evenly
+from tissuec.core.signals import interruption
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run
-from tissuec.engine.execution.signals import interruption
 from tissuec.engine.method import Samples
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network

@@ -15,8 +15,8 @@ from tissuec.core.report import (
     Report,
     judged,
 )
+from tissuec.core.signals import exit_code
 from tissuec.core.units import TIME, show
-from tissuec.engine.execution.signals import exit_code
 from tissuec.results.promise import Promise, stepping
 from tissuec.results.recording import ExpectationResult, concerned, springs_of_events
 
@@ -56,7 +56,7 @@ def run_report(
     is_interrupted = outcome.kind == "interrupted"
     document = {"scene": scene, **_document(compiled, result, facts)}
     parts: list[Part] = [*_said(compiled, result, facts, details=details)]
-    if is_interrupted:
+    if is_interrupted and outcome.is_saved:
         document["go_on_with"] = again
         parts.append(Fact("resume with", again))
     is_fine = is_interrupted or outcome.kind == "done"

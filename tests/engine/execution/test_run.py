@@ -10,10 +10,10 @@ from msgspec.structs import replace
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tests.whole_runs import AfterAsking, every_array
+from tissuec.core.signals import SIGNALS, Terminated, asked_to_stop, exit_code
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.engine.execution.signals import SIGNALS, Terminated, asked_to_stop, exit_code
 from tissuec.script.procedures import PropagationChoices
 
 # Two masses 1 and 3 kg on a spring of 12 N/m: reduced mass 3/4, ω = 4.

@@ -14,8 +14,8 @@ from tests.view.report.runs import BARE, ROD, UNSTABLE, WORDS, Page, page_of, ru
 from tests.whole_runs import AfterAsking
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
+from tissuec.core.signals import StopRequest
 from tissuec.core.version import __version__
-from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
 from tissuec.view.report import origins

@@ -11,8 +11,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.analysis.lab.coupon import BODY, Coupon
+from tissuec.core.signals import interruption
 from tissuec.core.source import Source
-from tissuec.engine.execution.signals import interruption
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name

@@ -16,13 +16,13 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.errors import counted
+from tissuec.core.signals import Halted, Interrupt, StopRequest, asked_to_stop
 from tissuec.core.units import ENERGY, TIME, show
 from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.expectations import Failure
 from tissuec.engine.execution.failure_messages import explain
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState, read_run_state
-from tissuec.engine.execution.signals import Interrupt, StopRequest, asked_to_stop
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
@@ -50,6 +50,8 @@ class RunLoop:
 
     Attributes:
         ending: How the run ended, and a sentence about it; None while it continues.
+        has_begun: Whether the events at its start are over.
+        is_saved: Whether there is a checkpoint.
     """
 
     run_state: RunState
@@ -61,6 +63,7 @@ class RunLoop:
         self.engine = _make_engine(network, plan, recorder, threads)
         self.engine.follow = recorder.follow
         self.ending: tuple[Kind, str] | None = None
+        self.has_begun = self.is_saved = False
         self._true: list[int] = []
 
     def begin(self, further: Sequence[ScheduledAction] = ()) -> None:
@@ -75,6 +78,7 @@ class RunLoop:
         self._restart()
         self.handler.enter()
         self._look_for_end()
+        self.has_begun = True
 
     def resume(self, saved: Mapping[str, Any]) -> None:
         """Start from a checkpoint.
@@ -89,6 +93,7 @@ class RunLoop:
             self._enter_phases()
         self.engine.restore(run_state.state, run_state.engine)
         self.handler.enter()
+        self.has_begun = self.is_saved = True
 
     def checkpoint(self) -> dict[str, Any]:
         """Return the state from which ``resume`` continues; only between two steps."""
@@ -146,8 +151,17 @@ class RunLoop:
             else (float(saved["ledger"][0]), float(saved["ledger"][1]))
         )
 
+    @property
+    def statistics(self) -> "Statistics":
+        """Return what the engine did."""
+        from tissuec.engine.method import Statistics
+
+        return self.engine.statistics if self.has_begun else Statistics.of_nothing()
+
     def notes(self) -> tuple[str, ...]:
         """Return notes on the effect of a fixed step on the energy, and on lost equilibria."""
+        if not self.has_begun:
+            return ()
         simulation = self.plan.simulation
         if simulation.is_static or simulation.step is None:
             return tuple(self.engine.remarks)
@@ -334,6 +348,7 @@ class Outcome(Struct, frozen=True, eq=False):
         notes: What else is to be known of it, in sentences.
         signal: Number of the signal that interrupted it, or its companion run, if one did.
         ended: What ended it before its duration, if anything did.
+        is_saved: Whether it can be resumed if it was interrupted.
         doubts: What makes its numbers doubtful, by the time at which it was seen first.
     """
 
@@ -349,6 +364,7 @@ class Outcome(Struct, frozen=True, eq=False):
     held: Mapping[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
     signal: int | None = None
     ended: LoggedEvent | None = None
+    is_saved: bool = True
     doubts: tuple[Doubt, ...] = ()
 
 
@@ -381,18 +397,20 @@ def run(
     started = clock.monotonic()
     with asked_to_stop(interrupt) as stop:
         loop = RunLoop(network, plan, recorder, threads)
-        if resume is None:
-            loop.begin()
-        else:
-            loop.resume(resume)
-        tell = _both(loop, progress, watch)
-        kind, message = _finish(loop, tell, stop)
+        try:
+            if resume is None:
+                loop.begin()
+            else:
+                loop.resume(resume)
+            kind, message = _finish(loop, _both(loop, progress, watch), stop)
+        except Halted:  # within a step or an event: what was saved before them holds
+            kind, message = "interrupted", _interrupted(loop, stop)
     failures = recorder.memory.failures
     return Outcome(
         kind,
         message,
         clock.monotonic() - started,
-        loop.engine.statistics,
+        loop.statistics,
         tuple(failures[number] for number in sorted(failures)),
         recorder.unreached,
         tuple(loop.run_state.logged_events),
@@ -401,6 +419,7 @@ def run(
         recorder.memory.held,
         stop.signal if kind == "interrupted" else None,
         loop.run_state.queue.ended,
+        loop.is_saved,
         tuple(sorted(recorder.memory.doubts.found.values(), key=lambda one: one.time)),
     )
 
@@ -432,6 +451,7 @@ def _finish(loop: RunLoop, progress: Progress, stop: StopRequest) -> tuple[Kind,
             loop.handle(reason)
             continue
         loop.recorder.checkpoint(loop.checkpoint())
+        loop.is_saved = True
         kept = clock.monotonic()
         if stop():
             loop.record_end()  # after the checkpoint: a resumed run comes to its next sample
@@ -444,4 +464,5 @@ def _interrupted(loop: RunLoop, stop: StopRequest) -> str:
     now, duration = loop.run_state.state.time, loop.plan.simulation.duration
     number = stop.signal
     by = "" if number in (None, signal.SIGINT) else f" by {signal.Signals(number).name}"
-    return f"interrupted{by} at {now:g} s of {duration:g} s; the run can be resumed"
+    way_out = "the run can be resumed" if loop.is_saved else "nothing is saved yet: run again"
+    return f"interrupted{by} at {now:g} s of {duration:g} s; {way_out}"

@@ -7,6 +7,7 @@ is that of the same actions written into the script, to the last bit.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from copy import copy
 from typing import Any
 
@@ -14,11 +15,11 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from tissuec.core.signals import Halted, asked_to_stop, interruption
 from tissuec.engine.execution.event_queue import SAME
 from tissuec.engine.execution.memory_recorder import MemoryRecording, RecordedRows
 from tissuec.engine.execution.recorder import Part, Recorder, RecorderState
 from tissuec.engine.execution.run import Kind, RunLoop
-from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats, Network
 from tissuec.results.recording import Event
 from tissuec.script.measures.snapshot import Snapshot
@@ -91,6 +92,7 @@ class StepwiseRun:
         self.network, self._plan, self._threads = network, plan, threads
         self._near = SAME * plan.simulation.duration
         self._new: list[ScheduledAction] = []
+        self._is_torn = False  # whether a step or an event was left in its middle
         self._start()
         if saved is None:
             self.time, self.actions = 0.0, list[ScheduledAction]()
@@ -198,19 +200,24 @@ class StepwiseRun:
     def _advance(self, time: float) -> None:
         """Step to a time [s] with what was ordered so far."""
         loop = self._loop
-        if loop.run_state.state.time > max(time, loop.engine.viewable):
+        if self._is_torn or loop.run_state.state.time > max(time, loop.engine.viewable):
+            self._is_torn = False
             self._go_back(self._bases[-1])  # restored at the end of a step that is not known
-        with asked_to_stop() as stop:
+            loop = self._loop
+        with asked_to_stop() as stop, suppress(Halted):
+            self._is_torn = True
             while loop.ending is None and loop.run_state.state.time != time:
                 reason = loop.advance(lambda now: stop(), view=time)
                 if reason.kind == "viewed":
                     self.time, self._looked = time, loop.engine.look(time)
+                    self._is_torn = False
                     return
                 if reason.kind == "paused":
                     break
                 loop.handle(reason)
                 if reason.kind == "reached":  # other times depend on what is ordered later
                     self._keep()
+            self._is_torn = False
         self.time, self._looked = loop.run_state.state.time, None
         if stop.answered:
             raise interruption(stop.signal)

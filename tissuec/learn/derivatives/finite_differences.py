@@ -14,12 +14,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
+from tissuec.core.signals import interruption
 from tissuec.engine.execution.event_queue import SAME, join_times
 from tissuec.engine.execution.finer_run import USUAL
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.engine.execution.signals import interruption
 from tissuec.engine.method import Samples
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.files import replacing
+from tissuec.core.signals import give_way
 from tissuec.model.network import Indices
 from tissuec.results import ResultError, access
 from tissuec.results.blocks.anatomy import Anatomy
@@ -399,6 +400,7 @@ class _BlocksWriter:
         columns = [_FieldRows(self.file[f"{_COPIES}/{one.name}"], one) for one in self._planned]
         moments = CloudMoments(self.trajectory, self.facts, self.clouds)
         for frame in range(self.frames):
+            give_way()
             found = list(moments.at(frame))
             for column in columns:
                 shown = column.planned.variants

@@ -1,19 +1,24 @@
-"""Signals that end a program, which a run polls between steps.
+"""Signals that end a program: a run polls them between steps, and where a step takes long.
 
 These are Ctrl-C, what batch systems send before they kill (SIGTERM), and the loss of the
-terminal (SIGHUP).
+terminal (SIGHUP). Within ``asked_to_stop`` they wait for the next query. Loops that may last
+longer than a second without one, such as Newton's method, call ``give_way`` in each round.
 """
 
 import signal
 import threading
+import time as clock
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from types import FrameType
 
 Interrupt = Callable[[], bool]
 SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
+_innermost: ContextVar["StopRequest | None"] = ContextVar("asked to stop", default=None)
+PATIENCE = 0.5  # wall time after which work without a query gives way [s]
 SIGNALLED = 128  # exit codes of what ends by a signal count from here
 
 
@@ -25,15 +30,21 @@ class Terminated(KeyboardInterrupt):
         self.signal = number
 
 
+class Halted(BaseException):
+    """A loop gave way in the middle of its work, whose objects are not to be used further."""
+
+
 class StopRequest:
     """The question whether to stop.
 
     Attributes:
         answered: Whether it was asked, and the answer was yes.
+        asked: When it was asked last [s], by the monotonic clock.
     """
 
     def __init__(self, further: Interrupt | None = None):
         self.answered = False
+        self.asked = clock.monotonic()
         self._signal: int | None = None
         self._further = further
 
@@ -54,6 +65,7 @@ class StopRequest:
         self._signal = number
 
     def __call__(self) -> bool:
+        self.asked = clock.monotonic()
         further = self._further is not None and self._further()
         self.answered = self._signal is not None or further
         return self.answered
@@ -80,9 +92,26 @@ def asked_to_stop(further: Interrupt | None = None) -> Generator[StopRequest]:
     """
     stop = StopRequest(further)
     with _handled(stop.take):
-        yield stop
+        former = _innermost.set(stop)
+        try:
+            yield stop
+        finally:
+            _innermost.reset(former)
     if stop.is_late:
         raise interruption(stop.signal)
+
+
+def give_way() -> None:
+    """Leave the loop that calls this if a stop is asked for, and the last query was long ago.
+
+    What takes less time than ``PATIENCE`` is brought to its end, where a run can be saved.
+
+    Raises:
+        Halted: That is so.
+    """
+    stop = _innermost.get()
+    if stop is not None and clock.monotonic() - stop.asked >= PATIENCE and stop():
+        raise Halted
 
 
 @contextmanager
