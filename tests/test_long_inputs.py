@@ -17,6 +17,15 @@ from tissuec.scene.request import Request
 
 LONG = 20_000
 REFUSALS = (CompileError, FormatError, UnitError)
+BODY = """
+tissue gel { spring constant = 1 N/m; viscosity = 1 mN*s/m; mass = 1 g }
+body b {
+  mesh is thread { line from (0, 0, 0) mm to (9, 0, 0) mm; pieces = 4; thickness = 1 mm }
+  tissue is gel
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
 STL = b"solid a\nfacet normal 0 0 1\n%s\nendfacet\nendsolid a\n"
 
 
@@ -47,6 +56,9 @@ def refused(work):
 CASES = {
     "words of a statement": lambda n: text("word " * n),
     "words of a name": lambda n: text(f"let {'a ' * n} = 1"),
+    "words of an unknown name": lambda n: text(
+        f"{BODY}output {{ force({' '.join(f'w{k}' for k in range(n // 3))}) every 1 ms }}"
+    ),
     "semicolons in a bracket": lambda n: text(f"let a = ({';' * n}"),
     "brackets side by side": lambda n: text("let a = " + "(1;2)" * (n // 10)),
     "missing names": lambda n: text(
@@ -72,3 +84,13 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_effort_for_what_is_long_grows_as_its_length(name, length):
     assert grows_in_proportion(CASES[name], length)
+
+
+def test_a_long_name_is_shortened_in_messages():
+    words = " ".join(f"w{k}" for k in range(400))
+    source = Source("a.tis", f"language 1\n{BODY}output {{ force({words}) every 1 ms }}")
+    with pytest.raises(CompileError) as found:
+        check_request(Request(source))
+    (one,) = found.value.diagnostics
+    assert one.message == f'there is no set, body or tool called "{words[:60]}…"'
+    assert len(str(one)) < 600

@@ -1,10 +1,12 @@
 """Diagnostics about a text, and the exceptions that carry them."""
 
+import re
 import unicodedata
 from collections.abc import Iterable
 from typing import Any, Literal
 
 from msgspec import Struct
+from msgspec.structs import force_setattr
 
 from tissuec.core.data import ODD, printable
 from tissuec.core.hints import Edit, Hint
@@ -12,6 +14,10 @@ from tissuec.core.source import Span
 
 _RED, _YELLOW, _BLUE, _BOLD = "\033[1;31m", "\033[1;33m", "\033[1;34m", "\033[1m"
 _PLAIN = "\033[0m"
+
+
+_LONGEST = 200  # characters of a message whose quotes are left as they are
+_LONG_QUOTE = re.compile(r'"([^"]{60})[^"]{40,}"')
 
 
 class Note(Struct, frozen=True):
@@ -29,6 +35,11 @@ class Diagnostic(Struct, frozen=True):
     span: Span | None  # None only where there is no text, such as a file that is missing
     hint: str = ""
     notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        # What is quoted may be a text of any length; the excerpt shows where it is.
+        if len(self.message) > _LONGEST:
+            force_setattr(self, "message", _LONG_QUOTE.sub(r'"\1…"', self.message))
 
     @property
     def severity(self) -> Literal["error", "warning"]:

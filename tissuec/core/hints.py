@@ -58,6 +58,9 @@ def proposal(text: str, span: Span | None = None) -> Hint:
     return Hint(f'write "{text}"', Edit(text, span))
 
 
+_LONGEST_WORD = 200  # characters; longer ones are no misspelt names
+
+
 def insertion(text: str, span: Span) -> Edit:
     """Return the edit that puts a text after a place."""
     return Edit(text, Span(span.source, span.end, span.end))
@@ -93,6 +96,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> Hint:
     from difflib import get_close_matches  # late: most runs have no misspelt word
 
     names = list(known)
+    if len(word) > _LONGEST_WORD:  # comparing takes the square of its length
+        return Hint("")
     swapped = [name for name in names if sorted(name) == sorted(word)]
     near = swapped or get_close_matches(word, names, n=1, cutoff=_ALIKE)
     if not near:

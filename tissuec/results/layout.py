@@ -15,6 +15,7 @@ from tissuec.results.journal import JournaledFile, has_journal
 from tissuec.results.places import (
     SUFFIX,
     busy,
+    check_name,
     check_place,
     final_path,
     make_folder,
@@ -106,6 +107,7 @@ def reserved(path: Path) -> OutputFile:
     Raises:
         PlaceError: It cannot be written there, or another run is writing it.
     """
+    check_name(path)
     make_folder(path.parent)
     check_place(path)
     check_replaceable(path)

@@ -3,7 +3,7 @@
 import os
 import shutil
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -12,6 +12,7 @@ from tissuec.results import PlaceError
 
 SUFFIX = ".vtkhdf"
 _MARK = ".partial"
+_LONGEST_SHOWN = 200  # characters of a path in a message
 
 
 def partial_path(path: Path) -> Path:
@@ -49,6 +50,22 @@ def make_folder(folder: Path) -> None:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise PlaceError(f'cannot make the folder "{folder}": {reason}') from error
+
+
+def check_name(path: Path) -> None:
+    """Find out whether the system accepts the names of a result and of its partial file.
+
+    Raises:
+        PlaceError: They are too long, or have characters that names cannot have.
+    """
+    try:
+        for name in (path, path.with_name(f"{path.stem}{_MARK}{path.suffix}")):
+            with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
+                os.lstat(name)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        written = str(path) if len(str(path)) < _LONGEST_SHOWN else f"{str(path)[:60]}…"
+        raise PlaceError(f'cannot write "{written}": {reason.lower()}') from error
 
 
 def check_place(path: Path) -> None:
@@ -98,6 +115,7 @@ def result_place(out: str | os.PathLike[str] | None, name: str) -> Generator[Pat
         PlaceError: Its folder cannot be created.
     """
     if out is not None:
+        check_name(Path(out))
         make_folder(Path(out).parent)
         yield Path(out)
         return

@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.threads import bonds
 from tissuec.core.arrays import counted_up, cross, norm
-from tissuec.core.units import AREAL_STIFFNESS, show
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.source import Span
+from tissuec.core.units import AREAL_STIFFNESS, LENGTH, show
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
 from tissuec.geometry.edges import Edges, TriangleIndex
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree
@@ -36,6 +38,7 @@ HARDNESS = 12.0  # c
 THIN = 0.5  # of the size of a face: a radius below has points along the axis
 SMALL = 1.2  # the same: a radius below needs more points on faces
 FEW, MANY = fourth_degree(), even(4)
+MOST_ALONG = 1_000_000  # points of contact along a tool or a thread
 ALONG = 0.25  # of the size of a face: distance of points along an axis
 SOFT = 0.005  # of the size of a face: depth over which contact of faces begins
 
@@ -313,6 +316,7 @@ def _axis(network: Network, place: int, tool: Tool, radius: float, apart: float)
     others = np.concatenate([shape.points for shape in tool.shapes])
     length = float(np.linalg.norm(b - a))
     count = int(np.ceil(length / apart)) if length > 0.0 else 0
+    _refuse_long(tool.name, length, apart, tool.span)
     way = (np.arange(count) + 0.5) / max(count, 1)
     lengths = np.full(count, length / max(count, 1))
     ends = [0.0] if length == 0.0 else [0.0, 1.0]
@@ -327,6 +331,18 @@ def _axis(network: Network, place: int, tool: Tool, radius: float, apart: float)
     )
 
 
+def _refuse_long(name: str, length: float, apart: float, span: Span) -> None:
+    """Reject what is too long for points some way apart along it [m]."""
+    if length <= MOST_ALONG * apart:
+        return
+    message = (
+        f"{name} is {show(length, LENGTH)} long and touches faces of "
+        f"{show(apart / ALONG, LENGTH)}, which takes {length / apart:.2g} points of contact"
+    )
+    hint = f"at most {MOST_ALONG} are possible: check the places of its ends"
+    raise CompileError([Diagnostic("TIS310", message, span, hint)])
+
+
 def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
     """Return points along the pieces of a thread, at most some way apart [m].
 
@@ -336,6 +352,7 @@ def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
     pieces = bonds(body.thread)
     ends = network.springs.ends[[spring for spring, _ in pieces]].astype(np.int64)
     length = norm(network.position[ends[:, 1]] - network.position[ends[:, 0]])
+    _refuse_long(body.name, float(length.sum()), apart, body.span)
     count = np.maximum(np.ceil(length / apart), 1.0).astype(np.int64)
     of = np.repeat(np.arange(len(ends)), count)
     way = (counted_up(count) + 0.5) / count[of]

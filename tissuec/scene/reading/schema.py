@@ -40,7 +40,7 @@ from tissuec.scene.reading.entries import Entry, Written, entries_of
 from tissuec.scene.reading.entry_hints import blamed, chosen, left_side, missing, unknown_entry
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.ranges import difference, refuse_range
-from tissuec.scene.reading.values import Value
+from tissuec.scene.reading.values import SMALLEST_NUMBER, Value
 
 _QUOTED = re.compile(r'"[^"]*"')
 
@@ -262,6 +262,10 @@ def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> fl
     amount = float(value.amount)
     if kind.at_most is not None and _is_limit(amount, kind.at_most):
         amount = kind.at_most
+    if np.any(kind.dimension) and 0.0 < abs(amount) < SMALLEST_NUMBER:
+        message = f"{what} is too small to compute with: {node.span.one_line}"
+        hint = "check the units and the exponents"
+        scope.findings.reject("TIS308", message, node.span, hint=hint)
     limits = (
         (kind.above is not None and amount <= kind.above, "above", kind.above),
         (kind.at_least is not None and amount < kind.at_least, "at least", kind.at_least),

@@ -8,6 +8,7 @@ from tissuec.core.units import NUMBER, Dimension, show, si_unit
 
 #: In SI units; below it products of a few numbers are numbers still.
 LARGEST_NUMBER = 1e100
+SMALLEST_NUMBER = 1e-100  # besides 0, of what has a unit
 
 
 class Value(Struct, frozen=True, eq=False):
