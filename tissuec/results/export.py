@@ -158,25 +158,43 @@ def _head(name: str, scale: AxisUnit) -> str:
     return f"{name} [{scale.spelled}]" if scale.spelled else name
 
 
-def _joined_rows(logs: Sequence[Log], clock: AxisUnit) -> Iterable[list[object]]:
-    """Yield one row per moment of any log; a moment that a log has twice stands there twice.
+def _joined_rows(logs: Sequence[Log], clock: AxisUnit) -> Iterable[Sequence[object]]:
+    """Return one row per moment of any log; a moment that a log has twice stands there twice.
 
     Args:
         clock: Unit of the times.
     """
-    keys = [moments_of(log.time) for log in logs]
+    moments, places = _joined_moments([log.time for log in logs])
+    columns: list[Sequence[object]] = []
+    for log, place in zip(logs, places, strict=True):
+        for values in log.value.T:
+            numbers: Sequence[object] = log.scale.exactly(values.tolist())
+            if place is not None:
+                column: list[object] = [""] * len(moments)
+                for row, number in zip(place, numbers, strict=True):
+                    column[row] = number
+                numbers = column
+            columns.append(numbers)
+    times = map(without_rounding, moments.tolist())
+    return zip(clock.exactly(times), *columns, strict=True)
+
+
+def _joined_moments(times: Sequence[Floats]) -> tuple[Floats, list[list[int] | None]]:
+    """Return the moments of all logs [s], shape (moment,), and the rows of each log among them.
+
+    None stands for all of them in this order, as usually for all logs.
+
+    Args:
+        times: Of each log [s], shape (moment,).
+    """
+    first, *others = times
+    if (np.diff(first) > 0.0).all() and all(np.array_equal(first, one) for one in others):
+        return first, [None] * len(times)
+    keys = [moments_of(one) for one in times]
     moments, place = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
     ends = np.cumsum([len(key) for key in keys])
-    tables: list[list[list[object]]] = []
-    for log, rows in zip(logs, np.split(place.reshape(-1), ends[:-1]), strict=True):
-        scale = log.scale
-        table: list[list[object]] = [[""] * len(log.columns)] * len(moments)
-        for row, values in zip(rows.tolist(), log.value.tolist(), strict=True):
-            table[row] = [*scale.exactly(values)]
-        tables.append(table)
-    times = map(without_rounding, moments[:, 0].tolist())
-    for moment, *values in zip(clock.exactly(times), *tables, strict=True):
-        yield [moment, *(number for row in values for number in row)]
+    parts = np.split(place.reshape(-1), ends[:-1])
+    return moments[:, 0], [part.tolist() for part in parts]
 
 
 def without_rounding(time: float) -> float:
