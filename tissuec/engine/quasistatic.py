@@ -324,7 +324,7 @@ class Relaxations(QuasiStatic):
         span = self._arrive(state, time)
         balance = Balance(state, np.ones(self.network.node_count, dtype=bool))
         try:
-            refuse_falling(balance)
+            refuse_falling(balance, balance.start)
         except Unsettled as failure:
             return Interruption("stuck", time, node=failure.node, message=failure.message)
         bars = balance.bars(balance.start)

@@ -34,6 +34,9 @@ CORNER_SHARE = 1e-3
 # Of what a step may be wrong by, for velocities where a law of contact changes its formula:
 # estimates of high order see too little of that.
 BEND_SHARE = 0.1
+# Of what a step may be wrong by, for bristles where contacts change: their rates jump there,
+# once, so that no step is short enough for an error in proportion to it.
+JUMP_SHARE = 0.1
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 
 
@@ -107,9 +110,8 @@ def judge(
     """
     h = now.end - now.time
     noise = task.noise / h
+    rubs = thrown and task.rubs == 1 and off_speed > 0.0
     if thrown:
-        if task.rubs == 1 and off_speed > 0.0:
-            off_speed = greater(off_speed, off_hidden)
         off_speed /= BEND_SHARE
         noise = task.noise / max(h, now.largest)
     growth = (reach - now.displacement) / max(reach, task.floor)
@@ -120,6 +122,9 @@ def judge(
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * fair + noise)
     hidden = off_hidden / (allowed * lenient + task.noise / h)
+    if rubs:
+        once = max(allowed, JUMP_SHARE * share)
+        hidden = greater(hidden, off_hidden / BEND_SHARE / (once * fair + noise))
     return greater(position, greater(velocity, hidden))
 
 

@@ -40,7 +40,7 @@ stepped, stored and resumed like all other motion. Without pressure they stand u
 """
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -55,6 +55,7 @@ from tissuec.forces.contact_pairs import ContactPairs, NearShapes
 from tissuec.forces.contact_points import NO_FACE
 from tissuec.forces.contact_points_kernel import PLACING, touch_points
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
+from tissuec.forces.contact_sides_kernel import TORN
 from tissuec.forces.contact_sliding import turning
 from tissuec.forces.matrices import ForceDerivatives
 from tissuec.geometry.nearest import TRIANGLE, NearestPlace, places
@@ -74,6 +75,20 @@ if TYPE_CHECKING:
 
 MOST_TOGETHER = 4096  # pairs that are examined at once
 WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
+
+
+class Sunk(NamedTuple):
+    """Points and nodes that are inside of solids.
+
+    Attributes:
+        owner: Body of each, shape (n,).
+        body: The solid, shape (n,).
+        depth: [m], shape (n,).
+    """
+
+    owner: Indices
+    body: Indices
+    depth: Floats
 
 
 class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
@@ -154,6 +169,48 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         corner = self.points[: len(self.radius), 0]
         faces = self.of[(corner >= body.start) & (corner < body.stop)]
         return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())
+
+    def keeps_apart(self, one: slice, other: slice) -> bool:
+        """Return whether the surface of a body keeps another body outside at any depth.
+
+        Args:
+            one: Nodes of the body that is kept outside.
+            other: Nodes of the body with the surface.
+        """
+        if self.distances is None or self.group is None or self.of is None:
+            return False
+        if self.sided is None or self.meets is None:
+            return False
+        corner = self.points[: len(self.of), 0]
+        faces = self.of[
+            (self.kind[: len(self.of)] == TRIANGLE)
+            & (corner >= other.start)
+            & (corner < other.stop)
+        ]
+        own = self.owner == self.owner[one.start]
+        kept = (self.sided > 0) & np.isfinite(self.distances)
+        where = np.ix_(np.unique(self.group[own]), np.unique(faces))
+        return bool(kept[where].any())
+
+    def depths_inside(self, position: Floats) -> "Sunk":
+        """Return how deep points and nodes of bodies are inside of solids that push them out.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        pairs, place = self._pressed(position)
+        sided = pairs.sided if self.distances is not None else None
+        if sided is None or self.distances is None or self.group is None or self.of is None:
+            none = np.zeros(0, dtype=np.int64)
+            return Sunk(none, none, np.zeros(0))
+        shape = np.minimum(pairs.shape, len(self.of) - 1)
+        kept = np.isfinite(self.distances[self.group[pairs.node], self.of[shape]])
+        own = np.flatnonzero((sided > 0) & kept & (place.depth > pairs.radius))
+        # What overlaps as drawn has a radius below zero, and is no deeper than since then.
+        depth = place.depth[own] - np.maximum(pairs.radius[own], 0.0)
+        owner = self.owner[pairs.node[own]]
+        body = self.owner[self.points[pairs.shape[own], 0]]
+        return Sunk(owner, body, depth)
 
     def extent_at(self, nodes: Indices, position: Floats) -> tuple[Floats, Floats]:
         """Return the area and the depth of contact of shapes that some nodes carry.
@@ -438,12 +495,13 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         near = near[near >= count]
         own = near - count
         room = np.zeros((3, 3 * (kept + points)))
-        sided = np.zeros(0) if pairs.sided is None else pairs.sided
+        sided = np.zeros(0, dtype=np.int64) if pairs.sided is None else pairs.sided
         return ContactPointTable(
             touches=self._table(places, position, pairs, listed),
             rough=Roughness(rough, self.face_friction),
             part=UNDIVIDED,
-            sided=(sided if sided.any() else sided[:0]).astype(np.int64),
+            sided=sided if sided.any() else sided[:0],
+            alike=self.alike,
             at=3 * places[near],
             corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
             shares=np.ascontiguousarray(self.between.shares[own]),
@@ -556,11 +614,15 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
     whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
     triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
     whole[triangles] = contact.edges.holding(there).all(axis=1)
-    if contact.sided is not None and contact.of is not None:
-        # The sides of a surface that is no longer closed are unknown.
-        closed = contact.sided.copy()
-        closed[:, contact.of[~whole]] = False
-        contact = replace(contact, sided=closed if closed.any() else None)
+    if contact.sided is not None and contact.of is not None and not whole.all():
+        # Tools and threads are no longer kept outside of a surface that has a hole, bodies are.
+        torn = contact.sided.copy()
+        columns = np.unique(contact.of[~whole])
+        stays = np.zeros((len(torn), len(columns)), dtype=bool)
+        if contact.distances is not None:
+            stays = ~np.isnan(contact.distances[:, columns])
+        torn[:, columns] = np.where(stays & (torn[:, columns] > 0), TORN, 0)
+        contact = replace(contact, sided=torn if torn.any() else None)
     points = contact.between
     if points is not None and not (stays := points.whole(there)).all():
         nodes = np.ones(len(contact.nodes) - len(stays), dtype=bool)

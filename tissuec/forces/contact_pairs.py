@@ -2,7 +2,7 @@
 
 A shape is a capsule, a plane or a triangle; see ``forces.contact``.
 
-The side of a surface on which contact keeps points: axes and threads, outside of solids.
+The side of a surface on which contact keeps points: outside of solids.
 
 Distances from triangles have no sign, so that a point which has gone through a surface would be
 pushed on. The surface of a solid is closed and faces outwards. So of its triangles, the one
@@ -12,6 +12,9 @@ outwards. All other triangles, edges and corners keep their depth without a sign
 place they cancel, beyond R they vanish, and near the surface they make the energy continuous
 where a point crosses it, and where another triangle becomes the nearest one, since both are
 equally far away then.
+
+Points of bodies touch solids at a distance R that may be 0, or below it where they overlap as
+drawn: then the nearest triangle alone acts.
 
 Where the nearest point is on an edge or a corner, all triangles that have it are equally near,
 and the sum of their normals, weighted by their angles there, determines the side (J. A.
@@ -26,7 +29,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import cross, distinct, dot, norm
 from tissuec.forces import Field
 from tissuec.forces.contact_points import ContactPoints
-from tissuec.forces.contact_sides_kernel import ALIKE, NONE
+from tissuec.forces.contact_sides_kernel import ALIKE, NONE, TORN
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, or_one, places
@@ -45,15 +48,15 @@ class ContactPairs(NamedTuple):
         shape: Numbers of shapes, shape (pair,).
         weight: How often the shape counts for this node, shape (pair,).
         radius: At which it touches this node [m], shape (pair,).
-        sided: Whether it is a triangle that determines on which side of a closed surface the
-            node is, shape (pair,); None if none is.
+        sided: Kind of the surface, ``CLOSED`` or ``TORN``, if it is a triangle that determines
+            on which side of it the node is, else 0, shape (pair,); None if none does.
     """
 
     node: Indices
     shape: Indices
     weight: Floats
     radius: Floats
-    sided: NDArray[np.bool_] | None = None
+    sided: Indices | None = None
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "ContactPairs":
         """Return a selection of pairs, by a mask of shape (pair,) or indices of shape (n,)."""
@@ -69,7 +72,7 @@ class ContactPairs(NamedTuple):
         """Return these pairs followed by others, none of which determines a side."""
         sided = self.sided
         if sided is not None:
-            sided = np.append(sided, np.zeros(len(others.node), dtype=bool))
+            sided = np.append(sided, np.zeros(len(others.node), dtype=np.int64))
         return ContactPairs(
             np.concatenate([self.node, others.node]),
             np.concatenate([self.shape, others.shape]),
@@ -107,8 +110,12 @@ class NearShapes(Field, frozen=True, dict=True):
         between: The points between nodes; None without any.
         group, of: Of each node and face, a row and a column of ``meets``, shapes (m,), (face,).
         meets: Which nodes may touch which faces at all; None if every node may touch all.
-        sided: Which groups of points are kept outside of which surfaces, shape as ``meets``;
-            None without any, see ``forces.contact_pairs``.
+        sided: Which groups of points are kept outside of which surfaces, ``CLOSED`` or
+            ``TORN``, else 0, shape as ``meets``; None without any.
+        distances: How far from surfaces groups touch them [m], NaN where it is the radius of
+            their faces, shape as ``meets``; None if it always is.
+        closed: Triangles of the surfaces that keep points outside, with those in planes of
+            symmetry, which touch nothing, by the column of ``sided``; None as ``sided``.
         whole: Which faces are neither cut nor torn, shape (face,); None if all are.
         there: Which nodes are not on torn faces, shape (m,); None if none is.
         exhaustive: Whether every node is compared with every face, if there are not too many.
@@ -131,7 +138,9 @@ class NearShapes(Field, frozen=True, dict=True):
     group: Indices | None = None
     of: Indices | None = None
     meets: NDArray[np.bool_] | None = None
-    sided: NDArray[np.bool_] | None = None
+    sided: Indices | None = None
+    distances: Floats | None = None
+    closed: dict[int, Indices] | None = None
     whole: NDArray[np.bool_] | None = None
     there: NDArray[np.bool_] | None = None
     exhaustive: bool = False
@@ -153,7 +162,7 @@ class NearShapes(Field, frozen=True, dict=True):
         if self.sided is not None:
             pairs = self._with_sides(position, pairs, margin)
         pairs = pairs.some(~self._are_joined(pairs, nodes))
-        shared = self._shared(pairs)
+        shared = self._shared(pairs.some(pairs.radius > 0.0))
         close = self._places(position, shared).depth > -margin
         every = pairs.and_others(shared.some(close))
         return every.some(np.lexsort((every.shape, self.surface[every.shape], every.node)))
@@ -163,7 +172,11 @@ class NearShapes(Field, frozen=True, dict=True):
         radius = self.radius[face]
         thick = np.where(self.owner[node] < 0, 0.0, radius)
         flat = self.kind[face] == TRIANGLE
-        return np.where(flat, np.maximum(thick, self.size[node]), radius)
+        found = np.where(flat, np.maximum(thick, self.size[node]), radius)
+        if self.distances is None or self.group is None or self.of is None:
+            return found
+        own = self.distances[self.group[node], self.of[face]]
+        return np.where(np.isnan(own), found, own)
 
     def _with_sides(self, position: Floats, pairs: ContactPairs, margin: float) -> ContactPairs:
         """Return pairs with the triangles that determine the sides of points, at any depth.
@@ -175,13 +188,21 @@ class NearShapes(Field, frozen=True, dict=True):
         assert self.sided is not None, "otherwise no point has a side"
         assert self.group is not None, "points have groups"
         assert self.of is not None, "surfaces have groups"
+        assert self.closed is not None, "what has an inside is closed"
         node, face = [pairs.node], [pairs.shape]
         there = np.ones(len(self.nodes), dtype=bool) if self.there is None else self.there
+        whole = np.ones(len(self.of), dtype=bool) if self.whole is None else self.whole
         for column in np.flatnonzero(self.sided.any(axis=0)):
-            points = np.flatnonzero(self.sided[self.group, column] & there)
-            faces = np.flatnonzero(self.of == column)
+            points = np.flatnonzero((self.sided[self.group, column] > 0) & there)
+            faces = np.flatnonzero((self.of == column) & whole)
+            if not len(faces):
+                continue
             found = nearest_triangles(
-                position[self.nodes[points]], position, self.points[faces], margin
+                position[self.nodes[points]],
+                position,
+                self.points[faces],
+                margin,
+                self.closed[int(column)],
             )
             node.append(points[found.point])
             face.append(faces[found.triangle])
@@ -197,7 +218,8 @@ class NearShapes(Field, frozen=True, dict=True):
         beside = point * (1 + int(self.surface.max())) + surface
         sides |= np.isin(beside, beside[sides]) & (self.kind[triangle] == TRIANGLE)
         radius = self._radii(point, triangle)
-        return ContactPairs(point, triangle, np.ones(len(key)), radius, sides)
+        kind = np.where(sides, self.sided[self.group[point], self.of[triangle]], 0)
+        return ContactPairs(point, triangle, np.ones(len(key)), radius, kind)
 
     def _shared(self, pairs: ContactPairs) -> ContactPairs:
         """Return the elements that faces near a node share, and which count."""
@@ -290,7 +312,8 @@ class NearShapes(Field, frozen=True, dict=True):
         if not len(self.joined):
             return np.zeros(len(pairs.node), dtype=bool)
         here, corners = self.nodes[pairs.node], self.points[pairs.shape]
-        joined = self._have_key(here[:, None], corners, nodes)
+        # Points are joined as the nodes that carry them are.
+        joined = self._have_key(here[:, None], corners, nodes) & (here < nodes)
         if self.between is not None:
             own = np.flatnonzero(here >= nodes)
             for a in range(3):
@@ -343,7 +366,12 @@ class NearShapes(Field, frozen=True, dict=True):
             return place
         surfaces = 1 + int(self.surface.max())
         group = (state * len(self.nodes) + pairs.node) * surfaces + self.surface[pairs.shape]
-        return kept_outside(place, corners, pairs.radius, pairs.sided, group)
+        return kept_outside(place, corners, pairs.radius, pairs.sided, group, self.alike)
+
+    @property
+    def alike(self) -> float:
+        """Return a length below which distances from surfaces are equal [m]."""
+        return ALIKE * self.stride
 
     def are_at(self, nodes: Indices) -> NDArray[np.bool_]:
         """Return which nodes are among the given ones, and which points lie between these.
@@ -378,6 +406,10 @@ class NearShapes(Field, frozen=True, dict=True):
         assert self.between is not None, "otherwise there are no points"
         own = self.between.on(nodes)
         first = len(self.nodes) - len(self.between.corners)
+        if self.meets is not None and self.group is not None and self.of is not None:
+            # Some points act against a single body.
+            tools = self.of[self.kind[: len(self.of)] != TRIANGLE]
+            own = own[self.meets[self.group[first + own]][:, tools].any(axis=1)]
         where = self._with_points(position)[len(position) + own]
         return where, first + own, self.between.face[own]
 
@@ -394,8 +426,9 @@ def kept_outside(
     place: NearestPlace,
     corners: Floats,
     radius: Floats,
-    sided: NDArray[np.bool_],
+    sided: Indices,
     group: Indices,
+    alike: float,
 ) -> NearestPlace:
     """Return places with the signed depth of points that are inside closed surfaces.
 
@@ -403,18 +436,21 @@ def kept_outside(
         place: Where points are in shapes.
         corners: Of the shapes [m], shape (pair, 3, 3).
         radius: [m], shape (pair,).
-        sided: Which pairs are triangles that determine the side of their point, shape (pair,).
+        sided: Kind of the surface of those pairs whose triangles determine the side of their
+            point, else 0, shape (pair,).
         group: Number of the point and the surface of each pair, shape (pair,).
+        alike: Length below which distances are equal [m].
     """
     own = np.flatnonzero(sided)
     _, of = np.unique(group[own], return_inverse=True)
     distance = radius[own] - place.depth[own]
     nearest = np.full(int(of.max()) + 1, np.inf)
     np.minimum.at(nearest, of, distance)
-    near = distance <= nearest[of] + ALIKE * radius[own]
+    near = distance <= nearest[of] + alike
     # Of equally near triangles, the first one.
     first = np.flatnonzero(near)[np.unique(of[near], return_index=True)[1]]
     alone = np.asarray((place.weights[own[first]] > NONE).all(axis=1))
+    on_rim = (sided[own[first]] == TORN) & ~alone & (np.bincount(of[near]) == 1)
     near &= ~alone[of]
     near[first] = True
     facing = _facing(corners[own[near]], place.weights[own[near]])
@@ -423,8 +459,8 @@ def kept_outside(
     np.add.at(side, of[near], dot(facing, away))
     np.add.at(outwards, of[near], facing)
     least = distance[first]
-    close = least <= ALIKE * radius[own[first]]
-    changes = (side < 0.0) | close
+    close = least <= alike
+    changes = ((side < 0.0) | close) & ~on_rim
     outwards /= or_one(norm(outwards))[:, None]
     outwards = np.where(close[:, None], outwards, -place.normal[own[first]])
     behind, outwards = own[first[changes]], outwards[changes]

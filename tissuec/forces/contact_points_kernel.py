@@ -72,7 +72,7 @@ def press_point(k: int, begin: int, table: ContactPointTable) -> int:
     x, v, touches, rough = table.x, table.v, table.touches, table.rough
     end = look(k, begin, x, v, touches)
     if table.sided.size:
-        end = push_outside(k, begin, end, x, v, touches, table.sided)
+        end = push_outside(k, begin, end, x, v, touches, table.sided, table.alike)
     # Pressure with damping, largest friction, its rate, and it times sliding velocity.
     total = grip = growth = u0 = u1 = u2 = 0.0
     start = begin

@@ -4,7 +4,8 @@ Shared arguments:
     k: Index of the point among those of the contact.
     i: Index of its first component in ``x``.
     pair, last: Pairs of the point with one surface: from ``pair`` up to before ``last``.
-    sided: 1 of pairs whose triangle determines the side of the point.
+    sided: ``CLOSED`` or ``TORN`` of pairs whose triangle determines the side of the point.
+    alike: Length below which distances are equal [m].
     x, v: Positions [m] and velocities [m/s], flat.
     touches: Record of the contact; its fields give the shapes and units.
 """
@@ -17,10 +18,14 @@ from tissuec.forces.contact_rows_kernel import BENDS, COLUMNS, PAIR, PLACES
 from tissuec.kernels.records import ContactTable, Floats, Integers
 
 Three = tuple[float, float, float]
-#: Of the radius: triangles so much further away than the nearest one are as near, and so near
-#: to a surface a point is pushed straight out of it, as differences of places are inaccurate.
+#: Of the longest way in a step: triangles so much further away than the nearest one are as
+#: near, and so near to a surface a point is pushed straight out of it, as differences of places
+#: are inaccurate.
 ALIKE = 1e-11
 NONE = 1e-9  # weight of a corner that counts as none
+#: Kinds of surfaces that keep points outside: those that are closed, and those that were, of
+#: which triangles are cut or torn. At the rim of a hole, nothing is inside.
+CLOSED, TORN = 1, 2
 
 
 def push_outside(
@@ -31,6 +36,7 @@ def push_outside(
     v: Floats,
     touches: ContactTable,
     sided: Integers,
+    alike: float,
 ) -> int:
     """Set rows for the triangles that a point is nearest to and behind; return the new end.
 
@@ -45,15 +51,15 @@ def push_outside(
         while last < stop and touches.surface[touches.shape[last]] == surface:
             last += 1
         if sided[pair]:
-            behind, below, outwards = nearest_behind(i, pair, last, x, touches, sided)
-            if behind >= 0:
+            behind, below, outwards = nearest_behind(i, pair, last, x, touches, sided, alike)
+            if behind >= 0 and touches.radius[behind] + below > 0.0:
                 row = begin
                 while row < end and touches.at[row, PAIR] < behind:
                     row += 1
                 if row == end or touches.at[row, PAIR] != behind:
                     make_room(row, end, touches)
                     end += 1
-                lay_inside(k, row, i, behind, below, outwards, x, v, touches)
+                lay_inside(k, row, i, behind, below, outwards, x, v, touches, alike)
         pair = last
     return end
 
@@ -72,7 +78,13 @@ def make_room(row: int, end: int, touches: ContactTable) -> None:
 
 
 def nearest_behind(
-    i: int, pair: int, last: int, x: Floats, touches: ContactTable, sided: Integers
+    i: int,
+    pair: int,
+    last: int,
+    x: Floats,
+    touches: ContactTable,
+    sided: Integers,
+    alike: float,
 ) -> tuple[int, float, Three]:
     """Return the nearest triangle of a point that is inside, or on the surface.
 
@@ -80,7 +92,7 @@ def nearest_behind(
         Its pair, -1 if the point is outside; how deep the point is below it [m]; and the normal
         of the surface there, of any length.
     """
-    least, found, alone = inf, -1, False
+    least, found, alone, near = inf, -1, False, 0
     for each in range(pair, last):
         if sided[each]:
             least = min(least, distance(i, each, x, touches))
@@ -92,22 +104,24 @@ def nearest_behind(
         shape = touches.shape[each]
         r0, r1, r2, wb, wc = above(i, shape, x, touches)
         away, wa = sqrt(r0 * r0 + r1 * r1 + r2 * r2), 1.0 - wb - wc
-        if away > least + ALIKE * touches.radius[each]:
+        if away > least + alike:
             continue
+        near += 1
         if found < 0:
             found, below = each, away
             alone = wa > NONE and wb > NONE and wc > NONE
         f0, f1, f2 = facing(shape, wa, wb, wc, x, touches)
         side += f0 * r0 + f1 * r1 + f2 * r2
         n0, n1, n2 = n0 + f0, n1 + f1, n2 + f2
-    if side >= 0.0 and below > ALIKE * touches.radius[found]:
+    on_rim = sided[found] == TORN and near == 1 and not alone
+    if on_rim or (side >= 0.0 and below > alike):
         found = -1
     return found, below if side < 0.0 else -below, (n0, n1, n2)
 
 
 def lay_inside(
     k: int, row: int, i: int, pair: int, below: float, outwards: Three, x: Floats, v: Floats,
-    touches: ContactTable,
+    touches: ContactTable, alike: float,
 ) -> None:  # fmt: skip
     """Set a row for the nearest triangle of a point that is inside, without forces.
 
@@ -119,7 +133,7 @@ def lay_inside(
     shape = touches.shape[pair]
     n0, n1, n2, wb, wc = above(i, shape, x, touches)
     wa, turned = 1.0 - wb - wc, -1.0
-    if abs(below) <= ALIKE * touches.radius[pair]:
+    if abs(below) <= alike:
         n0, n1, n2 = outwards
         turned = 1.0
     size = sqrt(n0 * n0 + n1 * n1 + n2 * n2)
@@ -127,8 +141,16 @@ def lay_inside(
     n0, n1, n2 = n0 * inverse, n1 * inverse, n2 * inverse
     depth = touches.radius[pair] + below
     lay(k, row, pair, (depth, n0, n1, n2, wa, wb, wc, 0.0, 0.0, 0.0), v, touches)
-    # Forces jump where another triangle becomes the nearest one.
-    touches.met[row, BENDS] += 4.0 * (1.0 + shape)
+    # Forces jump where another triangle becomes the nearest one, if it faces elsewhere.
+    way = 9.0 * third(n0) + 3.0 * third(n1) + third(n2)
+    touches.met[row, BENDS] += 4.0 * (1.0 + way)
+
+
+def third(component: float) -> float:
+    """Return in which third of the range from -1 to 1 a component of a normal is: 0, 1 or 2."""
+    if component < -1.0 / 3.0:
+        return 0.0
+    return 2.0 if component > 1.0 / 3.0 else 1.0
 
 
 def above(

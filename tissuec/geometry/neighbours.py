@@ -27,7 +27,11 @@ class NearestTriangles(NamedTuple):
 
 
 def nearest_triangles(
-    points: Floats, position: Floats, triangles: Indices, margin: float
+    points: Floats,
+    position: Floats,
+    triangles: Indices,
+    margin: float,
+    closed: Indices | None = None,
 ) -> NearestTriangles:
     """Return the nearest triangles of points that are, or may get, into a closed surface.
 
@@ -37,7 +41,10 @@ def nearest_triangles(
         triangles: Their corners, facing outwards, shape (triangle, 3).
         margin: How far points may move as seen from the surface [m]; then, too, the nearest
             triangle is among those returned.
+        closed: Corners of the whole surface, of which the triangles are a part; None if they
+            are all of it.
     """
+    closed = triangles if closed is None else closed
     corners = position[triangles]
     low, high = corners.min(axis=(0, 1)) - margin, corners.max(axis=(0, 1)) + margin
     there = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
@@ -57,7 +64,7 @@ def nearest_triangles(
         np.minimum.at(least, own, distance)
         may = least <= margin
         far = np.flatnonzero(~may)
-        may[far] = inside(points[some[far]], position, triangles)
+        may[far] = inside(points[some[far]], position, closed)
         keeps = may[own] & (distance <= least[own] + 2.0 * margin)
         found.append(NearestTriangles(some[own[keeps]], triangle[keeps], distance[keeps]))
     return NearestTriangles(*(np.concatenate(part) for part in zip(*found, strict=True)))

@@ -121,8 +121,10 @@ class ContactPointTable(NamedTuple):
     touches: ContactTable
     rough: Roughness
     part: int  # of contact that is computed; that of ``PLACING`` places the points first
-    # 1 of pairs whose triangle determines the side of a point, shape (pair,) or (0,)
+    # Kind of the surface, see ``forces.contact_sides_kernel``, of pairs whose triangle
+    # determines the side of a point, else 0, shape (pair,) or (0,)
     sided: Integers
+    alike: float  # distances of these are equal below it [m]
     at: Integers  # where the coordinates of each point begin, shape (near,)
     corners: IntegerRows  # the same of its corners, shape (near, 3)
     shares: Rows  # N_a, shape (near, 3)

@@ -88,6 +88,7 @@ class Balance:
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)
         self._last: tuple[Bars | None, list[Floats]] = None, []
+        self._stride = np.inf if state.contact is None else state.contact.stride
         self._planes = state.symmetry
         if self._planes is not None:
             self._within = self._planes.projection(number, len(self.free))
@@ -118,6 +119,11 @@ class Balance:
             if acting is not self._planes:
                 found |= acting.touched(position)
         return found[self.free]
+
+    @property
+    def contact_stride(self) -> float:
+        """Return the longest way of a node that contact does not miss [m]; inf without any."""
+        return self._stride
 
     @property
     def off_planes(self) -> Floats:

@@ -19,10 +19,13 @@ Shared arguments:
     force: Force on each free node [N], shape (free, 3).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import norm
 from tissuec.core.errors import counted
 from tissuec.core.signals import give_way
 from tissuec.core.units import FORCE, show
@@ -36,7 +39,7 @@ from tissuec.mechanics.stability import SoftestMotion, is_firm, softest
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model import topology
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
@@ -45,6 +48,7 @@ FAR, NEARBY = 100.0, 1.0  # times the size of the net: where a search ends
 # succession after which forces have grown, as they do without an equilibrium ahead.
 SOON, WORSE = 80, 8
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
+LANDING = 20  # halvings of the step in which a piece that falls touches something
 
 
 class Unsettled(Exception):
@@ -96,8 +100,9 @@ def settle(
     balance = Balance(state, chosen)
     if not len(balance.free):
         return ()
-    refuse_falling(balance)
     start = balance.start if guess is None else guess[balance.free]
+    start = set_down(balance, start)
+    refuse_falling(balance, start)
     with np.errstate(over="ignore", invalid="ignore"):  # on the way to nowhere
         x, remarks = _minimum(balance, start, patiently=patiently)
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
@@ -218,29 +223,98 @@ def _pushed_off(balance: Balance, x: Floats, mode: SoftestMotion) -> Floats:
     return x
 
 
-def refuse_falling(balance: Balance) -> None:
-    """Refuse a net with a loaded piece that nothing holds.
+class _Falling(NamedTuple):
+    """Pieces on which forces act, and that nothing holds.
 
-    Raises:
-        Unsettled: Forces act on such a piece.
+    Attributes:
+        piece: Their numbers, shape (n,).
+        load: Sum of the forces on each [N], shape (n, 3).
+        labels: Piece of each free node, shape (free,).
     """
+
+    piece: Indices
+    load: Floats
+    labels: NDArray[np.integer]
+
+
+def _falling(balance: Balance, x: Floats) -> _Falling:
+    """Return the pieces that fall from where they are."""
     inner = (balance.springs.ends >= 0).all(axis=1)
     labels = topology.pieces(len(balance.free), balance.springs.ends[inner])
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
     anchored[labels[balance.springs.ends[~inner].max(axis=1)]] = True
-    anchored[labels[balance.touched(balance.bars(balance.start).position)]] = True
+    anchored[labels[balance.touched(balance.bars(x).position)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)
     off = np.zeros((len(anchored), 3, 3))  # planes of symmetry bear what is across them
     np.add.at(off, labels, balance.off_planes)
     total -= np.einsum("pij,pj->pi", np.linalg.pinv(off) @ off, total)
     most = UNLOADED * float(np.abs(balance.load).sum(axis=0).max())
-    falling = ~anchored & (np.abs(total).max(axis=1) > most)
-    if falling.any():
-        piece = int(np.argmax(falling))
-        acting = show(float(np.linalg.norm(total[piece])), FORCE)
+    piece = np.flatnonzero(~anchored & (np.abs(total).max(axis=1) > most))
+    return _Falling(piece, total[piece], labels)
+
+
+def refuse_falling(balance: Balance, x: Floats) -> None:
+    """Refuse a net with a loaded piece that nothing holds.
+
+    Raises:
+        Unsettled: Forces act on such a piece.
+    """
+    found = _falling(balance, x)
+    if len(found.piece):
+        acting = show(float(np.linalg.norm(found.load[0])), FORCE)
         text = f"there is no equilibrium: no support balances a force of {acting}"
-        raise Unsettled(text, int(balance.free[np.argmax(labels == piece)]))
+        raise Unsettled(text, int(balance.free[np.argmax(found.labels == found.piece[0])]))
+
+
+def set_down(balance: Balance, x: Floats) -> Floats:
+    """Return places where pieces that fall have come upon something [m], shape (free, 3).
+
+    Each is moved along the force on it, those furthest ahead first, until it touches. Where
+    nothing is in its way, it stays.
+    """
+    stride = balance.contact_stride
+    found = _falling(balance, x)
+    if not np.isfinite(stride) or not len(found.piece):
+        return x
+    way: Floats = found.load / norm(found.load)[:, None]
+    ahead = [
+        float((x[found.labels == piece] @ along).max())
+        for piece, along in zip(found.piece, way, strict=True)
+    ]
+    for number in np.argsort(ahead)[::-1].tolist():
+        own = found.labels == found.piece[number]
+        x = _set_down(balance, x, own, stride * way[number])
+    return x
+
+
+def _set_down(balance: Balance, x: Floats, own: NDArray[np.bool_], step: Floats) -> Floats:
+    """Return places with some nodes moved in steps until one of them touches something.
+
+    Args:
+        own: The nodes that move together, shape (free,).
+        step: So short that nothing passes through a surface unseen [m], shape (3,).
+    """
+    position = balance.bars(x).position.copy()
+    along = step / float(np.linalg.norm(step))
+    far = float(np.ptp(position @ along)) / float(np.linalg.norm(step))
+
+    def touches(steps: float) -> bool:
+        there = position.copy()
+        there[balance.free[own]] += steps * step
+        return bool(balance.touched(there)[own].any())
+
+    before, after = 0.0, 1.0
+    while not touches(after):
+        before, after = after, after + 1.0
+        if after > far + 1.0:
+            return x
+    for _ in range(LANDING):
+        middle = 0.5 * (before + after)
+        before, after = (before, middle) if touches(middle) else (middle, after)
+    moved = x.copy()
+    moved[own] += after * step
+    return moved
 
 
 PRECISE = 1e-12  # of the largest force: what may be left of one that balances

@@ -20,6 +20,7 @@ from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.entries import Entry, entries_of, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import block, declare
+from tissuec.scene.usual_ranges import unusual
 from tissuec.script.verbs.cut import PlaneWords
 
 CONTACTS = {
@@ -140,6 +141,9 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
         EnvironmentEntries, others, scope, what="environment", where=block.head
     )
     _check_contact(entries, places, scope)
+    if "friction" in places and entries.friction is not None:
+        strange = unusual("friction", entries.friction, "friction is", places["friction"])
+        scope.findings.extend([] if strange is None else [strange])
     said = list[PlaneWords]()
     for item in planes:
         with scope.findings.item():

@@ -11,7 +11,15 @@ from msgspec.structs import replace
 from tissuec.compiler.ambient_damping import skin_areas, thread_areas
 from tissuec.compiler.bodies.threads import bonds
 from tissuec.compiler.contact.friction import friction_of, has_friction
-from tissuec.compiler.contact.points import SOFT, FacePoints, face_points, stiffness_of
+from tissuec.compiler.contact.points import (
+    SKIN,
+    SOFT,
+    FacePoints,
+    Sides,
+    are_mirrored,
+    face_points,
+    stiffness_of,
+)
 from tissuec.core.arrays import distinct
 from tissuec.core.errors import Note, counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
@@ -38,9 +46,6 @@ if TYPE_CHECKING:  # annotations only: scenes without it load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.contact_pairs import ContactPairs
 
-#: Of the size of a face, or of the mean length of a spring: how far around surfaces others
-#: touch them.
-SKIN = 0.25
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
 STRIDE = 0.5  # the same, as the way that nodes may go in a step
@@ -128,7 +133,8 @@ def contact_of(
         return None
     points = face_points(network, tools, law)
     threaded = bool(_touchable(network, points).size.any())
-    skins = _of_skins(network, law, points, threaded=threaded)
+    sides = None if points is None else points.sides(network, tools, law)
+    skins = _of_skins(network, law, points, sides, threaded=threaded)
     parts = [_of_tools(network, tools), _of_threads(network), skins]
     columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
     faces = Faces(*map(np.concatenate, columns))
@@ -165,11 +171,9 @@ def contact_of(
         span=environment.span,
     )
     if points is not None:
-        contact = _with_points(contact, points, network, parts, tools, environment, findings)
+        contact = _with_points(contact, points, sides, network, parts, environment, findings)
     if not settles:
         _warn_of_drawn_touches(contact, network, findings)
-    if law.between_bodies:
-        _warn_of_buried_bodies(environment, network, findings)
     return contact
 
 
@@ -209,40 +213,35 @@ def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
 
 
 def _with_points(
-    contact: "Contact", points: FacePoints, network: Network, parts: "list[Faces]",
-    tools: Sequence[Tool], environment: Environment, findings: Findings,
+    contact: "Contact", points: FacePoints, sides: Sides | None, network: Network,
+    parts: "list[Faces]", environment: Environment, findings: Findings,
 ) -> "Contact":  # fmt: skip
     """Return contact with the stiffness of points and the pairs of groups that may touch.
 
     Args:
+        sides: Which groups are kept outside of solids.
         parts: Faces of tools, of threads, and of skins.
-        tools: Those that may touch.
     """
     law = environment.contact
     assert law is not None, "otherwise there are no points"
     of_tools, of_threads, of_skins = parts
     shapes, bodies = len(of_tools.kind), len(network.bodies)
-    group, of, meets = points.meetings(
-        network,
-        _owners(network),
-        np.concatenate(
-            [
-                np.arange(shapes),
-                shapes + of_threads.spared,
-                shapes + bodies + _owners(network)[of_skins.points[:, 0]],
-            ]
-        ),
-    )
+    skins = shapes + bodies + _owners(network)[of_skins.points[:, 0]]
+    skins[are_mirrored(network)[: len(skins)]] = shapes + 2 * bodies
+    of = np.concatenate([np.arange(shapes), shapes + of_threads.spared, skins])
+    sided, distances, closed = sides or (None, None, None)
     own = stiffness_of(points, network, environment, findings)
     return replace(
         contact,
         stiffness=np.append(contact.stiffness, own),
         layer=law.contact_layer or SOFT * float(points.face_size.min()),
         between=points.between,
-        group=group,
+        group=np.append(_owners(network), points.group(bodies)),
         of=of,
-        meets=meets,
-        sided=points.sides(network, tools),
+        meets=points.meetings(network),
+        sided=sided,
+        distances=distances,
+        closed=closed,
     )
 
 
@@ -311,7 +310,12 @@ def default_thickness(network: Network, points: FacePoints | None) -> float:
 
 
 def _of_skins(
-    network: Network, law: EnvironmentEntries, points: FacePoints | None, *, threaded: bool
+    network: Network,
+    law: EnvironmentEntries,
+    points: FacePoints | None,
+    sides: Sides | None = None,
+    *,
+    threaded: bool,
 ) -> Faces:
     """Return the triangles of the surfaces of all bodies, if anything can touch them.
 
@@ -319,11 +323,18 @@ def _of_skins(
 
     Args:
         points: Of contact of faces.
+        sides: Which of them are kept outside of solids.
         threaded: Whether there are any of those.
     """
-    skin, thickness = network.skin.astype(np.int64), 0.0
+    skin, thickness = network.skin.astype(np.int64), np.zeros(len(network.bodies))
     if law.between_bodies:
-        thickness = law.contact_thickness or default_thickness(network, points)
+        usual = default_thickness(network, points)
+        thickness[:] = law.contact_thickness or usual
+        if points is not None and sides is not None and not law.within_bodies:
+            # Where everything is kept outside, the thickness only says what is listed as near.
+            for number, apart in enumerate(points.distances_from_skins(network, sides)):
+                if len(apart) and not np.isnan(apart).any():
+                    thickness[number] = max(usual, float(apart.max()))
     elif not threaded:
         skin = skin[:0]
     owner = _owners(network)[skin[:, 0]]
@@ -331,7 +342,7 @@ def _of_skins(
         kind=np.full(len(skin), TRIANGLE),
         points=skin,
         surface=network.node_count + len(network.bodies) + owner,
-        radius=np.full(len(skin), thickness),
+        radius=thickness[owner],
         spared=np.full(len(skin), -1) if law.within_bodies else owner,
         bonds=_unbound(len(skin)),
         corners=skin,
@@ -380,39 +391,6 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
             hint=f"draw {_further_apart(contact, network, pairs)}, or let the net settle "
             '("at 0 s: settle")',
         )
-
-
-def _warn_of_buried_bodies(
-    environment: Environment, network: Network, findings: Findings
-) -> None:
-    """Warn of bodies drawn deep inside of solids, where no surface is near to push them."""
-    from tissuec.geometry.inside import winding_numbers
-
-    owner = _owners(network)
-    corners = network.skin.astype(np.int64)
-    joined = {tuple(pair) for pair in np.sort(owner[network.joined_ends], axis=1).tolist()}
-    for a, outer in enumerate(network.bodies):
-        if not outer.is_solid:
-            continue
-        box = network.position[outer.nodes]
-        for b, inner in enumerate(network.bodies):
-            points = network.position[inner.nodes]
-            if a == b or tuple(sorted((a, b))) in joined or inner.thread is not None:
-                continue
-            if (points <= box.min(axis=0)).any() or (points >= box.max(axis=0)).any():
-                continue
-            around = corners[owner[corners[:, 0]] == a]
-            if all(
-                (np.abs(winding_numbers(some, network.position, around)) > 0.5).all()
-                for some in (points[:1], points)
-            ):
-                findings.add(
-                    "W406",
-                    f"{inner.name} is drawn inside of the solid {outer.name}, but contact acts "
-                    "near surfaces only",
-                    environment.span,
-                    hint=f"draw {inner.name} outside, or hold it in place with a joint",
-                )
 
 
 def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") -> str:
@@ -469,20 +447,24 @@ def _stiffness(
 def _faced_areas(network: Network, environment: Environment, findings: Findings) -> Floats:
     """Return the area that each node of a body shows to what touches it [m²], shape (node,).
 
-    Of a thread its thickness times its length; nodes inside of a skin have the mean of others.
+    Of a thread its thickness times its length; nodes inside of a skin have the mean of others,
+    and those of a net without a skin the mean of all other nodes that have one.
     """
     area = skin_areas(network) + thread_areas(network) / pi
+    if not area.any():
+        body = network.bodies[0]
+        findings.reject(
+            "TIS306",
+            f"contact surface stiffness needs a surface, which {body.name} does not have",
+            environment.span,
+            hint="write a contact stiffness, of each node",
+            notes=(Note("the body", body.span),),
+        )
+    usual = float(area[area > 0.0].mean())
     for body in network.bodies:
         own = area[body.nodes]
-        if not own.any():
-            findings.reject(
-                "TIS306",
-                f"contact surface stiffness needs a surface, which {body.name} does not have",
-                environment.span,
-                hint="write a contact stiffness, of each node",
-                notes=(Note("the body", body.span),),
-            )
-        area[body.nodes] = np.where(own > 0.0, own, own[own > 0.0].mean())
+        mean = float(own[own > 0.0].mean()) if own.any() else usual
+        area[body.nodes] = np.where(own > 0.0, own, mean)
     return area[: network.body_nodes]
 
 

@@ -6,6 +6,9 @@ element behind the face, h its size and c = 12: a layer that is a twelfth as thi
 and that lets faces, which do not bend, follow a tool. For walls of the thickness t, whose faces
 carry load by tension, k is c E* t/h².
 
+Where two bodies touch, E* is the smaller one: points of the firmer body that touch a softer one
+are points of their own, which touch nothing else.
+
 Between the points of a face, a tool with a radius R below h/2 would slip through. Such a tool
 has points along its axis instead, on which the whole surface presses. So do threads, so that
 they cannot slip between nodes across an edge.
@@ -24,10 +27,12 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Span
 from tissuec.core.units import AREAL_STIFFNESS, LENGTH, show
 from tissuec.forces.contact_points import NO_FACE, ContactPoints
+from tissuec.forces.contact_sides_kernel import CLOSED
 from tissuec.geometry.edges import Edges, TriangleIndex
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import or_one
+from tissuec.geometry.neighbours import nearest_triangles
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.scene.environment import Environment, EnvironmentEntries
 from tissuec.scene.model import Tool
@@ -41,6 +46,8 @@ FEW, MANY = fourth_degree(), even(4)
 MOST_ALONG = 1_000_000  # points of contact along a tool or a thread
 ALONG = 0.25  # of the size of a face: distance of points along an axis
 SOFT = 0.005  # of the size of a face: depth over which contact of faces begins
+SKIN = 0.25  # of the size of a face: how far around surfaces without an inside others touch
+ALIKE = 1e-6  # of E*: bodies that differ by less are equally firm
 
 
 class FacePoints(Struct, frozen=True, eq=False):
@@ -58,6 +65,9 @@ class FacePoints(Struct, frozen=True, eq=False):
         skin: Triangle of the network that each is on, -1 on an axis, shape (point,).
         thin: Which shapes of tools are thin compared with which bodies of the network, shape
             (shape, all bodies).
+        couples: Bodies, and the softer ones that some of their points alone touch, shape
+            (couple, 2).
+        couple: Of each point, -1 of those that touch all others, shape (point,).
     """
 
     between: ContactPoints
@@ -70,76 +80,202 @@ class FacePoints(Struct, frozen=True, eq=False):
     face_size: Floats
     skin: Indices
     thin: NDArray[np.bool_]
+    couples: Indices
+    couple: Indices
 
     @property
     def is_on_thread(self) -> NDArray[np.bool_]:
         """Return which points are on threads, shape (point,)."""
         return (self.owner >= 0) & (self.between.face == NO_FACE)
 
-    def meetings(
-        self, network: Network, nodes: Indices, surface: Indices
-    ) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-        """Return groups of nodes and of faces, and which may touch; see ``Contact.meets``.
+    def group(self, bodies: int) -> Indices:
+        """Return the group of each point: a row of the tables below, shape (point,).
 
-        Nodes of bodies with points touch nothing, and nodes of threads do not touch these
-        bodies: their points do.
+        Groups are the nodes of each body, the points of each body, those of each shape of a
+        tool, and those of each couple.
 
         Args:
-            nodes: Body of each node of the bodies, shape (node,).
-            surface: Surface of each face: the number of a shape of a tool, then of a thread,
-                then of the skin of a body, shape (face,).
+            bodies: Number of all bodies.
+        """
+        own = np.where(self.owner < 0, 2 * bodies + self.shape, bodies + self.owner)
+        return np.where(self.couple < 0, own, 2 * bodies + len(self.thin) + self.couple)
+
+    def meetings(self, network: Network) -> NDArray[np.bool_]:
+        """Return which groups of nodes may touch which groups of faces; see ``Contact.meets``.
+
+        Nodes of bodies with points touch nothing, and nodes of threads do not touch these
+        bodies: their points do. Groups of faces are each shape of a tool, each thread, the skin
+        of each body, and the faces in planes of symmetry, which nothing touches.
         """
         bodies, shapes = len(network.bodies), len(self.thin)
-        meets = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
+        groups = 2 * bodies + shapes + len(self.couples)
+        meets = np.zeros((groups, shapes + 2 * bodies + 1), dtype=bool)
         of_tools, of_faced = slice(shapes), shapes + bodies + self.bodies
         threads = np.unique(self.owner[self.is_on_thread])
-        meets[:bodies] = True
+        meets[:bodies, :-1] = True
         meets[self.bodies] = False
         meets[np.ix_(threads, of_faced)] = False
         faced = bodies + self.bodies
         meets[faced, of_tools] = ~self.thin.T[self.bodies]
-        meets[faced, shapes + bodies :] = True
+        meets[faced, shapes + bodies : -1] = True
         meets[np.ix_(bodies + threads, of_faced)] = True
-        meets[2 * bodies :, shapes + bodies :] = self.thin
-        own = np.where(self.owner < 0, 2 * bodies + self.shape, bodies + self.owner)
-        return np.concatenate([nodes, own]), surface, meets
+        of_axes = slice(2 * bodies, 2 * bodies + shapes)
+        meets[of_axes, shapes + bodies : -1] = self.thin
+        for number, (body, softer) in enumerate(self.couples.tolist()):
+            meets[bodies + body, shapes + bodies + softer] = False
+            meets[2 * bodies + shapes + number, shapes + bodies + softer] = True
+        return meets
 
-    def sides(self, network: Network, tools: Sequence[Tool]) -> NDArray[np.bool_] | None:
-        """Return which groups of points are kept outside of which surfaces; see ``meetings``.
+    def sides(
+        self, network: Network, tools: Sequence[Tool], law: EnvironmentEntries
+    ) -> "Sides | None":
+        """Return which groups of points are kept outside of which surfaces, and how far.
 
         Points of thin tools and of threads are kept outside of solids that no point of their
-        tool or thread is in as drawn, unless a joint sews the thread to the body.
+        tool or thread is in as drawn, unless a joint sews the thread to the body. Points and
+        nodes of bodies are kept outside of all solids but those around the whole body, and
+        those that a joint holds deep inside.
 
         Args:
+            network: With the nodes of tools.
             tools: Those that may touch.
+            law: As written.
 
         Returns:
-            A table, shape (group of points, group of faces); None if there are none.
+            None if none are.
         """
-        bodies, shapes = len(network.bodies), len(self.thin)
-        sided = np.zeros((2 * bodies + shapes, shapes + 2 * bodies), dtype=bool)
+        bodies, shapes, meets = len(network.bodies), len(self.thin), self.meetings(network)
+        sided, distances = np.zeros(meets.shape, np.int64), np.full(meets.shape, np.nan)
         tool = np.repeat(np.arange(len(tools)), [len(one.shapes) for one in tools])
         threads, lines = self.is_on_thread, np.flatnonzero(self.between.face == NO_FACE)
-        for number in [int(n) for n in self.bodies if _is_solid(network, int(n))]:
+        solid = [int(n) for n in self.bodies if _is_solid(network, int(n))]
+        for number in solid:
             body, column = network.bodies[number], shapes + bodies + number
             within = inside(self.position[lines], network.position, network.skin_of(body))
             entering = lines[within]
             of_tools = np.unique(tool[self.shape[entering[self.shape[entering] >= 0]]])
-            sided[2 * bodies :, column] = self.thin[:, number] & ~np.isin(tool, of_tools)
+            kept = self.thin[:, number] & ~np.isin(tool, of_tools)
+            sided[2 * bodies : 2 * bodies + shapes, column] = np.where(kept, CLOSED, 0)
             free = np.setdiff1d(self.owner[threads], self.owner[entering]).tolist()
             free = [n for n in free if not network.are_joined(network.bodies[n], body)]
-            sided[bodies + np.array(free, dtype=np.int64), column] = True
-        return sided if sided.any() else None
+            sided[bodies + np.array(free, dtype=np.int64), column] = CLOSED
+        if law.between_bodies:
+            self._keep_apart(network, solid, law, meets, sided, distances)
+        closed = {
+            shapes + bodies + number: network.skin_of(network.bodies[number]).astype(np.int64)
+            for number in solid
+        }
+        return Sides(sided, distances, closed) if sided.any() else None
+
+    def distances_from_skins(self, network: Network, sides: "Sides") -> list[Floats]:
+        """Return how far from the skin of each body the groups of others touch it [m]."""
+        bodies, shapes, meets = len(network.bodies), len(self.thin), self.meetings(network)
+        owner = np.concatenate(
+            [np.tile(np.arange(bodies), 2), np.full(shapes, -1), self.couples[:, 0]]
+        )
+        there = np.isin(np.arange(len(owner)), self.group(bodies))
+        there[:bodies] = True
+        return [
+            sides.distances[
+                meets[:, shapes + bodies + n] & there & (owner >= 0) & (owner != n),
+                shapes + bodies + n,
+            ]
+            for n in range(bodies)
+        ]
+
+    def _keep_apart(
+        self, network: Network, solid: Sequence[int], law: EnvironmentEntries,
+        meets: NDArray[np.bool_], sided: Indices, distances: Floats,
+    ) -> None:  # fmt: skip
+        """Fill in the tables of sides and distances for points and nodes of bodies.
+
+        Surfaces of solids touch where they meet, or at the contact thickness that is written.
+        Surfaces without an inside touch at the contact thickness. None begin to press as they
+        are drawn: those that are drawn closer touch at that distance, as do those that overlap
+        by no more than the thickness.
+
+        Args:
+            solid: Bodies with an inside.
+            meets: Which groups may touch, changed in place like the others.
+        """
+        size = SKIN * float(self.face_size.min())
+        thickness, written = law.contact_thickness or size, law.contact_thickness or 0.0
+        bodies, first = len(network.bodies), len(self.thin) + len(network.bodies)
+        groups, place = self.group(bodies), network.position
+        for number, body in enumerate(network.bodies):
+            rows = np.unique(groups[(self.owner == number) & (self.skin >= 0)])
+            points = self.position[np.isin(groups, rows)]
+            if body.thread is not None:
+                continue
+            if not len(rows):
+                rows, points = np.array([number]), place[body.nodes]
+            for other in solid:
+                touched = rows[meets[rows, first + other]]
+                if number == other or not len(touched):
+                    continue
+                around = network.bodies[other]
+                gap, is_within = _gap(points, network, around, thickness)
+                is_joined = network.are_joined(body, around)
+                if is_within or (is_joined and gap < -thickness):
+                    continue
+                most = written if number in solid else thickness
+                sided[touched, first + other] = CLOSED
+                distances[touched, first + other] = min(max(gap, -thickness), most)
+                if number in solid:
+                    continue
+                back = np.unique(groups[(self.owner == other) & (self.skin >= 0)])
+                ahead = self.position[np.isin(groups, back)]
+                gap = abs(_gap(ahead, network, body, thickness)[0])
+                if gap < thickness:
+                    distances[back, first + number] = gap
+
+
+class Sides(NamedTuple):
+    """Which groups of points are kept outside of which surfaces; see ``Contact``.
+
+    Attributes:
+        sided: As there.
+        distances: How far from a surface a group touches it [m], NaN where it is the radius of
+            its faces, shape as ``sided``.
+        closed: As there.
+    """
+
+    sided: Indices
+    distances: Floats
+    closed: dict[int, Indices]
+
+
+def _gap(points: Floats, network: Network, body: BodyPart, margin: float) -> tuple[float, bool]:
+    """Return the smallest distance of points from a body [m], and whether all are inside it.
+
+    The distance is below zero if points are inside, infinite if none is within a margin.
+
+    Args:
+        points: As drawn [m], shape (point, 3).
+        network: With the body.
+        body: One with a surface.
+        margin: [m].
+    """
+    skin = network.skin_of(body).astype(np.int64)
+    faces = network.skin[_faces(network, body)].astype(np.int64)
+    found = nearest_triangles(points, network.position, faces, margin, skin)
+    least = np.full(len(points), np.inf)
+    np.minimum.at(least, found.point, found.distance)
+    near = np.flatnonzero(np.isfinite(least))
+    within = inside(points[near], network.position, skin)
+    away = np.where(within, -least[near], least[near])
+    is_within = bool(within.sum() == len(points))
+    return float(away.min(initial=np.inf)), is_within
 
 
 def _is_solid(network: Network, number: int) -> bool:
     """Return whether a body has a closed surface around elements that fill it.
 
-    A body that is cut in half by a plane of symmetry has none.
+    Planes of symmetry close it.
     """
     body = network.bodies[number]
     skin = network.skin_of(body)
-    if len(_faces(network, body)) < len(skin) or not Edges.among(skin).is_closed:
+    if not Edges.among(skin).is_closed:
         return False
     index, filled = TriangleIndex(skin), np.zeros(len(skin), dtype=bool)
     for one in network.elements:
@@ -172,8 +308,11 @@ def face_points(
     thin[:, bodies] = radii[:, None] < THIN * size
     thick = np.where(thin[:, bodies], np.inf, radii[:, None]).min(axis=0, initial=np.inf)
     rules = [MANY if radius < SMALL * h else FEW for radius, h in zip(thick, size, strict=True)]
-    own = _on_faces(rows, areas, rules)
     every = np.concatenate(rows)
+    yields = _yielding(network, bodies, rows, areas, law)
+    couples = np.argwhere(yields)
+    touch = _touch_others(network, tools, law, yields)
+    own, couple = _in_couples(_on_faces(bodies, rows, areas, rules), couples, touch)
     axes = _axes(network, tools, thin[:, bodies], size)
     of_axis = np.repeat(np.flatnonzero(thin.any(axis=1)), [len(a.lengths) for a in axes])
     threads = [n for n, body in enumerate(network.bodies) if body.thread is not None]
@@ -196,7 +335,7 @@ def face_points(
     return FacePoints(
         between=between,
         position=between.behind(network.position)[network.node_count :],
-        owner=np.concatenate([np.repeat(bodies, own.counts), none, of_thread]),
+        owner=np.concatenate([own.owner, none, of_thread]),
         size=np.concatenate([np.zeros(len(own.face)), radii[of_axis], *thickness]),
         extent=np.concatenate([own.areas, lengths]),
         shape=np.concatenate(
@@ -206,7 +345,57 @@ def face_points(
         face_size=size,
         skin=np.concatenate([every[own.face], np.full(len(lengths), -1)]),
         thin=thin,
+        couples=couples,
+        couple=np.concatenate([couple, np.full(len(lengths), -1)]),
     )
+
+
+def _yielding(
+    network: Network, bodies: Sequence[int], rows: Sequence[Indices],
+    areas: Sequence[Floats], law: EnvironmentEntries,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Return which bodies are firmer than which others, shape (body, body).
+
+    None are if bodies do not touch one another, or where a pressure per depth is written.
+    """
+    found = np.zeros((len(network.bodies), len(network.bodies)), dtype=bool)
+    if not law.between_bodies or law.contact_surface_stiffness is not None or len(bodies) < 2:
+        return found
+    firm = [_of_elements(network.skin[row].astype(np.int64), network)[0] for row in rows]
+    most = np.array([one.max() for one in firm])
+    mean = np.array([one @ area / area.sum() for one, area in zip(firm, areas, strict=True)])
+    found[np.ix_(bodies, bodies)] = (most[:, None] > (1.0 + ALIKE) * mean) & (mean > 0.0)
+    np.fill_diagonal(found, val=False)
+    return found
+
+
+def _touch_others(
+    network: Network, tools: Sequence[Tool], law: EnvironmentEntries, yields: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return which bodies may touch more than softer ones, shape (body,)."""
+    count = len(network.bodies)
+    if law.within_bodies or any(tool.shapes for tool in tools):
+        return np.ones(count, dtype=bool)
+    has_skin = np.array([len(network.skin_of(body)) > 0 for body in network.bodies])
+    others = has_skin & ~np.eye(count, dtype=bool) & ~yields
+    return np.asarray(others.any(axis=1) | ~yields.any(axis=1))
+
+
+def _in_couples(
+    own: "_OnFaces", couples: Indices, touch: NDArray[np.bool_]
+) -> tuple["_OnFaces", Indices]:
+    """Return the points of faces, once more for each softer body, and their couples.
+
+    Args:
+        own: Points of faces, body by body.
+        couples: Firmer and softer bodies, shape (couple, 2).
+        touch: Which bodies may touch more than softer ones, shape (body,).
+    """
+    chosen = [np.flatnonzero(touch[own.owner])]
+    chosen += [np.flatnonzero(own.owner == body) for body in couples[:, 0]]
+    point = np.concatenate(chosen)
+    couple = np.repeat(np.arange(-1, len(couples)), [len(each) for each in chosen])
+    return own.some(point), couple
 
 
 class _OnFaces(NamedTuple):
@@ -216,17 +405,26 @@ class _OnFaces(NamedTuple):
         face: Number of the triangle of each, shape (point,).
         shares: N_a, shape (point, 3).
         areas: [m²], shape (point,).
-        counts: Points of each body.
+        owner: Body of each, shape (point,).
     """
 
     face: Indices
     shares: Floats
     areas: Floats
-    counts: list[int]
+    owner: Indices
+
+    def some(self, which: Indices) -> "_OnFaces":
+        """Return a selection of points, by indices of shape (n,)."""
+        return _OnFaces(
+            self.face[which], self.shares[which], self.areas[which], self.owner[which]
+        )
 
 
 def _on_faces(
-    rows: Sequence[Indices], areas: Sequence[Floats], rules: Sequence[TriangleRule]
+    bodies: Sequence[int],
+    rows: Sequence[Indices],
+    areas: Sequence[Floats],
+    rules: Sequence[TriangleRule],
 ) -> _OnFaces:
     """Return the points of the faces of bodies, by their triangles, areas and rules."""
     first = np.cumsum([0, *map(len, rows)])
@@ -240,7 +438,7 @@ def _on_faces(
         np.concatenate(faces),
         np.concatenate(shares),
         np.concatenate(every),
-        [len(face) for face in faces],
+        np.repeat(bodies, [len(face) for face in faces]),
     )
 
 
@@ -255,11 +453,16 @@ def _has_points(network: Network, body: BodyPart, law: EnvironmentEntries) -> bo
 
 def _faces(network: Network, body: BodyPart) -> Indices:
     """Return the surface triangles of a body that are not in a plane of symmetry."""
-    inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
-    mirrored = np.zeros(len(inside), dtype=bool)
+    own = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
+    return np.flatnonzero(own.all(axis=1) & ~are_mirrored(network))
+
+
+def are_mirrored(network: Network) -> NDArray[np.bool_]:
+    """Return which surface triangles are in a plane of symmetry, shape (triangle,)."""
+    mirrored = np.zeros(len(network.skin), dtype=bool)
     for plane in network.mirrored:
         mirrored |= np.isin(network.skin, plane.nodes).all(axis=1)
-    return np.flatnonzero(inside.all(axis=1) & ~mirrored)
+    return mirrored
 
 
 def _areas(network: Network, rows: Indices) -> Floats:
@@ -400,6 +603,9 @@ def stiffness_of(
     mean = np.zeros(len(network.bodies))
     firm_of = firm[points.between.face[faced]] * points.extent[faced]
     mean[points.bodies] = np.bincount(owner, firm_of) / area
+    yields = np.flatnonzero(points.couple >= 0)
+    softer = mean[points.couples[points.couple[yields], 1]]
+    found[yields] *= np.minimum(softer / or_one(firm[points.between.face[yields]]), 1.0)
     beside = points.thin[points.shape[axis]]
     # A strip as wide as R, of the pressure c E*/R by depth.
     found[axis] = HARDNESS * points.extent[axis] * (beside @ mean) / beside.sum(axis=1)

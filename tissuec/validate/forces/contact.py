@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+TORN = 2  # of ``ContactPairs.sided``
 OVER = 1.0 + 1e-9  # times its length: a bristle that is as long as G/k but for rounding
 
 
@@ -256,7 +257,7 @@ class _Touched:
         normal = _unit(np.where(plane[:, None], ahead, arm))
         depth: Floats = np.where(plane, 0.0, pairs.radius) - (normal * arm).sum(axis=1)
         if pairs.sided is not None:
-            _turn_out(of, position, pairs, arm, normal, depth)
+            _turn_out(of, position, pairs, share, arm, normal, depth)
         inside = depth > 0.0
         self.node, self.kind, self.weight = (
             pairs.node[inside],
@@ -387,31 +388,40 @@ class _Turning:
 
 
 def _turn_out(
-    of: "Contact", position: Floats, pairs: "ContactPairs", arm: Floats, normal: Floats,
-    depth: Floats,
+    of: "Contact", position: Floats, pairs: "ContactPairs", share: Floats, arm: Floats,
+    normal: Floats, depth: Floats,
 ) -> None:  # fmt: skip
     """Change normals and depths where points are inside of what keeps them outside.
+
+    Where the surface has a hole, nothing is inside whose nearest place is on the rim: on an
+    edge of one triangle only.
 
     Args:
         position: Of all nodes and points [m], shape (n, 3).
         pairs: All that may touch.
+        share: w of the carriers, shape (pair, 3).
         arm: x - p [m], shape (pair, 3).
         normal: n, changed in place, shape (pair, 3).
         depth: δ, changed in place [m], shape (pair,).
     """
     assert pairs.sided is not None, "otherwise nothing changes"
     away = np.linalg.norm(arm, axis=1)
-    faces = np.arange(len(of.radius))
-    for surface in np.unique(of.surface[pairs.shape[pairs.sided]]):
+    faces, close = np.arange(len(of.radius)), 1e-11 * of.stride
+    decides = pairs.sided > 0
+    for surface in np.unique(of.surface[pairs.shape[decides]]):
         skin = of.points[faces[(of.surface[faces] == surface) & (of.kind[faces] == TRIANGLE)]]
-        rows = np.flatnonzero(pairs.sided & (of.surface[pairs.shape] == surface))
+        rows = np.flatnonzero(decides & (of.surface[pairs.shape] == surface))
         least = np.full(len(of.nodes), np.inf)
         np.minimum.at(least, pairs.node[rows], away[rows])
         # Faces with a side in common are equally far away but for rounding: the first counts.
-        rows = rows[away[rows] <= least[pairs.node[rows]] + 1e-11 * pairs.radius[rows]]
-        rows = rows[np.unique(pairs.node[rows], return_index=True)[1]]
+        rows = rows[away[rows] <= least[pairs.node[rows]] + close]
+        _, first, count = np.unique(pairs.node[rows], return_index=True, return_counts=True)
+        rows = rows[first]
+        on_rim = (pairs.sided[rows] == TORN) & (count == 1) & (share[rows].min(axis=1) <= 1e-9)
+        rows = rows[~on_rim]
+        # Seen from a place in a plane of symmetry, half of what is around it is missing.
         angle = solid_angles(position[of.nodes[pairs.node[rows]]], position[skin])
-        rows = rows[angle > 2.0 * np.pi]
+        rows = rows[angle > np.pi]
         normal[rows] *= -1.0
         depth[rows] = pairs.radius[rows] + away[rows]
 

@@ -2,9 +2,10 @@
 
 Without contact between bodies, nothing keeps them apart; with it, bodies pass through if they
 press harder than contact can bear. Then edges of one surface cross triangles of the other, or
-triangles of the same surface with which they have no node in common. Bodies that touch or
-overlap as drawn, such as layers that joints connect, are left out, and so are those that pass
-through themselves as drawn.
+triangles of the same surface with which they have no node in common. Bodies that cross as
+drawn, or touch without contact, such as layers that joints connect, are left out, and so are
+those that pass through themselves as drawn. Solids that contact keeps apart at any depth are
+watched by ``doubts.sinking``.
 """
 
 from collections.abc import Iterator
@@ -81,6 +82,7 @@ class _Couple:
         self._near: list[tuple[WatchedSkin, WatchedSkin, Indices]] = []
         self._orders = [(one, other)] if one is other else [(one, other), (other, one)]
         self._outline = Outline.of(one.surface.edges) if one is other else None
+        self._is_strict = one is other
 
     @property
     def is_one(self) -> bool:
@@ -121,13 +123,18 @@ class _Couple:
                 *boxes(position[edges.ends[near]]), *boxes(position[second.triangles[far]])
             )
             pairs = pairs[meet]
-            if self.is_one:
+            if self._is_strict:
                 pairs = pairs[_are_across(position, edges.ends, second, pairs)]
             if not len(pairs):
                 continue
             passages = through(position, edges.ends, second.triangles, pairs)
             found += [(second, passage) for passage in passages]
         return found
+
+    def crosses(self, network: Network) -> bool:
+        """Return whether surfaces that touch cross as drawn, other than in common planes."""
+        self._is_strict = True
+        return bool(self.crossings(network.position, network.present))
 
     def touch(self, drawn: Floats) -> bool:
         """Return whether the surfaces touch or cross as drawn [m], shape (node, 3).
@@ -175,8 +182,8 @@ class Overlapping:
         bodies = [b for b in network.bodies if b.thread is None and len(network.skin_of(b))]
         skins = [WatchedSkin(network, body) for body in bodies]
         pairs = [*combinations(skins, 2), *((skin, skin) for skin in skins)]
-        couples = [_Couple(*pair) for pair in pairs]
-        apart = [couple for couple in couples if not couple.touch(network.position)]
+        couples = [_Couple(*pair) for pair in pairs if not _are_kept_apart(network, *pair)]
+        apart = [couple for couple in couples if _is_watched(network, couple)]
         return cls(network, apart) if apart else None
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
@@ -205,6 +212,25 @@ class Overlapping:
             why = f"contact cannot hold {'it' if couple.is_one else 'them'} apart"
             remedy = "use a larger contact stiffness or smaller cells"
         return Finding(subject, count, f"{what}: {why}", where, "crossing", remedy, other.span)
+
+
+def _is_watched(network: Network, couple: _Couple) -> bool:
+    """Return whether surfaces are apart as drawn, or touch where contact holds them apart."""
+    if not couple.touch(network.position):
+        return True
+    one, other = couple.one.body, couple.other.body
+    if couple.is_one or network.are_joined(one, other):
+        return False
+    return _is_held_apart(network, is_one=False) and not couple.crosses(network)
+
+
+def _are_kept_apart(network: Network, one: WatchedSkin, other: WatchedSkin) -> bool:
+    """Return whether contact keeps one of two bodies outside of the other at any depth."""
+    contact = network.contact
+    return contact is not None and (
+        contact.keeps_apart(one.body.nodes, other.body.nodes)
+        or contact.keeps_apart(other.body.nodes, one.body.nodes)
+    )
 
 
 def _is_held_apart(network: Network, *, is_one: bool) -> bool:
