@@ -242,30 +242,37 @@ def test_a_body_falls_as_far_as_its_warning_says(damping):
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "warns"), [("13", "29", False), ("12.9", "28.9", True)]
+    ("low", "entries", "warns"),
+    [
+        (12.0, "", False),  # they touch
+        (11.1, "", False),  # they overlap by less than a quarter of a cell
+        (10.9, "", True),
+        (11.9, "contact thickness = 0.2 mm", False),
+        (11.7, "contact thickness = 0.2 mm", True),
+    ],
 )
-def test_bodies_that_touch_to_rounding_do_not_overlap(low, high, warns):
-    # Surfaces are a quarter of a cell thick: 1 mm above the slab they begin to touch.
+def test_solids_overlap_that_overlap_by_more_than_the_thickness(low, entries, warns):
     text = f"""language 1
 tissue gel {{ Young's modulus = 6 kPa; density = 1000 kg/m^3; retardation time = 20 ms }}
 body cube {{
-  mesh is lattice {{ cell = 4 mm; box from (-10, -8, {low}) mm to (10, 8, {high}) mm }}
+  mesh is lattice {{ cell = 4 mm; box from (-10, -8, {low}) mm to (10, 8, {low} + 16) mm }}
   tissue is gel
 }}
 body slab {{
   mesh is lattice {{ cell = 4 mm; box from (-20, -20, 0) mm to (20, 20, 12) mm }}
   tissue is gel
 }}
-environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too }}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too; {entries} }}
 simulate {{ duration = 1 ms }}
 """
     assert ("W406" in codes(text)) is warns
 
 
+@pytest.mark.parametrize("contact", ["off", "bodies too"])
 @pytest.mark.parametrize(
     ("low", "joint", "warns"), [("4", "", True), ("21", "", False), ("4", "tied", False)]
 )
-def test_a_body_inside_of_a_solid_is_found(low, joint, warns):
+def test_a_body_inside_of_a_solid_is_found(low, joint, warns, contact):
     text = f"""language 1
 tissue gel {{ Young's modulus = 6 kPa; density = 1000 kg/m^3; retardation time = 20 ms }}
 tissue fibre {{ spring constant = 1 N/m; viscosity = 1 mN*s/m; mass = 1 mg }}
@@ -277,14 +284,23 @@ body cube {{
   mesh is lattice {{ cell = 4 mm; box from (-4, -4, {low}) mm to (4, 4, {low} + 8) mm }}
   tissue is gel
 }}
-environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too }}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is {contact} }}
 simulate {{ duration = 1 ms }}
 """
     if joint:
         text += "joint tied { springs from cube to slab; reach = 9 mm; tissue is fibre }"
-    said = [each.message for each in tissuec.check(text) if each.code == "W406"]
-    expected = "cube is drawn inside of the solid slab, but contact acts near surfaces only"
-    assert said == [expected] * warns
+    found = [each for each in tissuec.check(text) if each.code == "W416"]
+    assert len(found) == warns
+    for one in found:
+        assert one.message.startswith("cube is drawn inside of slab, and neither acts on the")
+        region = "region cube where within 4 mm of (0, 0, 8) mm { tissue is gel }"
+        assert one.hint == f"write in slab: {region}; or join both by a joint"
+        # The way out leads out.
+        lines = text.splitlines()
+        body = [n for n, line in enumerate(lines) if line.startswith("body cube")][0]
+        lines[body : body + 4] = []
+        mended = "\n".join(lines).replace("to (20, 20, 16) mm }", f"to (20, 20, 16) mm }}; {region}")
+        assert "W416" not in codes(mended)
 
 
 def test_steps_of_a_thin_contact_thickness_are_as_many_as_announced(monkeypatch):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.validate.scenes import quantity, validated
+from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
@@ -93,3 +93,14 @@ def test_both_stiffnesses_are_one_too_many():
     text = text_of(SHEET.format(3, 2), "contact stiffness = 1 N/mm")
     with pytest.raises(CompileError, match="exclude each other"):
         compile_request(Request(Source("piece.tis", text)))
+
+
+def test_a_net_without_a_surface_is_as_stiff_as_nodes_that_have_one():
+    net = (
+        "body far { mesh is explicit; tissue is gel; section = 1 mm^2 }\n"
+        'table nodes of far in mm with columns "id x y z" { 1 0 0 90; 2 10 0 90 }\n'
+        'table springs of far with columns "a b" { 1 2 }\n'
+    )
+    contact = compiled_scene(text_of(SHEET.format(3, 2)) + net).network.contact
+    own = contact.stiffness[contact.owner == 0]
+    assert contact.stiffness[contact.owner == 1] == pytest.approx(own.mean(), rel=1e-12)
