@@ -297,9 +297,11 @@ simulate {{ duration = 1 ms }}
         assert one.hint == f"write in slab: {region}; or join both by a joint"
         # The way out leads out.
         lines = text.splitlines()
-        body = [n for n, line in enumerate(lines) if line.startswith("body cube")][0]
+        body = next(n for n, line in enumerate(lines) if line.startswith("body cube"))
         lines[body : body + 4] = []
-        mended = "\n".join(lines).replace("to (20, 20, 16) mm }", f"to (20, 20, 16) mm }}; {region}")
+        mended = "\n".join(lines).replace(
+            "to (20, 20, 16) mm }", f"to (20, 20, 16) mm }}; {region}"
+        )
         assert "W416" not in codes(mended)
 
 

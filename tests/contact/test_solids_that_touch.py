@@ -199,6 +199,7 @@ def test_where_a_surface_is_torn_it_keeps_out_what_is_elsewhere():
     skin = network.skin_of(network.bodies[0])
     middle = network.position[skin].mean(axis=1)
     torn = int(np.argmin(np.linalg.norm(middle - [6e-3, 6e-3, 8e-3], axis=1)))
+    assert network.skin_marks is not None
     alive[network.skin_marks[torn]] = False
     left = contact.intact(alive)
     assert set(np.unique(left.sided)) == {0, CLOSED, TORN}

@@ -170,6 +170,19 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         faces = self.of[(corner >= body.start) & (corner < body.stop)]
         return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())
 
+    def least_friction(self, position: Floats) -> float:
+        """Return the smallest coefficient of friction where something touches; 0 without any.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        if self.friction is not None:
+            return self.friction
+        pairs, place = self._pressed(position)
+        there = (place.weights * self.face_friction[pairs.shape]).sum(axis=1)
+        both = np.minimum(self.node_friction[pairs.node], there)
+        return float(both.min()) if len(both) else 0.0
+
     def keeps_apart(self, one: slice, other: slice) -> bool:
         """Return whether the surface of a body keeps another body outside at any depth.
 

@@ -23,6 +23,8 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
     from tissuec.mechanics.stiffness import Stiffness
 
 OFF_PLANE = 1e2  # stiffness across planes of symmetry, relative to the largest of all others
@@ -57,6 +59,7 @@ class Balance:
         springs: Those that act, or that are edges of what acts.
         mass: Of the free nodes [kg], shape (free,).
         load: Weight and external force on each free node [N], shape (free, 3).
+        holds_slides: Whether motions of pieces along what they touch count as neutral.
     """
 
     def __init__(self, state: State, chosen: NDArray[np.bool_]):
@@ -88,6 +91,8 @@ class Balance:
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)
         self._last: tuple[Bars | None, list[Floats]] = None, []
+        self.holds_slides = False
+        self._contact = state.contact
         self._stride = np.inf if state.contact is None else state.contact.stride
         self._planes = state.symmetry
         if self._planes is not None:
@@ -124,6 +129,34 @@ class Balance:
     def contact_stride(self) -> float:
         """Return the longest way of a node that contact does not miss [m]; inf without any."""
         return self._stride
+
+    def contact_matrix(self, x: Floats) -> "csr_matrix":
+        """Return the part of K that is of contact, without what weakens [N/m].
+
+        Args:
+            x: Positions of the free nodes [m], shape (free, 3).
+        """
+        from scipy.sparse import csr_matrix
+
+        size = len(self.free)
+        if self._contact is None:
+            return csr_matrix((3 * size, 3 * size))
+        where = self._time, self.bars(x).position, self._number, size
+        return csr_matrix(self._contact.matrix(*where, exact=False))
+
+    def pressed(self, x: Floats, nodes: Indices) -> tuple[float, float]:
+        """Return the force with which contact presses on some nodes, and what can rub them [N].
+
+        Args:
+            x: Positions of the free nodes [m], shape (free, 3).
+            nodes: Numbers among the free nodes, shape (n,).
+        """
+        if self._contact is None:
+            return 0.0, 0.0
+        position, total = self.bars(x).position, np.zeros_like(self._position)
+        self._contact.add_forces(self._time, position, self._still, total)
+        force = float(norm(total[self.free[nodes]].sum(axis=0)))
+        return force, self._contact.least_friction(position) * force
 
     @property
     def off_planes(self) -> Floats:

@@ -18,6 +18,7 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
@@ -145,6 +146,8 @@ class NeutralMotions:
             mass: Weights of the motions [kg], shape (free,); the masses of the nodes if None.
         """
         mass = balance.mass if mass is None else mass
+        if balance.holds_slides:
+            return cls(sliding(balance, x, mass), mass)
         position = balance.bars(x).position
         touched, load, off = balance.touched(position), balance.present_load, balance.off_planes
         found = (
@@ -214,6 +217,36 @@ class NeutralMotions:
             order = np.asarray(qr(freedom.motion.T, mode="economic", pivoting=True)[-1])
             chosen.append(freedom.piece.unknowns[order[: freedom.motion.shape[1]]])
         return np.concatenate([np.zeros(0, dtype=np.int64), *chosen])
+
+
+SLIDING = 1e-2  # of the stiffest: motions of a piece that contact resists less than that slide
+
+
+def sliding(balance: Balance, x: Floats, mass: Floats) -> tuple[Freedom, ...]:
+    """Return how pieces that contact alone holds can slide along what they touch.
+
+    These are the rigid motions along which the normals of contact hardly move.
+
+    Args:
+        x: Where the free nodes are [m], shape (free, 3).
+        mass: Weights of the motions [kg], shape (free,).
+    """
+    stiffness, off = balance.contact_matrix(x), balance.off_planes
+    found: list[Freedom] = []
+    for piece in pieces(balance):
+        place = x[piece.nodes]
+        if len(piece.anchors):
+            continue
+        none = np.zeros((0, 3))
+        rigid = _freedom(piece, place, none, mass[piece.nodes], off[piece.nodes])
+        if rigid is None:
+            continue
+        own = stiffness[piece.unknowns][:, piece.unknowns]
+        size, way = np.linalg.eigh(rigid.motion.T @ (own @ rigid.motion))
+        slides = way[:, size <= SLIDING * size[-1]]
+        if slides.shape[1] and size[-1] > 0.0:
+            found.append(replace(rigid, motion=rigid.motion @ slides))
+    return tuple(found)
 
 
 def rigid_motions(balance: Balance, x: Floats) -> tuple[Freedom, ...]:

@@ -39,7 +39,7 @@ from tissuec.mechanics.stability import SoftestMotion, is_firm, softest
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model import topology
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats, Indices, Network
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
@@ -48,6 +48,8 @@ FAR, NEARBY = 100.0, 1.0  # times the size of the net: where a search ends
 # succession after which forces have grown, as they do without an equilibrium ahead.
 SOON, WORSE = 80, 8
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
+EVEN = 1e-6  # of the force that presses: along what is level, rounding drives less
+LEVEL = 1e-3  # the same, with what an uneven mesh drives
 LANDING = 20  # halvings of the step in which a piece that falls touches something
 
 
@@ -104,7 +106,7 @@ def settle(
     start = set_down(balance, start)
     refuse_falling(balance, start)
     with np.errstate(over="ignore", invalid="ignore"):  # on the way to nowhere
-        x, remarks = _minimum(balance, start, patiently=patiently)
+        x, remarks = _settled(balance, state.network, start, patiently=patiently)
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     state.velocity[balance.free] = 0.0
     state.forget_friction(balance.free)
@@ -153,6 +155,107 @@ def _minimum(
         remarks = (Remark(BUCKLED, node),)
         x, _ = _equilibrium(balance, _pushed_off(balance, x, mode), patiently=patiently)
     return x, (Remark("this equilibrium is unstable", node),)
+
+
+def _settled(
+    balance: Balance, network: Network, x: Floats, *, patiently: bool
+) -> tuple[Floats, tuple[Remark, ...]]:
+    """Return a minimum of the energy near x, or where all but friction balances.
+
+    Both are positions of the free nodes [m], shape (free, 3).
+    """
+    # What friction holds does not slide; on level ground, forces balance wherever it is.
+    slid = _without_slides(balance, network, x) if patiently else None
+    if slid is not None and slid.stays:
+        return slid.x, slid.remarks
+    try:
+        return _minimum(balance, x, patiently=patiently)
+    except Unsettled as failure:
+        if slid is None:
+            raise
+        if slid.refusal is not None:
+            raise slid.refusal from failure
+        return slid.x, slid.remarks
+
+
+class _Slid(NamedTuple):
+    """A place where forces balance but for those along which pieces can slide in contact.
+
+    Attributes:
+        x: Positions of the free nodes [m], shape (free, 3).
+        remarks: What can slide.
+        stays: Whether nothing drives it, or no more than friction bears.
+        refusal: Why it does not stay, if more than friction bears drives it.
+    """
+
+    x: Floats
+    remarks: tuple[Remark, ...]
+    stays: bool
+    refusal: Unsettled | None
+
+
+def _without_slides(balance: Balance, network: Network, x: Floats) -> _Slid | None:
+    """Return where forces balance but for those along which pieces can slide in contact.
+
+    Friction bears these, which equilibria do not know.
+
+    Args:
+        x: Where to begin [m], shape (free, 3).
+    """
+    balance.holds_slides = True
+    if not NeutralMotions.of(balance, x).count:
+        balance.holds_slides = False
+        return None
+    try:
+        x, is_found = descend(balance, x)
+        neutral = NeutralMotions.of(balance, x)
+    finally:
+        balance.holds_slides = False
+    if not is_found or not neutral.count:
+        return None
+    left = balance.force(balance.bars(x))
+    remarks: list[Remark] = []
+    refusal, stays = None, True
+    for freedom in neutral.freedoms:
+        nodes = freedom.piece.nodes
+        force = float(norm(left[nodes].sum(axis=0)))
+        pressed, rubs = balance.pressed(x, nodes)
+        node, way = int(balance.free[nodes[0]]), _direction(freedom.motion)
+        name = next(one.name for one in network.bodies if node < one.nodes.stop)
+        stays &= force <= max(rubs, EVEN * pressed)
+        if force > max(rubs, LEVEL * pressed):
+            by = f"friction bears {show(rubs, FORCE)} only" if rubs else "there is no friction"
+            text = (
+                f"there is no equilibrium: {name} can slide {way} along what it touches, "
+                f"{show(force, FORCE)} drive it, and {by}"
+            )
+            refusal = refusal or Unsettled(text, node)
+        if not rubs:
+            text = f"{name} can slide freely {way} along what it touches; it stays in place"
+            remarks.append(Remark(text))
+    return _Slid(x, tuple(remarks), stays, refusal)
+
+
+def _direction(motion: Floats) -> str:
+    """Return along which directions a piece slides, as text.
+
+    Args:
+        motion: Rigid motions of its nodes, shape (3 n, motion).
+    """
+    shift = motion.reshape(-1, 3, motion.shape[1]).mean(axis=0)
+    ways, sizes, _ = np.linalg.svd(shift, full_matrices=False)
+    along = ways[:, sizes > 0.1 * sizes.max(initial=0.0)].T
+    if len(along) == 2:
+        across = np.cross(*along)
+        return (
+            f"at right angles to {_written(across * np.sign(across[np.abs(across).argmax()]))}"
+        )
+    return f"along {' and '.join(_written(one) for one in along)}"
+
+
+def _written(vector: Floats) -> str:
+    """Return a vector as it is written in a scene, to two decimals."""
+    return "(" + ", ".join(f"{round(float(one), 2) + 0.0:g}" for one in vector) + ")"
 
 
 def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
@@ -345,6 +448,8 @@ def descend(
         give_way()
         bars = balance.bars(x)
         force = balance.force(bars)
+        if balance.holds_slides:
+            force = NeutralMotions.of(balance, x).balanced(force)
         if is_balanced(balance, bars, force):
             return polished(balance, x, bars, force), True
         left = greatest(force)
