@@ -1,4 +1,4 @@
-"""Equilibria of bodies that lie on others: they are set down, and slide or are held by friction."""
+"""Bodies at rest on others: they are set down, and slide or are held by friction."""
 
 import numpy as np
 import pytest

@@ -8,6 +8,7 @@ from tests.contact.test_faces import GEL, deformed, forces, forces_of_an_energy,
 from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.forces.contact_pairs import kept_outside
+from tissuec.forces.contact_sides_kernel import CLOSED
 from tissuec.geometry.inside import inside, winding_numbers
 from tissuec.geometry.nearest import TRIANGLE, places
 from tissuec.geometry.neighbours import nearest_triangles
@@ -119,7 +120,7 @@ def test_the_nearest_triangle_tells_the_side_at_sharp_edges_and_corners(seed):
     corners, kind = position[triangles[face]], np.full(len(point), TRIANGLE)
     radius = np.full(len(point), 1e-3)
     place = places(points[point], kind, corners, radius)
-    found = kept_outside(place, corners, radius, np.ones(len(point), dtype=bool), point)
+    found = kept_outside(place, corners, radius, np.full(len(point), CLOSED), point, 1e-14)
     is_deep = (found.depth > radius).reshape(count, faces).any(axis=1)
     expected = inside(points, position, triangles)
     assert expected.any() and not expected.all()
@@ -180,28 +181,36 @@ def test_what_is_far_away_or_drawn_inside_is_not_kept_outside():
     assert slab("kind is probe; radius = 3 mm; centre = (8, 8, 9) mm").contact.sided is None
 
 
-BALLOON = "mesh is sphere { centre = (8, 8, 0) mm; radius = 8 mm; subdivisions = 1 }"
-
-
-@pytest.mark.parametrize(
-    ("body", "extra"),
-    [
-        (f"{BALLOON}; thickness = 0.5 mm", ""),
-        (
-            "mesh is lattice { cell = 4 mm; box from (0, 0, 0) mm to (16, 16, 4) mm }",
-            "symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)",
-        ),
-    ],
-)
-def test_walls_and_halves_of_bodies_have_no_inside(body, extra):
+def test_walls_have_no_inside():
     network = compiled_scene(f"""{GEL}
-body body {{ {body}; tissue is gel }}
+body body {{ mesh is sphere {{ centre = (8, 8, 0) mm; radius = 8 mm; subdivisions = 1 }}
+  thickness = 0.5 mm; tissue is gel }}
 tool tool {{ kind is probe; radius = 0.5 mm; axis from (4, 4, 9) mm to (12, 9, 9) mm }}
-environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only; {extra} }}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only }}
 simulate {{ duration = 1 ms }}
 """).network
     assert network.contact.between is not None
     assert network.contact.sided is None
+
+
+@pytest.mark.parametrize("drop", [0.5, 1.5, 2.5, 3.4])
+@pytest.mark.parametrize("y", [4.0, 6.3])
+def test_halves_of_bodies_push_tools_out_as_the_whole_does(drop, y):
+    found = []
+    plane = "symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)"
+    for x, extra in ((0, plane), (-16, "")):
+        network = compiled_scene(f"""{GEL}
+body slab {{ mesh is lattice {{ cell = 4 mm; box from ({x}, 0, 0) mm to (16, 16, 8) mm }}
+  tissue is gel }}
+tool tool {{ kind is probe; radius = 0.5 mm; axis from (0.3, {y}, 9) mm to (12, 9, 9) mm }}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only; {extra} }}
+simulate {{ duration = 1 ms }}
+""").network
+        tool, position = slice(network.body_nodes, network.shown_nodes), network.position.copy()
+        position[tool, 2] -= 1e-3 * (0.5 + drop)
+        found.append(forces(network.contact, position, np.zeros_like(position))[tool])
+    assert np.abs(found[1]).max() > 1e-3
+    assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-15)
 
 
 def test_a_torn_surface_has_no_sides():

@@ -1,5 +1,7 @@
 """Contact between bodies: where it begins, how deep it holds, and how stiff it is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from tests.contact.scenes import play
 from tests.contact.test_faces import deformed, forces, forces_of_an_energy
 from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tissuec.engine.execution.doubts.sinking import Sinking
 from tissuec.forces.contact_sides_kernel import CLOSED, TORN
 from tissuec.validate.forces.contact import ContactForce
 
@@ -276,6 +279,19 @@ def test_what_sinks_in_deep_is_doubtful(stiffness, is_deep):
     pairs = (("low", "high"), ("high", "low"))
     deep = {f"{a} sinks deep into {b}: contact is too soft there" for a, b in pairs}
     assert said == (deep if is_deep else set())
+
+
+@pytest.mark.parametrize(("drop", "count"), [(0.8e-3, 0), (0.9e-3, 2), (3e-3, 2)])
+def test_deep_is_a_quarter_of_the_thickness_of_a_plate_of_equal_volume(drop, count):
+    # Of a cube of 10 mm, volume over surface is 10/6 mm: half of it are 0.83 mm.
+    compiled = compiled_scene(CUBES.format(apart=10.0, way=2.0, entries=""))
+    network, position = compiled.network, compiled.network.position.copy()
+    watch = Sinking.of(network, compiled.plan)
+    assert watch is not None
+    position[network.bodies[1].nodes, 2] -= drop
+    found = list(watch.look(SimpleNamespace(contact=network.contact), position))
+    assert len(found) == count
+    assert all(one.count > 0 for one in found)
 
 
 def test_a_thin_thickness_takes_no_more_steps():
