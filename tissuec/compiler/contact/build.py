@@ -15,7 +15,7 @@ from tissuec.compiler.contact.points import (
     SKIN,
     SOFT,
     FacePoints,
-    Sides,
+    SideTables,
     are_mirrored,
     face_points,
     stiffness_of,
@@ -213,7 +213,7 @@ def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
 
 
 def _with_points(
-    contact: "Contact", points: FacePoints, sides: Sides | None, network: Network,
+    contact: "Contact", points: FacePoints, sides: SideTables | None, network: Network,
     parts: "list[Faces]", environment: Environment, findings: Findings,
 ) -> "Contact":  # fmt: skip
     """Return contact with the stiffness of points and the pairs of groups that may touch.
@@ -313,7 +313,7 @@ def _of_skins(
     network: Network,
     law: EnvironmentEntries,
     points: FacePoints | None,
-    sides: Sides | None = None,
+    sides: SideTables | None = None,
     *,
     threaded: bool,
 ) -> Faces:

@@ -128,7 +128,7 @@ class FacePoints(Struct, frozen=True, eq=False):
 
     def sides(
         self, network: Network, tools: Sequence[Tool], law: EnvironmentEntries
-    ) -> "Sides | None":
+    ) -> "SideTables | None":
         """Return which groups of points are kept outside of which surfaces, and how far.
 
         Points of thin tools and of threads are kept outside of solids that no point of their
@@ -165,10 +165,18 @@ class FacePoints(Struct, frozen=True, eq=False):
             shapes + bodies + number: network.skin_of(network.bodies[number]).astype(np.int64)
             for number in solid
         }
-        return Sides(sided, distances, closed) if sided.any() else None
+        return SideTables(sided, distances, closed) if sided.any() else None
 
-    def distances_from_skins(self, network: Network, sides: "Sides") -> list[Floats]:
-        """Return how far from the skin of each body the groups of others touch it [m]."""
+    def distances_from_skins(self, network: Network, sides: "SideTables") -> list[Floats]:
+        """Return how far from the skin of each body the groups of others touch it [m].
+
+        Args:
+            network: With the nodes of tools.
+            sides: Of this network.
+
+        Returns:
+            For each body, NaN where its thickness counts, shape (group,).
+        """
         bodies, shapes, meets = len(network.bodies), len(self.thin), self.meetings(network)
         owner = np.concatenate(
             [np.tile(np.arange(bodies), 2), np.full(shapes, -1), self.couples[:, 0]]
@@ -230,7 +238,7 @@ class FacePoints(Struct, frozen=True, eq=False):
                     distances[back, first + number] = gap
 
 
-class Sides(NamedTuple):
+class SideTables(NamedTuple):
     """Which groups of points are kept outside of which surfaces; see ``Contact``.
 
     Attributes:
@@ -310,18 +318,18 @@ def face_points(
     rules = [MANY if radius < SMALL * h else FEW for radius, h in zip(thick, size, strict=True)]
     every = np.concatenate(rows)
     yields = _yielding(network, bodies, rows, areas, law)
-    couples = np.argwhere(yields)
     touch = _touch_others(network, tools, law, yields)
-    own, couple = _in_couples(_on_faces(bodies, rows, areas, rules), couples, touch)
+    own, couple = _in_couples(_on_faces(bodies, rows, areas, rules), yields, touch)
     axes = _axes(network, tools, thin[:, bodies], size)
     of_axis = np.repeat(np.flatnonzero(thin.any(axis=1)), [len(a.lengths) for a in axes])
     threads = [n for n, body in enumerate(network.bodies) if body.thread is not None]
     lines = [_along(network, network.bodies[n], ALONG * float(size.min())) for n in threads]
     of_thread = np.repeat(np.array(threads, dtype=np.int64), [len(a.lengths) for a in lines])
-    none, both = np.full(len(of_axis), -1), [*axes, *lines]
+    both = [*axes, *lines]
     lengths = np.concatenate([np.zeros(0), *(a.lengths for a in both)])
     thickness = [np.full(len(a.lengths), a.radius) for a in lines]
     triangles = network.skin[every].astype(np.int64)
+    on_lines = np.full(len(lengths), -1)
     between = ContactPoints(
         corners=np.concatenate([triangles[own.face], *(a.ends for a in both)]),
         shares=np.concatenate([own.shares, *(a.shares for a in both)]),
@@ -335,18 +343,16 @@ def face_points(
     return FacePoints(
         between=between,
         position=between.behind(network.position)[network.node_count :],
-        owner=np.concatenate([own.owner, none, of_thread]),
+        owner=np.concatenate([own.owner, 0 * of_axis - 1, of_thread]),
         size=np.concatenate([np.zeros(len(own.face)), radii[of_axis], *thickness]),
         extent=np.concatenate([own.areas, lengths]),
-        shape=np.concatenate(
-            [np.full(len(own.face), -1), of_axis, np.full(len(of_thread), -1)]
-        ),
+        shape=np.concatenate([np.full(len(own.face), -1), of_axis, 0 * of_thread - 1]),
         bodies=np.array(bodies),
         face_size=size,
-        skin=np.concatenate([every[own.face], np.full(len(lengths), -1)]),
+        skin=np.append(every[own.face], on_lines),
         thin=thin,
-        couples=couples,
-        couple=np.concatenate([couple, np.full(len(lengths), -1)]),
+        couples=np.argwhere(yields),
+        couple=np.append(couple, on_lines),
     )
 
 
@@ -382,15 +388,16 @@ def _touch_others(
 
 
 def _in_couples(
-    own: "_OnFaces", couples: Indices, touch: NDArray[np.bool_]
+    own: "_OnFaces", yields: NDArray[np.bool_], touch: NDArray[np.bool_]
 ) -> tuple["_OnFaces", Indices]:
     """Return the points of faces, once more for each softer body, and their couples.
 
     Args:
         own: Points of faces, body by body.
-        couples: Firmer and softer bodies, shape (couple, 2).
+        yields: Which bodies are firmer than which others, shape (body, body).
         touch: Which bodies may touch more than softer ones, shape (body,).
     """
+    couples = np.argwhere(yields)
     chosen = [np.flatnonzero(touch[own.owner])]
     chosen += [np.flatnonzero(own.owner == body) for body in couples[:, 0]]
     point = np.concatenate(chosen)
