@@ -306,9 +306,7 @@ def face_points(
     bodies = [n for n, body in enumerate(network.bodies) if _has_points(network, body, law)]
     if not bodies:
         return None
-    radii = np.array(
-        [s.radius if s.kind == "capsule" else np.inf for tool in tools for s in tool.shapes]
-    )
+    radii = _radii(tools)
     rows = [_faces(network, network.bodies[n]) for n in bodies]
     areas = [_areas(network, row) for row in rows]
     size = np.array([np.median(np.sqrt(2.0 * area)) for area in areas])
@@ -354,6 +352,12 @@ def face_points(
         couples=np.argwhere(yields),
         couple=np.append(couple, on_lines),
     )
+
+
+def _radii(tools: Sequence[Tool]) -> Floats:
+    """Return the radii of all shapes of tools, inf of planes [m], shape (shape,)."""
+    shapes = [shape for tool in tools for shape in tool.shapes]
+    return np.array([one.radius if one.kind == "capsule" else np.inf for one in shapes])
 
 
 def _yielding(
