@@ -40,6 +40,7 @@ class Usual(Struct, frozen=True):
         least, most: What has such values.
         typical: The range of most of it; a slip of the unit is looked for here.
         units: In which a number may have been meant.
+        beyond: A further range of what ``most`` names besides, such as bone.
     """
 
     dimension: Dimension
@@ -49,6 +50,7 @@ class Usual(Struct, frozen=True):
     most: str
     typical: tuple[float, float]
     units: tuple[str, ...]
+    beyond: tuple[float, float] = (0.0, 0.0)
 
     @property
     def shown(self) -> str:
@@ -64,7 +66,9 @@ class Usual(Struct, frozen=True):
 
     def holds(self, value: float) -> bool:
         """Return whether a value in SI units is usual; so are zero and no limit."""
-        return value in (0.0, inf) or self.low <= abs(value) <= self.high
+        if value in (0.0, inf) or self.low <= abs(value) <= self.high:
+            return True
+        return self.beyond[0] <= abs(value) <= self.beyond[1]
 
 
 _PRESSURES = ("Pa", "kPa", "MPa", "GPa")
@@ -78,8 +82,9 @@ USUAL: dict[str, Usual] = {
         DENSITY, 200.0, 3000.0, "lung", "enamel", (900.0, 1200.0), ("g/cm^3", "kg/m^3")
     ),
     "young's modulus": Usual(
-        PRESSURE, 10.0, 2.5e9, "softer than brain", "tendon along its fibres; bone has 20 GPa",
-        (300.0, 30e6), _PRESSURES,
+        PRESSURE, 10.0, 2.5e9, "softer than brain",
+        "tendon along its fibres; bone has 10 to 25 GPa", (300.0, 30e6), _PRESSURES,
+        (10e9, 25e9),
     ),
     "fibre modulus": Usual(
         PRESSURE, 100.0, 12e9, "gels", "single fibrils", (1e4, 2.5e9), _PRESSURES

@@ -18,6 +18,13 @@ _WHAT: dict[Place, str] = {
     "cell": "cell of a preserved volume",
 }  # fmt: skip
 
+#: What follows from positions, and need not be recorded.
+_DERIVED = {
+    name: f"it follows from the positions: tissuec view --field {name} shows it, and a blocks "
+    "file, as by output { blocks }, contains it"
+    for name in ("stress", "strain", "displacement")
+}
+
 
 def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]:
     """Return the fields that are named after "with", with their places."""
@@ -26,11 +33,11 @@ def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]
         with findings.item():
             if name.key not in FIELDS:
                 known = [one for one, field in FIELDS.items() if not field.always]
+                hint = alternatives(name.key, known, what="fields")
+                if name.key in _DERIVED:
+                    hint = _DERIVED[name.key]
                 findings.reject(
-                    "TIS701",
-                    f'"{name.text}" is not a field of frames',
-                    name.span,
-                    hint=alternatives(name.key, known, what="fields"),
+                    "TIS701", f'"{name.text}" is not a field of frames', name.span, hint=hint
                 )
             if FIELDS[name.key].always:
                 findings.reject(

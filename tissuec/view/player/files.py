@@ -67,12 +67,14 @@ def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress)
     chosen = moments(painter.film.times, rate, speed)
     # One palette serves all, so that nothing flickers; it knows the colours of all times.
     few = chosen[np.unique(np.linspace(0, len(chosen) - 1, _SAMPLES).astype(int))]
-    together = np.concatenate([painter.pixels(float(at)) for at in few])
+    drawn = {float(at): painter.pixels(float(at)) for at in few}
+    together = np.concatenate(list(drawn.values()))
     palette = Image.fromarray(together).quantize(_COLOURS, kmeans=1)
     pictures: list[Image.Image] = []
     for number, at in enumerate(chosen):
         told(number, len(chosen))
-        picture = Image.fromarray(painter.pixels(float(at)))
+        own = drawn.pop(float(at), None)
+        picture = Image.fromarray(painter.pixels(float(at)) if own is None else own)
         pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
     pause = [round(1000 / rate)] * len(pictures)
     pause[-1] += round(1000 * _REST)
