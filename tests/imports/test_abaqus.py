@@ -271,6 +271,10 @@ def test_copies_of_parts_and_ranges_have_little_room(tmp_path):
     path.write_text(f"{part}{copies}\n*END ASSEMBLY\n")
     assert peak(lambda: refusal(path)) < 400 << 20
     assert "its instances take more than 129 MiB" in refusal(path)
+    ends = range(2000, 5001)
+    ranges = "\n".join(f"{low}, {high}, 1" for low in (1, 2) for high in ends)
+    path.write_text(f"*NODE\n{nodes}\n*NSET, NSET=a, GENERATE\n{ranges}\n")
+    assert "its sets take more than 129 MiB" in refusal(path)
     path.write_text(f"{BRICK}*NSET, NSET=a, GENERATE\n1, 999999999999999, 1\n")
     mesh = Imported(LocatedFile("a.inp", path, 1e-3))
     assert peak(lambda: mesh.build()) < 16 << 20

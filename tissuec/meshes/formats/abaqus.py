@@ -207,7 +207,9 @@ class ModelMesh:
         if one.elements:
             found.append(self._nodes_of(_named(of, "ELSET", one.elements, one)))
         table = of.nodes if one.kind == "NSET" else of.elements
-        found += [table.between(*row) for row in one.ranges.tolist()]
+        for row in one.ranges.tolist():
+            found.append(table.between(*row))
+            self._room.take(found[-1].nbytes, "sets")
         for name in one.names:
             instance, _, inner = name.rpartition(".")
             other = copies.get(instance.upper())
@@ -216,6 +218,7 @@ class ModelMesh:
                 found.append(_numbered(other, one, np.array([int(inner[:18])])))
             else:
                 found.append(_named(other, one.kind, inner, one))
+            self._room.take(found[-1].nbytes, "sets")
         key = one.kind, one.name.upper()
         rows = np.unique(np.concatenate(found))
         copy.sets[key] = np.union1d(copy.sets.get(key, NONE), rows)
@@ -236,8 +239,8 @@ class ModelMesh:
         for name, cells in self.cells:
             corners = CORNERS[cells.kind]
             curved += len(cells.nodes) * (cells.nodes.shape[1] > corners)
-            label = "" if cells.kind not in ("triangle", "quad") else name
-            label = "" if label.startswith(_DRAWN) else f"{label} element"
+            is_wall = cells.kind in ("triangle", "quad") and not name.startswith(_DRAWN)
+            label = f"{name} element" if is_wall else ""
             found.append(MeshCells(cells.kind, cells.nodes[:, :corners], cells.element, label))
         parts, groups = (
             {
@@ -247,8 +250,10 @@ class ModelMesh:
             }
             for wanted in ("ELSET", "NSET")
         )
-        read = np.concatenate([NONE, *(cells.element for cells in found)])
-        parts = {n: rows for n, rows in parts.items() if np.isin(rows, read).any()}
+        is_read = np.zeros(self.count["ELSET"], dtype=bool)
+        for cells in found:
+            is_read[cells.element] = True
+        parts = {name: rows for name, rows in parts.items() if is_read[rows].any()}
         ignored = {f"{name} element": many for name, many in self.left_out.items()}
         remarks = (*remarks, *(f"{counted(n, what)} left out" for what, n in ignored.items()))
         position = np.concatenate(self.position)
