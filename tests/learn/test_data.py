@@ -364,6 +364,10 @@ def test_a_run_must_reach_what_was_measured(folder):
     check_times(read(folder, CART, fit("distance", "x_px")), 0.133)
     with pytest.raises(CompileError, match=r"ends at 133 ms, and the run at 100 ms"):
         check_times(read(folder, CART, fit("distance", "x_px")), 0.1)
+    slip = read(folder, "time,force_N\n0,0\n200,1\n")
+    with pytest.raises(CompileError, match=r"ends at 200 s, and the run at 200 ms") as caught:
+        check_times(slip, 0.2)
+    assert "if they are in ms, name the column t_ms" in caught.value.diagnostics[0].hint
     early = read(folder, "t_s,force_N\n-1,1\n1,1\n")
     with pytest.raises(CompileError, match=r"begins at -1 s, and a run begins at 0 s"):
         check_times(early, 2.0)

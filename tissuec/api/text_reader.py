@@ -20,7 +20,7 @@ from tissuec.compiler.script.sentences import SentenceOrder
 from tissuec.core import arguments
 from tissuec.core.errors import TissueError, TissueWarning
 from tissuec.core.source import Source, Span
-from tissuec.core.units import NUMBER, TIME, Dimension, written_unit
+from tissuec.core.units import TIME
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.scene.overrides.entries import read_override, written_place
@@ -57,7 +57,7 @@ class TextReader:
         self._times: dict[str, float] = {}  # [s]
         self._quantities: dict[str, ObservedExpression] = {}
         self._read_conditions: dict[str, Condition] = {}
-        self._dimensions: dict[tuple[str, ...], dict[str, Dimension]] = {}
+        self._units: dict[tuple[str, ...], dict[str, str]] = {}
 
     def seconds(self, span: str | float) -> float:
         """Return a time such as "25 ms" in s.
@@ -190,21 +190,21 @@ class TextReader:
         sentence = parse(Source(ORDERED, text), has_heading=False).items[0]
         assert isinstance(sentence, s.Sentence)
         key = (verb, *words, "", *bare)
-        if key not in self._dimensions:
-            self._dimensions[key] = self._units(verb, bare, sentence, duration)
-        return with_units(sentence, bare, self._dimensions[key])
+        if key not in self._units:
+            self._units[key] = self._units_of(verb, bare, sentence, duration)
+        return with_units(sentence, bare, self._units[key])
 
-    def _units(
+    def _units_of(
         self, verb: str, bare: Sequence[str], sentence: s.Sentence, duration: float | None
-    ) -> dict[str, Dimension]:
-        """Return the dimensions of clauses with numbers."""
+    ) -> dict[str, str]:
+        """Return the SI units of clauses with numbers."""
         order = SentenceOrder(
             sentence, verb, duration, self._compiled.groups, self._compiled.scene.tools,
             self._scope,
         )  # fmt: skip
         with self._reporting():
             form = order.choose()
-        return {word: form.dimension_of(word) for word in bare}
+        return {word: form.unit_of(word) for word in bare}
 
     @contextmanager
     def _reporting(self) -> Generator[None]:
@@ -252,22 +252,19 @@ def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str
     return " ".join(parts)
 
 
-def with_units(
-    sentence: s.Sentence, bare: Sequence[str], dimensions: Mapping[str, Dimension]
-) -> str:
+def with_units(sentence: s.Sentence, bare: Sequence[str], units: Mapping[str, str]) -> str:
     """Return the text of a sentence whose bare numbers have the units of its clauses.
 
     Args:
         sentence: The sentence.
         bare: Joining words of clauses with numbers in SI units.
-        dimensions: Of the clauses.
+        units: Of the clauses.
     """
     span = sentence.span
     text, begun = "", span.start
     for clause in sentence.clauses:
         if clause.word in bare:
-            unit = written_unit(dimensions.get(clause.word, NUMBER))
-            text += f"{span.source.text[begun : clause.span.end]} {unit}".rstrip()
+            text += f"{span.source.text[begun : clause.span.end]} {units[clause.word]}".rstrip()
             begun = clause.span.end
     return text + span.source.text[begun : span.end]
 

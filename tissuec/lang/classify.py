@@ -94,6 +94,9 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
         hint = f'write "{m.text(m.before[0], m.before[-1])}: …", followed by the action'
         return m.finding("TIS105", message, hint)
     head = m.text(m.before[0], m.before[-1])
+    if m.found.type == "COMMA" and m.next in NUMBERS:
+        hint = "write a statement for each time, or: from … to … every …: …"
+        return m.finding("TIS105", "a statement has one time only", hint)
     rest = m.text(m.found, m.after[-1] if m.after else m.found)
     hint = Hint(f"write {shown(f'{head}: {rest}')}", Edit(":", m.behind))
     return m.finding("TIS105", message, hint)

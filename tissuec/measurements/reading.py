@@ -88,6 +88,11 @@ def check_times(experiment: Experiment, duration: float) -> None:
         # As long as the run, but later: another clock.
         is_late = first > 0.0 and last - first <= duration * (1 + _ROUNDING)
         longer = f"write in simulate: duration = {show(last, TIME, digits=6)}"
+        if last / 1000.0 <= duration * (1 + _ROUNDING):
+            longer = (
+                "times are in s where nothing else is written: if they are in ms, name the "
+                f'column t_ms, or write time using column "…" in ms; otherwise {longer}'
+            )
         hint = (
             f"count times from the start of the run: {_from(experiment, first)}"
             if is_late

@@ -90,6 +90,25 @@ class TimeProfile(Struct, frozen=True, eq=False):
                 value = p * p * p * (10.0 + p * (6.0 * p - 15.0))
                 return value, 30.0 * p * p * (1.0 - p) ** 2 / length
 
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Return the largest amounts of the factor, dimensionless, and of its rate [1/s].
+
+        Those of a table are of its knots, and of the straight lines between them.
+        """
+        match self.kind:
+            case "constant":
+                return 1.0, 0.0
+            case "sine":
+                return 1.0, 2.0 * np.pi * self.frequency
+            case "table":
+                rates = np.diff(self.values) / np.diff(self.times)
+                return float(np.abs(self.values).max()), float(np.abs(rates).max(initial=0.0))
+            case "ramp":
+                return 1.0, 1.0 / (self.stop - self.start)
+            case "smooth":
+                return 1.0, 1.875 / (self.stop - self.start)
+
     def curve(self, start: float, until: float) -> tuple[float, Floats, float]:
         """Return the one curve that this is in a stretch of time without knots inside.
 

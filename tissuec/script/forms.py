@@ -10,8 +10,9 @@ from msgspec import Struct
 
 from tissuec.core.annotations import hints_of, refuse_field
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension
+from tissuec.core.units import NUMBER, Dimension, written_unit
 from tissuec.script.parts import (
+    AngleClause,
     CasePart,
     Cases,
     ChoiceClause,
@@ -49,11 +50,14 @@ class VerbSentence(Struct, frozen=True):
     Attributes:
         span: The sentence.
         refused: Clauses that are not taken, although they might be expected, by joining word.
+        instead: Sentences that take amounts of other dimensions, by dimension; {} stands for
+            what follows the verb.
         literal: Words after the first ones by which a sentence of a block has this form.
     """
 
     literal: ClassVar[str] = ""
     refused: ClassVar[Mapping[str, Refusal]] = MappingProxyType({})
+    instead: ClassVar[Mapping[Dimension, str]] = MappingProxyType({})
 
     span: Span
 
@@ -125,6 +129,11 @@ class VerbForm(Struct, frozen=True, eq=False):
     def of_word(self, word: str) -> Part | None:
         """The part after a joining word; None without it."""
         return next((p for w, p, _ in self.clauses if w == word and isinstance(p, Part)), None)
+
+    def unit_of(self, word: str) -> str:
+        """Return the SI unit of the numbers after a joining word; empty for ratios."""
+        is_angle = isinstance(self.of_word(word), AngleClause)
+        return "rad" if is_angle else written_unit(self.dimension_of(word))
 
     def dimension_of(self, word: str) -> Dimension:
         """The dimension of the numbers after a joining word; that of a ratio without any."""

@@ -122,6 +122,10 @@ class NumberClause(ClausePart, frozen=True):
     words: Mapping[str, float] = {}
 
 
+class AngleClause(ClausePart, frozen=True):
+    """An angle; one of more than a whole turn that is written without a unit is doubtful."""
+
+
 class VectorClause(ClausePart, frozen=True):
     """A vector of three components."""
 

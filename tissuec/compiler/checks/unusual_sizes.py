@@ -9,23 +9,26 @@ import numpy as np
 
 from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
+from tissuec.core.arrays import norm
 from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.core.units import show
+from tissuec.core.units import LENGTH, VELOCITY, show
 from tissuec.meshes.generators.imported import Imported
 from tissuec.model.network import Floats
 from tissuec.scene.model import Body
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
 from tissuec.scene.usual_ranges import USUAL, unusual
+from tissuec.script.verbs.move import Move
 
 #: Tools that are this many times as far away as the bodies are large are far on any scale.
 FAR = 10.0
+FAST = 10.0  # [m/s]: no hand moves as fast
 
 
 @check
 def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W504: sizes of bodies, thicknesses, distances of tools, and gravity."""
+    """W504: sizes of bodies, thicknesses, distances of tools, motions, and gravity."""
     network, scene = compiled.network, compiled.scene
     organs = [one for one in network.bodies if _is_an_organ(scene.bodies.get(key_of(one.name)))]
     sizes = [(body, _extent(network.position[body.nodes])) for body in organs]
@@ -45,6 +48,8 @@ def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     ]
     yield from _once("thickness", walls)
     yield from _once("distance", _distances(compiled))
+    if organs or USUAL["size"].holds(_extent(network.position)):
+        yield from _motions(compiled)
     gravity = float(np.linalg.norm(scene.environment.entries.gravity))
     yield from _once("gravity", [("gravity is", gravity, scene.environment.span)])
 
@@ -72,6 +77,35 @@ def _distances(compiled: Compiled) -> Iterator[tuple[str, float, Span]]:
         distance = float(np.linalg.norm(beside, axis=1).min())
         if distance > FAR * _extent(drawn):
             yield f"the distance of {tool.name} from all bodies is", distance, tool.span
+
+
+def _motions(compiled: Compiled) -> Iterator[Diagnostic]:
+    """Yield W504 for motions that are far longer than everything is large, or very fast."""
+    extent, is_static = _extent(compiled.network.position), compiled.plan.simulation.is_static
+    for action in {
+        event.action.span: event.action for event in compiled.plan.every_event
+    }.values():
+        if not isinstance(action, Move):
+            continue
+        ends = [profile.extremes for profile in action.profiles]
+        amounts = (
+            sum(vector * end[which] for vector, end in zip(action.vectors, ends, strict=True))
+            for which in range(2)
+        )
+        way, speed = (float(norm(amount)) for amount in amounts)
+        if way > FAR * extent > 0.0:
+            said = (
+                f"is moved by {show(way, LENGTH)}, {way / extent:.0f} times the size of "
+                "everything in the scene"
+            )
+        elif speed > FAST and not is_static:  # whose time is only the order of events
+            said = f"is moved at up to {show(speed, VELOCITY)}, as fast as in an accident"
+        else:
+            continue
+        hint = (
+            "check the units of its way and of its time; if they are right, leave it as it is"
+        )
+        yield Diagnostic("W504", f"{action.mover.name} {said}", action.span, hint)
 
 
 def _extent(places: Floats) -> float:

@@ -3,13 +3,14 @@
 Conditions (``when``) are left out: they may or may not fire.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.arrays import distinct
 from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.hints import proposal
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Indices, ToolPart, numbers_in
@@ -112,7 +113,9 @@ class _HoldHistory:
                 self._end(lambda old: old.mover == name)
             case Released(group=group, tool=tool) as release:
                 if self.certain:
-                    yield from _unheld(release, event, tuple(self.taken.values()))
+                    yield from _unheld(
+                        release, event, tuple(self.taken.values()), self.fixed.values()
+                    )
                 self._release(release)
                 if group is None:
                     self._end(lambda old: old.mover == tool)
@@ -210,7 +213,10 @@ def _conflicts(new: DrivenNodes, driven: Sequence[DrivenNodes]) -> Iterator[Diag
 
 
 def _unheld(
-    release: Released, event: ScheduledAction, taken: Sequence[HeldNodes]
+    release: Released,
+    event: ScheduledAction,
+    taken: Sequence[HeldNodes],
+    fixed: Iterable[Indices],
 ) -> Iterator[Diagnostic]:
     who = release.tool
     mine = [t for t in taken if who is None or t.holder == who]
@@ -224,6 +230,17 @@ def _unheld(
     if who:
         holds_some = any(t.holder == who for t in taken)
         reason = f"it does not hold {what}" if holds_some else "it has not grasped anything"
+    group = release.group
+    if (
+        who is None
+        and group is not None
+        and any(np.isin(group.indices, n).any() for n in fixed)
+    ):
+        yield Diagnostic(
+            "TIS401", f"{subject} at {show(event.time, TIME)}: it is fixed, and not held",
+            event.action.span, proposal(f"free {group.name}"),
+        )  # fmt: skip
+        return
     # One hold of each holder: what it moves on the way is no hold of its own.
     since = {t.holder: t.time for t in reversed(taken)}
     places = ", ".join(

@@ -6,6 +6,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.compiler.measures.conditions import Conditions
+from tissuec.compiler.script.profiles import profiles_of, table_times
 from tissuec.compiler.script.sentences import SentenceOrder
 from tissuec.compiler.sets import Groups
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
@@ -39,6 +40,19 @@ class _Slot(Struct, frozen=True):
     start: float  # [s], absolute or after the trigger
     duration: float | None
     is_outermost: bool = False
+
+
+def _with_time_first(item: s.Sentence) -> str:
+    """Return a sentence behind its time, which may be written at its end: "fix left at 1 s"."""
+    text, times = item.span.text, ""
+    for clause in reversed(item.clauses):
+        if clause.word not in ("at", "from", "to") or not isinstance(clause.value, s.Quantity):
+            break
+        times = f"{clause.span.text} {times}".rstrip()
+        text = text[: clause.span.start - item.span.start].rstrip()
+    word = times.partition(" ")[0]
+    is_time = word == "at" or (word == "from" and " to " in times)
+    return f"{times}: {text}" if is_time else f"at 0 s: {item.span.text}"
 
 
 class ScriptReader:
@@ -115,16 +129,15 @@ class ScriptReader:
                 key = (id(item), slot.duration)
                 if key not in self.actions:
                     self.actions[key] = self._action(item, slot.duration)
+                self._check_tables(item, self.actions[key], slot)
                 events.append(ScheduledAction(slot.start, self.actions[key]))
             case s.Sentence():
+                timed = _with_time_first(item)
                 self.findings.reject(
                     "TIS304",
                     "the time is missing",
                     item.span,
-                    hint=Hint(
-                        f"for example: at 0 s: {item.span.text}",
-                        Edit(f"at 0 s: {item.span.text}"),
-                    ),
+                    hint=Hint(f"for example: {timed}", Edit(timed)),
                 )
             case _:
                 self.findings.reject(
@@ -264,15 +277,34 @@ class ScriptReader:
         end = slot.start + (slot.duration or 0.0)
         if end > self.duration * (1 + 1e-12) and item.head not in self.late:
             self.late.add(item.head)
-            what = "lasts until" if slot.duration else "happens at"
+            what, time = "lasts until" if slot.duration else "happens at", end
+            if slot.duration and slot.start > self.duration * (1 + 1e-12):
+                what, time = "begins only at", slot.start
             self.findings.add(
                 "W402",
-                f"this {what} {show(end, TIME)}, "
+                f"this {what} {show(time, TIME)}, "
                 f"but the run ends at {show(self.duration, TIME)}",
                 item.head,
                 hint="write an earlier time, or a longer duration in simulate",
             )
         return slot
+
+    def _check_tables(self, item: s.Sentence, action: Action, slot: _Slot) -> None:
+        """Report tables of profiles that say nothing of the time in which they are used."""
+        clauses = (one for one in item.clauses if isinstance(one.value, s.Name))
+        clause = next((one for one in clauses if one.value.quoted is not None), None)
+        columns = [one for one in profiles_of(action) if one.kind == "table"]
+        if clause is None or not columns or clause.span in self.late:
+            return
+        room = self.duration - slot.start
+        what = f"the run ends at {show(self.duration, TIME)}"
+        if slot.duration is not None and slot.duration < room:
+            room = slot.duration
+            what = f"the action ends after {show(room, TIME)}"
+        if (found := table_times(columns, room)) is not None:
+            self.late.add(clause.span)
+            said, hint = found
+            self.findings.add("W402", f"the table {said}, but {what}", clause.span, hint=hint)
 
     # --- verbs --------------------------------------------------------------------------------
 

@@ -1,13 +1,16 @@
 """Time profiles as written: ``using smooth profile``, ``using table "file.csv"``."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from tissuec.compiler.script.profile_tables import TABLE, read_table_profiles
 from tissuec.core.hints import Edit, Hint, alternatives
-from tissuec.core.units import FREQUENCY
+from tissuec.core.units import FREQUENCY, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.model.profiles import ProfileKind, TimeProfile
 from tissuec.scene.reading.clauses import ClauseReader
+from tissuec.script.verbs import Action
 
 #: Written name -> kind of profile. Motions and forces are spelled in their own words.
 PROFILES: dict[str, ProfileKind] = {
@@ -61,6 +64,38 @@ def read_profiles(
         assert clause is not None
         return read_table_profiles(clause, columns, stop, order)
     return (TimeProfile(kind, 0.0, stop),) * columns
+
+
+#: Tables that last so many times as long as they are used, or this part of it at most, have
+#: probably another unit.
+LONG, SHORT = 10.0, 1.001e-3
+
+
+def profiles_of(action: Action) -> Iterator[TimeProfile]:
+    """Yield the profiles of an action."""
+    for name in ("profile", "profiles"):
+        found = getattr(action, name, ())
+        yield from (found,) if isinstance(found, TimeProfile) else found or ()
+
+
+def table_times(columns: Sequence[TimeProfile], room: float) -> tuple[str, str] | None:
+    """Return what is wrong with the times of a table, and a way out; None if nothing is.
+
+    Args:
+        columns: Of the table, all with the same times.
+        room: How long the table is used [s].
+    """
+    last, first = float(columns[0].times[-1]), float(columns[0].times[1])
+    counted = "times count from the beginning of the action"
+    if first >= room and all(one.values[0] == one.values[1] for one in columns):
+        return f"begins at {show(first, TIME)}", counted
+    if last > LONG * room:
+        if SHORT * last <= 1.01 * room:
+            counted = f"if its times are in ms, name its first column t_ms; {counted}"
+        return f"lasts until {show(last, TIME)}", counted
+    if last < SHORT * room:
+        return f"ends at {show(last, TIME)}", f"check the unit of its first column; {counted}"
+    return None
 
 
 def _profiles(name: str, *, is_motion: bool) -> Hint:

@@ -68,7 +68,7 @@ def read_fibres(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Directio
         return said.word
     node = said.direction
     if not scope.evaluate(node).is_vector:
-        return Helix(schema.read_angle(node, scope, what="the angle of fibres"))
+        return Helix(scope.angle(node, what="the angle of fibres"))
     vector = schema.read_value(Point(units.NUMBER), node, scope, what="fibres")
     direction = np.asarray(vector, dtype=float)
     if not direction.any():

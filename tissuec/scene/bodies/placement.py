@@ -16,15 +16,17 @@ from tissuec.model.network import Floats
 from tissuec.scene.reading.clauses import ClauseReader
 from tissuec.scene.reading.entries import by_name, written
 from tissuec.scene.reading.expressions import Scope
-from tissuec.scene.reading.schema import read_angle
 from tissuec.script.forms import VerbSentence, form_of
-from tissuec.script.parts import ClausePart, DirectionClause, Part, VectorClause, point
+from tissuec.script.parts import (
+    AngleClause,
+    ClausePart,
+    DirectionClause,
+    Part,
+    VectorClause,
+    point,
+)
 
 _Entry: TypeAlias = s.Assign | s.Sentence | s.Block
-
-
-class AngleClause(ClausePart, frozen=True):
-    """An angle, which is at most a whole turn if it is written without a unit."""
 
 
 class FactorsClause(ClausePart, frozen=True):
@@ -196,16 +198,10 @@ class _PlacementReader(ClauseReader):
 
     def read_other(self, part: Part, *, is_optional: bool) -> Any:
         match part:
-            case AngleClause(word=word):
-                return self._angle(word)
             case FactorsClause(word=word):
                 return self._factors(word)
             case _:
                 return super().read_other(part, is_optional=is_optional)
-
-    def _angle(self, word: str) -> float:
-        """Return an angle [rad]."""
-        return read_angle(self.clauses[word].value, self.scope, what="the angle")
 
     def _factors(self, word: str) -> Floats:
         """Return the factors along x, y and z, shape (3,)."""

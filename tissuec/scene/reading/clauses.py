@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, one_left, proposal
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension, suggested_unit
+from tissuec.core.units import NUMBER, Dimension, describe, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.reading.expressions import Scope
@@ -17,6 +17,7 @@ from tissuec.scene.reading.values import Value, unit_vector
 from tissuec.script.forms import VerbForm, VerbSentence, form_of, text_of, texts_of
 from tissuec.script.parts import (
     Amount,
+    AngleClause,
     CasePart,
     Cases,
     ChoiceClause,
@@ -248,6 +249,8 @@ class ClauseReader:
                 return None
             case NumberClause():
                 return self._number(part)
+            case AngleClause(word=word):
+                return self.scope.angle(self.clauses[word].value, what="the angle")
             case VectorClause(word=word, dimension=dimension):
                 return self._vector(word, dimension)
             case DirectionClause(word=word):
@@ -394,6 +397,15 @@ class ClauseReader:
 
     def _expect(self, value: Value, word: str, dimension: Dimension) -> None:
         place = self.clauses[word].value.span
+        other = self.form.kind.instead.get(value.dimension)
+        if other is not None and value.dimension != dimension:
+            given, wanted = describe(value.dimension), describe(dimension)
+            self.reject(
+                "TIS502",
+                f'"{self.verb}" takes {wanted}, but {place.text} is {given}',
+                hint=f"write: {other.format(f'{self.words} {word} {place.text}')}",
+                word=word,
+            )
         self.scope.expect(value, dimension, place, what=self.called(word))
 
     def called(self, word: str) -> str:

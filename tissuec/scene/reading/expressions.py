@@ -54,6 +54,8 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
 #: The sign that says the same with both sides exchanged.
 _EXCHANGED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 _EXTREMES = {"min": np.minimum, "max": np.maximum}
+TURN = 2.0 * np.pi  # [rad]
+_OF_ANGLES = ("sin", "cos")
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
 
 _RANGES: dict[str, str] = dict.fromkeys(
@@ -324,6 +326,29 @@ class Scope:
             node.span,
         )
 
+    def angle(self, node: s.Expression, *, what: str) -> float:
+        """Return an angle [rad]; more than a turn without a unit is probably one in degrees."""
+        value = self.number(node)
+        self.expect(value, NUMBER, node.span, what=what)
+        self._doubt_radians(value, node.span)
+        return float(value.amount)
+
+    def _doubt_radians(self, value: Value, span: Span) -> None:
+        """Warn of more than a whole turn that is written without a unit."""
+        if not value.is_literal or value.is_many or abs(float(value.amount)) <= TURN:
+            return
+        amount, turns = float(value.amount), abs(float(value.amount)) / TURN
+        hint: str = "write deg or rad behind the number"
+        if span.text.replace(".", "").isdigit():
+            ways = f"{span.text} deg", f"{span.text} rad"
+            hint = Hint("write {}; if radians are meant, {}".format(*ways), *map(Edit, ways))
+        self.findings.add(
+            "W504",
+            f"without a unit, {amount:g} is an angle in radians: {turns:.3g} turns",
+            span,
+            hint=hint,
+        )
+
     @_quietly
     def _call(self, node: s.Call) -> Value:
         name, function = node.function.text, node.function.key
@@ -371,6 +396,8 @@ class Scope:
         if function == "abs":
             return Value(np.abs(first.amount), first.dimension)
         self.expect(first, NUMBER, spans[0], what=f"the argument of {function}")
+        if function in _OF_ANGLES:
+            self._doubt_radians(first, spans[0])
         if function == "log" and self.is_known and not np.all(first.amount):
             self.findings.reject("TIS504", "the logarithm of 0 has no value", spans[0])
         return Value(_NUMERIC[function](first.amount))

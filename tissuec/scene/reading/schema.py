@@ -230,19 +230,6 @@ def read_value(
             return _read_real(kind, node, scope, what=what)
 
 
-def read_angle(node: s.Expression, scope: Scope, *, what: str) -> float:
-    """Return an angle [rad], which is at most a whole turn if it is written without a unit."""
-    value = scope.number(node)
-    scope.expect(value, NUMBER, node.span, what=what)
-    angle = float(value.amount)
-    if value.is_literal and abs(angle) > 2.0 * np.pi:
-        scope.findings.reject(
-            "TIS308", f"an angle of {angle:g} rad is more than a whole turn", node.span,
-            hint=proposal(f"{node.span.text} deg"),
-        )  # fmt: skip
-    return angle
-
-
 def _as_vector(kind: Point, node: s.Expression, value: Value, *, what: str) -> Hint:
     """Return a hint to write a number as a vector, downwards if it is of gravity."""
     amount = _AMOUNT.fullmatch(node.span.text)

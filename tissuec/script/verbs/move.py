@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH, NUMBER
+from tissuec.core.units import LENGTH
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import PrescribedRotation as Path
 from tissuec.mechanics.state import State
@@ -15,9 +15,9 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
     MOVING,
+    AngleClause,
     Lasting,
     Moved,
-    NumberClause,
     ProfileClause,
     Refusal,
     VectorClause,
@@ -100,7 +100,7 @@ class Turn(VerbSentence, frozen=True):
     meant: ClassVar[str] = "rotate twist tilt spin"
 
     mover: Moved
-    angle: Annotated[float, NumberClause("by", NUMBER, what="angle", example="by 90 deg")]
+    angle: Annotated[float, AngleClause("by", what="angle", place="ANGLE", example="by 90 deg")]
     axis: Annotated[Floats, direction("around")]  # unit vector, shape (3,)
     centre: Annotated[Floats | None, point("through")]  # None: the mean position
     profile: Annotated[TimeProfile, MOVING]

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from tissuec.core.units import PRESSURE
+from tissuec.core.units import FORCE, PRESSURE
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.model.profiles import TimeProfile
@@ -37,6 +37,7 @@ class Press(VerbSentence, frozen=True):
         duration: Of the sentence [s]; None without an end.
     """
 
+    instead: ClassVar = {FORCE: "push {} along (0, 0, 1)"}
     is_inside: ClassVar[bool] = False
 
     group: Annotated[Group, SubjectPart("nodes", (BODY, SET))]

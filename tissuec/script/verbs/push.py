@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.core.units import FORCE
+from tissuec.core.units import FORCE, PRESSURE
 from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
@@ -43,6 +43,7 @@ class Push(VerbSentence, frozen=True):
     """
 
     meant: ClassVar[str] = "load"
+    instead: ClassVar = {PRESSURE: "press {}"}
 
     group: Nodes
     force: Annotated[  # [N] as it is written, shape (3,)
