@@ -33,6 +33,7 @@ def outcome_facts(
         "statistics": as_data(outcome.statistics),
         "notes": list(outcome.notes),
         "doubts": [as_data(doubt) for doubt in outcome.doubts],
+        "without_effect": [as_data(one) for one in outcome.without_effect],
         "expectations": list(_judged(plan, outcome)),
         "failed_expectations": len(outcome.failures),
         "unreached_expectations": len(outcome.unreached),

@@ -239,16 +239,10 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             The drawn area of the points that are touched [m²], and the largest depth [m], each
             of shape (…).
         """
-        carries = np.zeros(position.shape[-2], dtype=bool)
-        carries[nodes] = True
-        by = carries[self.points].all(axis=1) & (self.kind != TRIANGLE)
-        on = np.zeros(len(self.nodes), dtype=bool)
-        area, count = np.zeros(len(self.nodes)), len(self.nodes)
+        on, by = self._carried(nodes, position.shape[-2])
+        area = np.zeros(len(self.nodes))
         if self.between is not None:
-            count -= len(self.between.corners)
-            on[count:] = carries[self.between.corners].all(axis=1)
-            area[count:] = self.between.areas
-        on[:count] = carries[self.nodes[:count]]
+            area[len(area) - len(self.between.corners) :] = self.between.areas
         found: list[tuple[float, float]] = []
         for pairs, place in self._pressed_in(in_line(position)):
             own = np.flatnonzero((on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0))
@@ -256,6 +250,37 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             found.append((float(area[touched].sum()), float(place.depth[own].max(initial=0.0))))
         both = np.reshape(found, (*position.shape[:-2], 2))
         return both[..., 0], both[..., 1]
+
+    def comes_near(self, nodes: Indices, position: Floats, within: float) -> bool:
+        """Return whether shapes that some nodes carry are closer to others than a distance.
+
+        Args:
+            nodes: As of ``extent_at``.
+            position: Of all nodes [m], shape (node, 3).
+            within: The distance [m].
+        """
+        on, by = self._carried(nodes, len(position))
+        pairs = self.near(position, within)
+        pairs = pairs.some(np.flatnonzero(on[pairs.node] | by[pairs.shape]))
+        place = self._places(self._with_points(position), pairs)
+        return bool((place.depth > -within).any())
+
+    def _carried(self, nodes: Indices, count: int) -> tuple[NDArray[np.bool_], ...]:
+        """Return which points and which shapes are carried by some nodes alone.
+
+        Args:
+            nodes: Indices, shape (n,).
+            count: Number of all nodes.
+        """
+        carries = np.zeros(count, dtype=bool)
+        carries[nodes] = True
+        by = carries[self.points].all(axis=1) & (self.kind != TRIANGLE)
+        on, own = np.zeros(len(self.nodes), dtype=bool), len(self.nodes)
+        if self.between is not None:
+            own -= len(self.between.corners)
+            on[own:] = carries[self.between.corners].all(axis=1)
+        on[:own] = carries[self.nodes[:own]]
+        return on, by
 
     def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, and where they are."""

@@ -20,6 +20,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "finished": trajectory.finished,
         "promise": str(trajectory.promise),
         "doubts": [str(doubt) for doubt in trajectory.doubts],
+        "without_effect": [str(one) for one in trajectory.without_effect],
         "network": {
             **network.size.facts,
             "bodies": [body.name for body in network.bodies],

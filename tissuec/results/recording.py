@@ -120,6 +120,26 @@ class Event(Struct, frozen=True):
     place: str
 
 
+class WithoutEffect(Struct, frozen=True):
+    """An order of the scene that changed nothing, or did not reach what it asks for.
+
+    Attributes:
+        kind: One word that is the same in all runs, such as "contact" or "push".
+        what: A clause, such as "ball touched nothing".
+        remedy: How to change that; empty where that is obvious.
+        place: ``file:line`` of the order.
+    """
+
+    kind: str
+    what: str
+    remedy: str
+    place: str
+
+    def __str__(self) -> str:
+        way_out = f": {self.remedy}" if self.remedy else ""
+        return f"{self.what}{way_out} ({self.place})"
+
+
 class EventSide(NamedTuple):
     """The whole net just before or just after an event.
 

@@ -39,7 +39,13 @@ from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.places import temporary_folder
 from tissuec.results.polydata import read_cells
 from tissuec.results.promise import Doubt, Promise, doubts_of
-from tissuec.results.recording import Event, ExpectationResult, NamedGroup, members
+from tissuec.results.recording import (
+    Event,
+    ExpectationResult,
+    NamedGroup,
+    WithoutEffect,
+    members,
+)
 from tissuec.results.schema import (
     CELLS,
     COMPANION,
@@ -445,6 +451,12 @@ class Trajectory:
     def doubts(self) -> tuple[Doubt, ...]:
         """What makes numbers of the run doubtful; empty if nothing was found."""
         return doubts_of(self.manifest)
+
+    @cached_property
+    def without_effect(self) -> tuple[WithoutEffect, ...]:
+        """Orders of the scene that changed nothing; empty of a run that is not done."""
+        written = self.manifest.get("without_effect", ())
+        return tuple(WithoutEffect(**one) for one in written)
 
     @property
     def companion(self) -> Log | None:

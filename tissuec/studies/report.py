@@ -55,6 +55,7 @@ def study_report(
         "taken_over": result.taken_over,
         "outcomes": dict(Counter(table.outcome)),
         "doubtful": doubtful(table),
+        "without_effect": list(table.idle_factors),
         "expectations": [
             {"expect": one.expect, "holds": one.holds, "measured": one.measured}
             for one in verdicts
@@ -85,6 +86,8 @@ def _said(result: StudyResult) -> Iterator[Part]:
             yield Fact(f"accuracy {promise}", counted(promises[promise], "run"))
     if doubts := doubts_in_words(table):
         yield Fact("doubtful", doubts)
+    for name in table.idle_factors:
+        yield Fact("note", f"{name} changes no measure: its values give equal rows")
     yield from (
         FailedExpectation(f"{one.span.place}: {one.expect}", one.measured)
         for one in verdicts

@@ -268,6 +268,32 @@ class StudyTable(Struct, frozen=True, eq=False):
         return np.isin(self.outcome, (DONE, ENDED))
 
     @property
+    def idle_factors(self) -> tuple[str, ...]:
+        """Return the factors whose values make no difference to any measure, to the last bit.
+
+        Only rows are compared that differ in one factor alone, and have finished.
+        """
+        rows = np.flatnonzero(self.finished)
+        singles = np.array([one.numbers[rows] for one in self.measures]).T.reshape(
+            len(rows), -1
+        )
+        curves = [one.values[rows] for one in self.curves]
+        measured = [row.tobytes() for row in np.concatenate([singles, *curves], axis=1)]
+        values = list(
+            zip(*([one.values[n] for n in rows] for one in self.factors), strict=True)
+        )
+        found: list[str] = []
+        for number, factor in enumerate(self.factors):
+            alike: dict[object, dict[object, bytes]] = {}
+            for row, result in zip(values, measured, strict=True):
+                others = (*row[:number], *row[number + 1 :])
+                alike.setdefault(others, {})[row[number]] = result
+            compared = [group for group in alike.values() if len(group) > 1]
+            if compared and all(len(set(group.values())) == 1 for group in compared):
+                found.append(factor.name)
+        return tuple(found)
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         """Return all columns of factors and measures."""
         return (*self.factors, *self.measures)

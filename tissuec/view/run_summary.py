@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tissuec.pipeline import Result
 
 MOST_SPRINGS_NAMED = 6
+_TAKEN = ("wall_time", "statistics", "notes", "doubts", "without_effect")
 
 
 def run_report(
@@ -91,6 +92,7 @@ def _said(
     yield from judged([one.state for one in expectations], failures)
     for doubt in outcome.doubts:
         yield Fact("doubtful", str(doubt), "failure")
+    yield from (Fact("note", str(one)) for one in outcome.without_effect)
     if "promise" in facts:
         yield _accuracy(Promise.of(facts))
     yield Fact("result", str(result.path))
@@ -148,7 +150,7 @@ def _document(
         "outcome": outcome.kind,
         "message": outcome.message,
         **compiled.network.size.facts,
-        **{name: facts[name] for name in ("wall_time", "statistics", "notes", "doubts")},
+        **{name: facts[name] for name in _TAKEN},
         "events": [
             {
                 "time": time,

@@ -19,7 +19,8 @@ from tissuec.model.network import Floats
 from tissuec.scene.model import Body
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
 from tissuec.scene.usual_ranges import USUAL, unusual
-from tissuec.script.verbs.move import Move
+from tissuec.script.verbs.hold import Grasp
+from tissuec.script.verbs.move import Move, Turn
 
 #: Tools that are this many times as far away as the bodies are large are far on any scale.
 FAR = 10.0
@@ -50,6 +51,7 @@ def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     yield from _once("distance", _distances(compiled))
     if organs or USUAL["size"].holds(_extent(network.position)):
         yield from _motions(compiled)
+    yield from _grasps_from_afar(compiled)
     gravity = float(np.linalg.norm(scene.environment.entries.gravity))
     yield from _once("gravity", [("gravity is", gravity, scene.environment.span)])
 
@@ -106,6 +108,30 @@ def _motions(compiled: Compiled) -> Iterator[Diagnostic]:
             "check the units of its way and of its time; if they are right, leave it as it is"
         )
         yield Diagnostic("W504", f"{action.mover.name} {said}", action.span, hint)
+
+
+def _grasps_from_afar(compiled: Compiled) -> Iterator[Diagnostic]:
+    """Yield W504 for grasps by tools that are drawn far from what they grasp."""
+    network, moved = compiled.network, set[str]()
+    drawn = {tool.name: network.position[tool.nodes] for tool in network.tools if tool.shapes}
+    bodies = _extent(network.position[: network.body_nodes])
+    for event in compiled.plan.events:
+        action = event.action
+        if isinstance(action, (Move, Turn)):
+            moved.add(action.mover.name)
+        if not isinstance(action, Grasp) or action.tool in moved or action.tool not in drawn:
+            continue
+        tool, group = drawn[action.tool], network.position[action.group.indices]
+        beside = tool - np.clip(tool, group.min(axis=0), group.max(axis=0))
+        distance = float(norm(beside).min())
+        if distance > bodies:
+            yield Diagnostic(
+                "W504",
+                f"{action.tool} grasps {action.group.name} from a distance of "
+                f"{show(distance, LENGTH)}",
+                action.span,
+                "draw it there, or move it there first; it holds from afar as well",
+            )
 
 
 def _extent(places: Floats) -> float:

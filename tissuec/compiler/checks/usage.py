@@ -24,9 +24,17 @@ from tissuec.model.network import Indices
 from tissuec.scene.model import Tissue
 from tissuec.scene.overrides.idle import idle_overrides, tissues_in_use
 from tissuec.scene.program.declarations import Declarations
-from tissuec.scene.tissues.quantities import CUTTING_RESISTANCE, FRICTION, QUANTITIES
-from tissuec.script.verbs import Breaking, Shifting, follows
+from tissuec.scene.tissues.quantities import (
+    BREAKING_FORCE,
+    CUTTING_RESISTANCE,
+    FRICTION,
+    LIMITS,
+    QUANTITIES,
+)
+from tissuec.script.verbs import Action, Breaking, Shifting, follows
 from tissuec.script.verbs.cut import SCISSORS, Cut
+from tissuec.script.verbs.holding import Driven, Fixed, Freed, Holding
+from tissuec.script.verbs.push import Push
 
 
 @check
@@ -81,11 +89,20 @@ def vain_overrides(compiled: Compiled) -> Iterator[Diagnostic]:
 
 @check
 def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W501: a parameter that nothing uses, so that ``--set`` would do nothing.
+    """W501: a param or let that nothing uses; a study or ``--set`` would do nothing.
 
     A scene does not have to use all params of files, unless they are set.
     """
     constants, replaced = compiled.scene.constants, _replaced(compiled)
+    for key, declared in compiled.scene.declarations.of("let").items():
+        is_own = declared.item.span.source is compiled.scene.source
+        if is_own and isinstance(declared.item, s.Assign) and key not in constants.used:
+            yield Diagnostic(
+                "W501",
+                f'"{declared.name.text}" is never used',
+                declared.name.span,
+                leaving_out("use it or remove it", declared.item.span),
+            )
     for key, declared in compiled.scene.declarations.of("param").items():
         is_own = declared.item.span.source is compiled.scene.source
         if key not in constants.used | replaced and (is_own or key in constants.overrides):
@@ -94,7 +111,7 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
                 f'the param "{declared.name.text}" is never used',
                 declared.name.span,
                 leaving_out(
-                    "use it or remove it; setting it has no effect", declared.item.span
+                    "use it or remove it; to set or vary it has no effect", declared.item.span
                 ),
             )
 
@@ -200,6 +217,30 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
                 yield _unbreakable(compiled, name, springs)
 
 
+@check
+def limits_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W404: a limit that the scene writes, of a tissue of which nothing may rupture."""
+    scene = compiled.scene
+    if any(follows(event.action, Breaking) for event in compiled.plan.every_event):
+        return
+    allowing = [body.tissues for body in scene.bodies.values() if "rupture" in body.places]
+    allowing += [(joint.tissue,) for joint in scene.joints.values() if joint.rupture]
+    able = {tissue.name for tissues in allowing for tissue in tissues}
+    for tissue in tissues_in_use(scene):
+        for name in (BREAKING_FORCE, "crushing force", *LIMITS):
+            given = tissue.given.get(name)
+            if given is None or given.how != "written" or tissue.name in able:
+                continue
+            if given.span.source is scene.source and np.isfinite(given.value):
+                yield Diagnostic(
+                    "W404",
+                    f"nothing made of {tissue.name} may rupture, so its {name} has no effect",
+                    given.span,
+                    "write rupture is allowed in its body or joint; rupture is not allowed "
+                    "states that nothing ruptures",
+                )
+
+
 def _unbreakable(compiled: Compiled, name: s.Name, springs: Indices) -> Diagnostic:
     """Return the finding about the ruptures of springs that cannot rupture."""
     provenance = compiled.network.provenance["strength"]
@@ -292,6 +333,46 @@ def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
             hint = "write one in the tissue, such as cutting resistance = 200 J/m^2"
         if why:
             yield Diagnostic("W415", f"{why}, so this is always 0", name.span, hint)
+
+
+@check
+def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W417: pushes on nodes that are fixed for good, and scenes of which all is fixed."""
+    network, plan = compiled.network, compiled.plan
+    fixed = np.full(network.node_count, np.inf)  # since when, for good
+    loose = np.zeros(network.node_count, dtype=bool)
+    last: Action | None = None
+    for event in plan.events:
+        if follows(event.action, Holding) and isinstance(one := event.action.holding(), Fixed):
+            fixed[one.nodes] = np.minimum(fixed[one.nodes], event.time)
+            last = event.action
+    for event in plan.every_event:
+        match event.action.holding() if follows(event.action, Holding) else None:
+            case Freed(nodes):
+                loose[nodes] = True
+            case Driven(mover, _):
+                loose[... if mover.nodes is None else mover.nodes] = True
+            case _:
+                pass
+    fixed[loose] = np.inf
+    own = fixed[: network.body_nodes]
+    if last is not None and len(own) and not own.any():
+        yield Diagnostic(
+            "W417",
+            "every node is fixed at 0 s, so nothing can move",
+            last.span,
+            "fix only a part of each body",
+        )
+        return
+    for event in plan.events:
+        action = event.action
+        if isinstance(action, Push) and (fixed[action.group.indices] <= event.time).all():
+            yield Diagnostic(
+                "W417",
+                f"{action.group.name} is fixed, so this moves nothing",
+                action.span,
+                f"push nodes that are free, or write free {action.group.name} before",
+            )
 
 
 @check

@@ -108,6 +108,21 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         """Return when the condition holds, shape (…) as a batch of snapshots."""
         return np.asarray(self._at(snapshots).decide(self.condition))
 
+    def margin(self, snapshot: Snapshot) -> float | None:
+        """Return how far a comparison is from being true, in the unit of its sides.
+
+        It is None of conditions of several parts, and of those that compare nothing.
+        """
+        match self.condition:
+            case s.Compare(sign=">" | ">=", left=left, right=right):
+                more, less = right, left
+            case s.Compare(sign="<" | "<=", left=left, right=right):
+                more, less = left, right
+            case _:
+                return None
+        scope = self._at(snapshot)
+        return float(scope.number(more).amount) - float(scope.number(less).amount)
+
     def describe(self, snapshot: Snapshot) -> str:
         """Return a description of the measured value."""
         return describe_sides(self.condition, self._at(snapshot))

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.engine.execution.doubts import DoubtMemory
+from tissuec.engine.execution.effects import EffectMemory
 from tissuec.engine.execution.event_queue import rows_at, rows_within
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
@@ -36,6 +37,7 @@ class ExpectationMemory(Struct, eq=False):
         failures: By the place of the expectation.
         held: When an expectation was judged last [s] and what was measured then, by its place.
         doubts: What makes numbers of the run doubtful.
+        effects: What orders have done.
     """
 
     next: int = 0
@@ -44,6 +46,7 @@ class ExpectationMemory(Struct, eq=False):
     failures: dict[int, Failure] = field(default_factory=dict[int, Failure])
     held: dict[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
     doubts: DoubtMemory = field(default_factory=DoubtMemory)
+    effects: EffectMemory = field(default_factory=EffectMemory)
 
 
 class ExpectationMonitor:

@@ -8,7 +8,7 @@ Where an event changes what a log says, both sides of it are passed on beside th
 log, whose times remain as requested.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
 
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.units import si_unit
 from tissuec.engine.execution.doubts import Watcher
+from tissuec.engine.execution.effects import EffectWatcher
 from tissuec.engine.execution.event_queue import SAME, join_times, rows_at
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.field_samples import FieldSampler, preserved_bodies
@@ -33,6 +34,7 @@ from tissuec.results.recording import (
     LogChannel,
     Recording,
     SurfaceChannel,
+    WithoutEffect,
 )
 from tissuec.results.volume_cells import VolumeCells
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
@@ -185,6 +187,7 @@ class Recorder:
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
         self._judge = ExpectationMonitor(plan.expectations, self.times, near)
         self._watcher = Watcher(network, plan)
+        self._effects = EffectWatcher(network, plan)
         self._sampler = FieldSampler(network, plan)
 
     def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
@@ -204,6 +207,8 @@ class Recorder:
         if not _are_same(self._holders, state.holders):
             self._holders = dict(state.holders)
             self.writer.holds(state.time, self._holders)
+        if self.takes_notes:
+            self._effects.enter(state, self.memory.effects)
         self._before, self._left = self._left, ()
         self._changed, self._side = self._side, None
 
@@ -212,6 +217,8 @@ class Recorder:
         self.record_jumps(snapshot)
         snapshot = self.scaled(snapshot)
         self._judge.leave(snapshot, self.memory)
+        if self.takes_notes and self.plan.triggers:
+            self._effects.measure(snapshot, self.memory.effects)
         self._left = [observed.row(snapshot) for observed in self._observed]
         self._side = self._side_of(snapshot) if self._awaits_sides(snapshot) else None
 
@@ -280,6 +287,15 @@ class Recorder:
         """Return the expectations that are still undecided, by their places in the plan."""
         return self._judge.unreached(self.memory)
 
+    def without_effect(self, state: State, waiting: Iterable[int]) -> tuple[WithoutEffect, ...]:
+        """Return what had no effect in a run that is done.
+
+        Args:
+            state: At its end.
+            waiting: Conditions that were never true, by their places in the plan.
+        """
+        return self._effects.found(state, waiting, self.memory.effects)
+
     def checkpoint(self, saved: Mapping[str, Any]) -> None:
         """Keep a state to resume from; all samples before it have been recorded."""
         self.writer.checkpoint(saved)
@@ -305,8 +321,10 @@ class Recorder:
         self._write_errors(samples, rows)
         self._judge.sample(snapshot, rows, self.memory)
         if self.takes_notes:
-            for time, position in zip(samples.time.tolist(), samples.position, strict=True):
-                self.look(self._state, time, position)
+            for row, time in enumerate(samples.time.tolist()):
+                if self.plan.triggers and time >= self.memory.doubts.next:
+                    self._effects.measure(snapshot.pick(row), self.memory.effects)
+                self.look(self._state, time, samples.position[row])
 
     def record_end(self, sample: Samples) -> None:
         """Record the state with which the run ends in the tables that do not hold it yet.
@@ -328,7 +346,7 @@ class Recorder:
     def look(
         self, state: State, time: float, position: Floats, *, always: bool = False
     ) -> None:
-        """Look for what makes numbers doubtful, unless that was done a moment ago.
+        """Look for doubts and effects of orders, unless that was done a moment ago.
 
         Args:
             state: What is alive and held then.
@@ -338,6 +356,7 @@ class Recorder:
         """
         if always or time >= self.memory.doubts.next:
             self._watcher.look(state, time, position, self.memory.doubts)
+            self._effects.look(state, position, self.memory.effects)
 
     def follow(
         self,

@@ -27,6 +27,7 @@ from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.results.promise import Doubt
+from tissuec.results.recording import WithoutEffect
 from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import EQUILIBRIUM, RELAXATION, Plan, ScheduledAction
 from tissuec.script.verbs import LoggedEvent
@@ -350,6 +351,7 @@ class Outcome(Struct, frozen=True, eq=False):
         ended: What ended it before its duration, if anything did.
         is_saved: Whether it can be resumed if it was interrupted.
         doubts: What makes its numbers doubtful, by the time at which it was seen first.
+        without_effect: Orders that changed nothing; of a run that is done.
     """
 
     kind: Kind
@@ -366,6 +368,7 @@ class Outcome(Struct, frozen=True, eq=False):
     ended: LoggedEvent | None = None
     is_saved: bool = True
     doubts: tuple[Doubt, ...] = ()
+    without_effect: tuple[WithoutEffect, ...] = ()
 
 
 def run(
@@ -405,7 +408,8 @@ def run(
             kind, message = _finish(loop, _both(loop, progress, watch), stop)
         except Halted:  # within a step or an event: what was saved before them holds
             kind, message = "interrupted", _interrupted(loop, stop)
-    failures = recorder.memory.failures
+    failures, run_state = recorder.memory.failures, loop.run_state
+    is_told = kind == "done" and recorder.takes_notes
     return Outcome(
         kind,
         message,
@@ -421,6 +425,7 @@ def run(
         loop.run_state.queue.ended,
         loop.is_saved,
         tuple(sorted(recorder.memory.doubts.found.values(), key=lambda one: one.time)),
+        recorder.without_effect(run_state.state, run_state.waiting) if is_told else (),
     )
 
 

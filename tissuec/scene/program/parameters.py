@@ -100,6 +100,10 @@ class Constants(Scope):
         self.used.add(name.key)
         return self.definitions.find(name.key)
 
+    def look_up(self, name: s.Name) -> Value:
+        """Return the value of a param that is set; this makes no use of it."""
+        return self.definitions.find(name.key)
+
     def has(self, name: s.Name) -> bool:
         return name.key in self.declared or name.key in CONSTANTS
 

@@ -87,7 +87,7 @@ class FactorReader:
         """
         declared = self.declarations.of("param").get(key_of(target))
         if declared is not None:
-            value = self.scope.name(declared.name)
+            value = self.scope.look_up(declared.name)
             if value.is_vector:
                 assert isinstance(declared.item, s.Assign)
                 return declared.item.value.span.one_line, value.dimension

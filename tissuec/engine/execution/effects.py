@@ -1,0 +1,181 @@
+"""Orders without effect: what a run was told to do, and what it never did.
+
+States are examined where they are known anyway: after events, and where doubts are looked for.
+Which nodes are held changes at events only, so that all of a push is known. A tool has touched
+nothing if it was never closer to a body than both may have moved since the state before; where
+it was, nothing is said. Nothing here changes the motion.
+"""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from msgspec import Struct, field
+
+from tissuec.core.arrays import norm
+from tissuec.core.source import Span
+from tissuec.core.units import TIME, VOLUME, show
+from tissuec.mechanics.state import State
+from tissuec.model.network import Floats, Indices, Network, ToolPart
+from tissuec.results.recording import WithoutEffect
+from tissuec.script.measures.snapshot import Snapshot
+from tissuec.script.plan import Plan
+from tissuec.script.verbs.holding import sentence
+
+STILL = 1e-9  # of the size of the scene: displacements that rounding may cause
+MISSED = 0.05  # of an ordered volume: a larger difference is reported
+
+
+class EffectMemory(Struct, eq=False):
+    """What was seen so far, as a checkpoint holds it.
+
+    Attributes:
+        before: Positions at the last look [m], shape (node, 3); None before the first.
+        near: Tools that may have touched something.
+        pushed: Whether a push or a pressure acted on a node that was free, by its place and
+            sentence, on two lines.
+        free: Whether any node of a body was ever free.
+        moved: Whether any of them ever moved.
+        closest: For conditions, by their places in the plan: how far they were from being true
+            at least, in the units of their sides, and what was measured when [s].
+    """
+
+    before: Floats | None = None
+    near: list[str] = field(default_factory=list[str])
+    pushed: dict[str, bool] = field(default_factory=dict[str, bool])
+    free: bool = False
+    moved: bool = False
+    closest: dict[int, tuple[float, str, float]] = field(
+        default_factory=dict[int, tuple[float, str, float]]
+    )
+
+
+class EffectWatcher:
+    """Examines what the orders of a run do.
+
+    Args:
+        network, plan: Of the run.
+    """
+
+    def __init__(self, network: Network, plan: Plan):
+        self._network, self._plan = network, plan
+        has_contact = network.contact is not None
+        self._tools = [one for one in network.tools if has_contact and one.shapes]
+        self._still = STILL * network.extent
+
+    def enter(self, state: State, memory: EffectMemory) -> None:
+        """Examine on what pushes act, after the events of a time."""
+        held = state.held
+        memory.free = memory.free or not held[: self._network.body_nodes].all()
+        for span, nodes in _pushes(state):
+            key = f"{span.place}\n{sentence(span)}"
+            memory.pushed[key] = memory.pushed.get(key, False) or not held[nodes].all()
+
+    def look(self, state: State, position: Floats, memory: EffectMemory) -> None:
+        """Examine what is near to tools, and whether anything moves.
+
+        Args:
+            state: What is alive then.
+            position: Of all nodes [m], shape (node, 3).
+            memory: Of the run.
+        """
+        before = position if memory.before is None else memory.before
+        if not memory.moved:
+            way = (position - self._network.position)[: self._network.body_nodes]
+            memory.moved = float(np.abs(way).max(initial=0.0)) > self._still
+        tools = [one for one in self._tools if one.name not in memory.near]
+        contact = state.touching if tools else None
+        if contact is None:
+            return
+        ways = norm(position - before)
+        bodies = float(ways[: self._network.body_nodes].max(initial=0.0))
+        for tool in tools:
+            nodes = np.arange(tool.nodes.start, tool.nodes.stop)
+            way = bodies + float(ways[nodes].max(initial=0.0))
+            if contact.comes_near(nodes, position, way):
+                memory.near.append(tool.name)
+        memory.before = position.copy()
+
+    def measure(self, snapshot: Snapshot, memory: EffectMemory) -> None:
+        """Note how close the conditions of the script are to being true in one state."""
+        for number, trigger in enumerate(self._plan.triggers):
+            margin = getattr(trigger.condition, "margin", None)
+            missing = None if margin is None else margin(snapshot)
+            if missing is None or not np.isfinite(missing):
+                continue
+            known = memory.closest.get(number)
+            if known is None or missing < known[0]:
+                said = trigger.condition.describe(snapshot)
+                memory.closest[number] = missing, said, float(snapshot.time)
+
+    def found(
+        self, state: State, waiting: Iterable[int], memory: EffectMemory
+    ) -> tuple[WithoutEffect, ...]:
+        """Return what had no effect by the end of a run.
+
+        Args:
+            state: At the end.
+            waiting: Conditions that were never true, by their places in the plan.
+            memory: Of the run.
+        """
+        return (
+            *self._nothing_moved(memory),
+            *(self._untouched(one) for one in self._tools if one.name not in memory.near),
+            *self._unmoved(memory),
+            *self._never_true(waiting, memory),
+            *_missed_volumes(state),
+        )
+
+    def _nothing_moved(self, memory: EffectMemory) -> Iterator[WithoutEffect]:
+        if memory.moved or not self._network.body_nodes:
+            return
+        span = self._plan.simulation.span
+        what, remedy = "no body moved: nothing acts on them", "write what does"
+        if not memory.free:
+            what, remedy = "no body moved: every node is held", "fix only a part of each body"
+        yield WithoutEffect("motion", what, remedy, span.place)
+
+    def _untouched(self, tool: ToolPart) -> WithoutEffect:
+        what = f"{tool.name} touched nothing"
+        remedy = "check where it is drawn, and its way"
+        return WithoutEffect("contact", what, remedy, tool.span.place)
+
+    def _unmoved(self, memory: EffectMemory) -> Iterator[WithoutEffect]:
+        for key, acted in memory.pushed.items():
+            if not acted:
+                place, _, order = key.partition("\n")
+                what = f"{order} acts on held nodes only"
+                remedy = "choose nodes that are free, or move those that are held"
+                yield WithoutEffect("push", what, remedy, place)
+
+    def _never_true(
+        self, waiting: Iterable[int], memory: EffectMemory
+    ) -> Iterator[WithoutEffect]:
+        for number in waiting:
+            span = self._plan.triggers[number].span
+            what = f"{' '.join(span.text.split()).rstrip(':')} was never true"
+            if number in memory.closest:
+                _, said, time = memory.closest[number]
+                what = f"{what}; closest at {show(time, TIME)}: {said}"
+            yield WithoutEffect("condition", what, "", span.place)
+
+
+def _pushes(state: State) -> Iterator[tuple[Span, Indices]]:
+    """Yield the sentences of pushes and pressures that act now, and their nodes."""
+    yield from ((load.span, load.nodes) for load in state.loads.values())
+    for pressure in state.pressures:
+        yield pressure.span, pressure.faces.corners.ravel()
+
+
+def _missed_volumes(state: State) -> Iterator[WithoutEffect]:
+    """Yield the volumes that are not what was ordered, as pressure is not all that acts."""
+    for kept in state.kept_volumes:
+        intact = kept.intact(state.alive)
+        ordered = float(intact.due(state.time).sum())
+        volume = float(intact.volumes(state.position).sum())
+        if ordered > 0.0 and abs(volume - ordered) > MISSED * ordered:
+            what = (
+                f"the volume of {kept.name} is {show(volume, VOLUME)} at the end, instead of "
+                f"{show(ordered, VOLUME)}"
+            )
+            remedy = "preserve it with a larger pressure, which is a bulk modulus"
+            yield WithoutEffect("volume", what, remedy, kept.span.place)
