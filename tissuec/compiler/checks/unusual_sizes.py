@@ -84,17 +84,12 @@ def _distances(compiled: Compiled) -> Iterator[tuple[str, float, Span]]:
 def _motions(compiled: Compiled) -> Iterator[Diagnostic]:
     """Yield W504 for motions that are far longer than everything is large, or very fast."""
     extent, is_static = _extent(compiled.network.position), compiled.plan.simulation.is_static
-    for action in {
-        event.action.span: event.action for event in compiled.plan.every_event
-    }.values():
+    actions = {id(event.action): event.action for event in compiled.plan.every_event}
+    for action in actions.values():
         if not isinstance(action, Move):
             continue
-        ends = [profile.extremes for profile in action.profiles]
-        amounts = (
-            sum(vector * end[which] for vector, end in zip(action.vectors, ends, strict=True))
-            for which in range(2)
-        )
-        way, speed = (float(norm(amount)) for amount in amounts)
+        ends = np.array([profile.extremes for profile in action.profiles])
+        way, speed = map(float, norm(ends.T @ np.array(action.vectors)))
         if way > FAR * extent > 0.0:
             said = (
                 f"is moved by {show(way, LENGTH)}, {way / extent:.0f} times the size of "

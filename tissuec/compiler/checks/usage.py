@@ -31,7 +31,7 @@ from tissuec.scene.tissues.quantities import (
     LIMITS,
     QUANTITIES,
 )
-from tissuec.script.verbs import Action, Breaking, Shifting, follows
+from tissuec.script.verbs import Breaking, Shifting, follows
 from tissuec.script.verbs.cut import SCISSORS, Cut
 from tissuec.script.verbs.holding import Driven, Fixed, Freed, Holding
 from tissuec.script.verbs.push import Push
@@ -341,11 +341,12 @@ def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
     network, plan = compiled.network, compiled.plan
     fixed = np.full(network.node_count, np.inf)  # since when, for good
     loose = np.zeros(network.node_count, dtype=bool)
-    last: Action | None = None
+    last: Span | None = None
     for event in plan.events:
-        if follows(event.action, Holding) and isinstance(one := event.action.holding(), Fixed):
+        action, span = event.action, event.action.span
+        if follows(action, Holding) and isinstance(one := action.holding(), Fixed):
             fixed[one.nodes] = np.minimum(fixed[one.nodes], event.time)
-            last = event.action
+            last = span
     for event in plan.every_event:
         match event.action.holding() if follows(event.action, Holding) else None:
             case Freed(nodes):
@@ -360,7 +361,7 @@ def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "W417",
             "every node is fixed at 0 s, so nothing can move",
-            last.span,
+            last,
             "fix only a part of each body",
         )
         return

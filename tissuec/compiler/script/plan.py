@@ -291,8 +291,14 @@ class ScriptReader:
 
     def _check_tables(self, item: s.Sentence, action: Action, slot: _Slot) -> None:
         """Report tables of profiles that say nothing of the time in which they are used."""
-        clauses = (one for one in item.clauses if isinstance(one.value, s.Name))
-        clause = next((one for one in clauses if one.value.quoted is not None), None)
+        clause = next(
+            (
+                one
+                for one in item.clauses
+                if isinstance(one.value, s.Name) and one.value.quoted is not None
+            ),
+            None,
+        )
         columns = [one for one in profiles_of(action) if one.kind == "table"]
         if clause is None or not columns or clause.span in self.late:
             return

@@ -7,6 +7,7 @@ it was, nothing is said. Nothing here changes the motion.
 """
 
 from collections.abc import Iterable, Iterator
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from msgspec import Struct, field
@@ -15,7 +16,7 @@ from tissuec.core.arrays import norm
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, VOLUME, show
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Indices, Network, ToolPart
+from tissuec.model.network import Floats, Indices, Network, ToolPart, numbers_in
 from tissuec.results.recording import WithoutEffect
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Plan
@@ -23,6 +24,19 @@ from tissuec.script.verbs.holding import sentence
 
 STILL = 1e-9  # of the size of the scene: displacements that rounding may cause
 MISSED = 0.05  # of an ordered volume: a larger difference is reported
+
+
+@runtime_checkable
+class Comparing(Protocol):
+    """A condition that may know how far it is from being true."""
+
+    def margin(self, snapshot: Snapshot) -> float | None:
+        """Return that in the unit of its sides; None where it is not known."""
+        ...
+
+    def describe(self, snapshot: Snapshot) -> str:
+        """Return what is measured."""
+        ...
 
 
 class EffectMemory(Struct, eq=False):
@@ -89,7 +103,7 @@ class EffectWatcher:
         ways = norm(position - before)
         bodies = float(ways[: self._network.body_nodes].max(initial=0.0))
         for tool in tools:
-            nodes = np.arange(tool.nodes.start, tool.nodes.stop)
+            nodes = numbers_in(tool.nodes)
             way = bodies + float(ways[nodes].max(initial=0.0))
             if contact.comes_near(nodes, position, way):
                 memory.near.append(tool.name)
@@ -98,13 +112,15 @@ class EffectWatcher:
     def measure(self, snapshot: Snapshot, memory: EffectMemory) -> None:
         """Note how close the conditions of the script are to being true in one state."""
         for number, trigger in enumerate(self._plan.triggers):
-            margin = getattr(trigger.condition, "margin", None)
-            missing = None if margin is None else margin(snapshot)
+            condition = trigger.condition
+            if not isinstance(condition, Comparing):
+                continue
+            missing = condition.margin(snapshot)
             if missing is None or not np.isfinite(missing):
                 continue
             known = memory.closest.get(number)
             if known is None or missing < known[0]:
-                said = trigger.condition.describe(snapshot)
+                said = condition.describe(snapshot)
                 memory.closest[number] = missing, said, float(snapshot.time)
 
     def found(
