@@ -264,7 +264,7 @@ def test_the_result_of_a_stepped_run_is_nobody_elses(tmp_path):
     first.close()
     assert [one.name for one in tmp_path.iterdir()] == ["one.vtkhdf"]
     with tissuec.load(out) as result:
-        assert result.times[-1] == 0.05
+        assert result.times[-1] == 0.06
     second = tissuec.start(SCENE, out=out)
     del second  # without a result
     gc.collect()

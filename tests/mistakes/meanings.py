@@ -95,7 +95,7 @@ MISTAKES = {
         "TIS307", "with forceps A", "remove one",
     ),
     # units as names
-    "unit as a name": M("let side = 40 mm", "let N = 40 mm", "TIS507", "N", "choose a word, also where it is used"),
+    "unit as a name": M("let side = 40 mm", "let side = 40 mm\nlet N = 40 mm", "TIS507", "N", "choose a word, also where it is used"),
     "unit without a number": M("let side = 40 mm", "let side = mm", "TIS301", "mm", 'write "1 mm"'),
     # times
     "after for at": _time("after 0.4 s", "TIS403", "after 0.4 s:", 'write "at 0.4 s"'),

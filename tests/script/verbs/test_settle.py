@@ -61,7 +61,7 @@ def test_a_later_failure_keeps_what_was_recorded_until_then():
     outcome, recording = carry_out(network, plan)
     assert outcome.kind == "stuck"
     assert "at 100 ms" in outcome.message
-    assert recording.frame_arrays()[0].tolist() == [0.0, 0.05]
+    assert recording.frame_arrays()[0].tolist() == [0.0, 0.05, 0.1]  # with the last state
 
 
 def test_a_mechanism_is_noted():
