@@ -33,6 +33,7 @@ from tissuec.scene.study.entries import AGGREGATES, DESIGNS, DISTRIBUTIONS
 from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
+from tissuec.script.measures.needs import KINDS, meaning
 from tissuec.script.procedures import PROCEDURES
 from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
@@ -58,6 +59,7 @@ def parts() -> dict[str, str]:
         "profiles": _listed(PROFILES),
         "surfaces": joined(member_sections("kind", SURFACES, "###")),
         "measures": measure_table(),
+        "measures of bodies": meaning_table(),
         "frame fields": frame_field_table(),
         "integrators": integrator_table(),
         "adjusted": adjusted_table(),
@@ -304,10 +306,7 @@ def adjusted_table() -> str:
 
 def measure_table() -> str:
     """Return what can be measured."""
-    solid = "nodes of elements"
-    subjects = {
-        "any": "nodes or springs", "solid": solid, "body or solid": f"body, or {solid}",
-    }  # fmt: skip
+    subjects = {"any": "nodes or springs"}
     rows = [
         (
             code(measure.form),
@@ -318,6 +317,17 @@ def measure_table() -> str:
         for measure in MEASURES.values()
     ]
     return table(("measure", "is", "taken of", "meaning"), rows)
+
+
+def meaning_table() -> str:
+    """Return what can be measured of which bodies and sets."""
+    rows: list[tuple[str, ...]] = []
+    for measure in MEASURES.values():
+        needs = getattr(measure, "needs", ())
+        cells = [meaning(measure.takes, needs, kind) or "–" for kind in KINDS]
+        if measure.subjects:
+            rows.append((code(measure.form), *cells))
+    return table(("measure", *KINDS.values()), rows)
 
 
 def frame_field_table() -> str:

@@ -54,8 +54,6 @@ _TAKEN_OF = {
     "springs": SPRINGS,
     "any": (*SPRINGS, "holding"),
     "body": ("body",),
-    "solid": (*NODES, "holding"),
-    "body or solid": (*NODES, "holding"),
     "jaws": ("holding",),
 }
 

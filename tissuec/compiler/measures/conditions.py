@@ -12,6 +12,7 @@ from tissuec.compiler.measures.observed import (
     Place,
     place_of,
 )
+from tissuec.compiler.measures.subjects import has_by_kind
 from tissuec.compiler.sets import Groups, unnamed
 from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
@@ -35,6 +36,7 @@ from tissuec.scene.sentences import (
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.common import DirectedMeasure
+from tissuec.script.measures.needs import NEEDS
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 
@@ -365,7 +367,7 @@ class Conditions:
                 self._refuse_union(name)
             self._no_subject(name.text, name.span)
         if self.groups.is_springs(name):
-            if measure.takes in ("nodes", "solid", "body or solid"):
+            if measure.takes == "nodes":
                 self.findings.reject(
                     "TIS702", f"{measure.form} needs nodes, not springs", name.span
                 )
@@ -375,55 +377,43 @@ class Conditions:
         return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
 
     def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
-        """Reject subjects that never have the measured volume, stress or grip."""
-        match measure.takes:
-            case "body":
-                needed, known = "a body", self.groups.names_of_bodies()
-            case "solid" | "body or solid":
-                self._require_elements(measure, name)
-                return
-            case "jaws":
-                forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]
-                known = [tool.name for tool in forceps if tool.shapes or tool.entries is None]
-                needed = "forceps with jaws"
-            case _:
-                return
-        is_right = any(s.key_of(each) == name.key for each in known)
-        if self._is_subject(name) and not is_right:
-            self.findings.reject(
-                "TIS702",
-                f"{measure.form} needs {needed}",
-                name.span,
-                hint=alternatives(name.text, known, what="there are"),
-            )
+        """Reject subjects that never have the measured tension, stress, volume or grip."""
+        if not self._is_subject(name):
+            return
+        needed, known = "", list[str]()
+        if measure.takes == "body":
+            needed, known = "a body", self.groups.names_of_bodies()
+        elif measure.takes == "jaws":
+            forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]
+            known = [tool.name for tool in forceps if tool.shapes or tool.entries is None]
+            needed = "forceps with jaws"
+        if needed and not any(s.key_of(each) == name.key for each in known):
+            hint = alternatives(name.text, known, what="there are")
+            message = f"{measure.form} needs {needed}"
+            self.findings.reject("TIS702", message, name.span, hint=hint)
+        for key in getattr(measure, "needs", ()):
+            need, bodies = NEEDS[key], self.groups.bodies.values()
+            if not need.text or self._has(key, name):
+                continue
+            known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
+            hint = alternatives(name.text, known, what="there are") or need.hint
+            message = f"{measure.form} needs {need.text}"
+            self.findings.reject("TIS702", message, name.span, hint=hint)
 
-    def _require_elements(self, measure: type[Measure], name: s.Name) -> None:
-        """Reject subjects without elements, which have no stress."""
-        takes_bodies = measure.takes != "solid"
-        if not self._is_subject(name) or (takes_bodies and name.key in self.groups.bodies):
-            return
-        bodies = self.groups.bodies.values()
-        known = [each.drawing.body.name for each in bodies if each.drawing.mesh.elements]
+    def _has(self, need: str, name: s.Name) -> bool:
+        """Return whether a subject has by its kind what a measure needs."""
+        bodies = self.groups.bodies
+        if name.key in bodies:
+            return has_by_kind(need, bodies[name.key].drawing)
         if name.key in self.tools:
-            has_elements = bool(known)
-        elif self.groups.is_springs(name):
-            return  # reported elsewhere
-        else:
-            has_elements = self.groups.has_elements(self.groups.nodes(name).indices)
-        if has_elements:
-            return
-        others = self.groups.names_of_bodies() if takes_bodies else known
-        hint = (
-            alternatives(name.text, others, what="there are")
-            if others
-            else "solids consist of elements if their tissue has a Young's modulus"
-        )
-        self.findings.reject(
-            "TIS702",
-            f"{measure.form} needs {'a body, or ' * takes_bodies}nodes of solid elements",
-            name.span,
-            hint=hint,
-        )
+            return any(bool(one.drawing.mesh.elements) for one in bodies.values())
+        if need == "springs":
+            springs = self.groups.springs(name).indices
+            edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
+            return not np.isin(springs, np.concatenate([springs[:0], *edges])).all()
+        if self.groups.is_springs(name):
+            return True  # reported elsewhere
+        return self.groups.has_elements(self.groups.nodes(name).indices)
 
     def _along(self, argument: s.Argument, key: str) -> Floats:
         clause = argument.clauses[0]

@@ -75,6 +75,11 @@ def check_fields(
         "triangle": bool(shown[network.skin].all(axis=1).any()),
         "cell": bool(preserved_bodies(network, plan)),
     }
+    elements = np.zeros_like(shown)
+    for field in network.elements:
+        elements[field.nodes] = True
+    bears = shown[network.springs.ends].all(axis=1) & network.shown_springs & ~network.edges
+    has = {"elements": bool((shown & elements).any()), "springs": bool(bears.any())}
     for name, span in asked.items():
         at, kind = FIELDS[name].at, FIELDS[name].of_force
         if kind and kind not in kinds:
@@ -92,4 +97,12 @@ def check_fields(
                 hint="for example: at 0 s: preserve volume of BODY with 10 kPa"
                 if at == "cell"
                 else "",
+            )
+        elif lacking := next((one for one in FIELDS[name].needs if not has[one]), ""):
+            findings.add(
+                "TIS304",
+                f"{name} is always 0: the trajectory contains no "
+                f"{'elements' if lacking == 'elements' else 'springs but edges of elements'}",
+                span,
+                hint="omit it",
             )

@@ -38,6 +38,7 @@ class FrameField:
         stored: Name of its array in files; its own name if empty.
         remark: Further sentences for the reference.
         of_force: The kind of the forces that it is about, if it is an output of these.
+        needs: What must be shown for it to have a meaning, names of ``NEEDS`` of measures.
     """
 
     at: ClassVar[Place]
@@ -49,6 +50,7 @@ class FrameField:
     stored: ClassVar[str] = ""
     remark: ClassVar[str] = ""
     of_force: ClassVar[str] = ""
+    needs: ClassVar[tuple[str, ...]] = ()
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:

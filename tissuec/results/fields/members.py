@@ -28,6 +28,7 @@ class ModulusField(FrameField):
     dimension = units.PRESSURE
     text = "mean Young's modulus at rest of the elements around each node"
     remark = "The mean is by volume, without fibres, and 0 where there is no element."
+    needs = ("elements",)
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
@@ -47,6 +48,7 @@ class PlasticStrainField(FrameField):
     dimension = units.NUMBER
     text = "plastic strain of the elements around each node"
     remark = "It is that of the measure of this name, and 0 where nothing yields."
+    needs = ("elements",)
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
@@ -59,6 +61,7 @@ class SpringConstantField(FrameField):
     dimension = units.STIFFNESS
     text = "spring constant of each spring at rest"
     remark = "It is 0 for the edges of elements, and without branches that relax."
+    needs = ("springs",)
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:

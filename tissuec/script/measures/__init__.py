@@ -41,9 +41,11 @@ class Measure(Protocol):
         form: How it is written, such as "distance(A, B)".
         dimension: Of its value.
         subjects: How many subjects it takes.
-        takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body",
-            "solid" or "jaws" where it means something of whole bodies, of nodes of solid
-            elements or of forceps with jaws only; or "body or solid".
+        takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body" or
+            "jaws" where it means something of whole bodies or of forceps with jaws only.
+
+    A measure that has a meaning for some bodies alone says what they need in ``needs``, names
+    of ``NEEDS``. Otherwise it would be 0 all the time, which is reported.
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
     What is 0 wherever contact is off has ``of_contact = True``, and what can be measured of

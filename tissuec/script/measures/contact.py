@@ -21,6 +21,7 @@ class ContactArea(ScalarMeasure):
     dimension = units.AREA
     subjects = 1
     takes = "nodes"
+    needs = ("faces",)
     of_contact = True
 
     @staticmethod

@@ -53,6 +53,7 @@ class IntactElements(ScalarMeasure):
     dimension = units.NUMBER
     subjects = 1
     takes = "nodes"
+    needs = ("elements",)
     counts = True
 
     @staticmethod

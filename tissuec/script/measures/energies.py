@@ -41,6 +41,7 @@ class ElasticEnergy(ScalarMeasure):
     dimension = units.ENERGY
     subjects = 1
     takes = "any"
+    needs = ("energy",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

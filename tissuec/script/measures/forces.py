@@ -28,6 +28,7 @@ class SupportForce(VectorMeasure):
     dimension = units.FORCE
     subjects = 1
     takes = "nodes"
+    needs = ("support",)
     feels_blades = True
 
     @staticmethod
@@ -57,6 +58,7 @@ class Torque(VectorMeasure):
     dimension = units.ENERGY
     subjects = 1
     takes = "nodes"
+    needs = ("support",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -66,6 +66,7 @@ class Tension:
     dimension = units.FORCE
     subjects = 1
     takes = "springs"
+    needs = ("springs",)
 
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
@@ -108,6 +109,7 @@ class PlasticElongation:
     dimension = units.LENGTH
     subjects = 1
     takes = "springs"
+    needs = ("springs", "yielding")
     columns = Tension.columns
 
     @staticmethod

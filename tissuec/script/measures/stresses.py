@@ -53,7 +53,8 @@ class Stress(DirectedMeasure):
     form = "stress(A)"
     dimension = units.PRESSURE
     subjects = 1
-    takes = "solid"
+    takes = "nodes"
+    needs = ("elements",)
 
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
@@ -83,7 +84,8 @@ class LargestPrincipalStress(ScalarMeasure):
     form = "largest principal stress(A)"
     dimension = units.PRESSURE
     subjects = 1
-    takes = "solid"
+    takes = "nodes"
+    needs = ("elements",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -102,7 +104,8 @@ class SmallestPrincipalStress(ScalarMeasure):
     form = "smallest principal stress(A)"
     dimension = units.PRESSURE
     subjects = 1
-    takes = "solid"
+    takes = "nodes"
+    needs = ("elements",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -122,7 +125,8 @@ class PlasticStrain(ScalarMeasure):
     form = "plastic strain(A)"
     dimension = units.NUMBER
     subjects = 1
-    takes = "solid"
+    takes = "nodes"
+    needs = ("elements", "yielding")
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

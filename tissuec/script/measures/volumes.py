@@ -16,7 +16,7 @@ from tissuec.script.measures.stresses import mean_stress
 class Volume(ScalarMeasure):
     """The present volume inside the body A.
 
-    Open ends of a wall count as closed by flat caps; it is 0 for a sheet. For a lattice and for
+    Open ends of a wall count as closed by flat caps. For a lattice and for
     a solid of elements, it is the sum of all cells or elements.
     """
 
@@ -24,6 +24,7 @@ class Volume(ScalarMeasure):
     dimension = units.VOLUME
     subjects = 1
     takes = "body"
+    needs = ("inside",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -49,7 +50,8 @@ class Pressure(ScalarMeasure):
     form = "pressure(A)"
     dimension = units.PRESSURE
     subjects = 1
-    takes = "body or solid"
+    takes = "nodes"
+    needs = ("pressure",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

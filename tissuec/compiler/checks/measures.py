@@ -1,0 +1,151 @@
+"""Check of measures that are 0 all the time, because nothing makes them anything else."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiler.checks import check
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.measures.observed import CompiledCondition, ObservedMeasure
+from tissuec.compiler.measures.quantities import ObservedExpression
+from tissuec.compiler.measures.subjects import kind_of
+from tissuec.core.errors import Diagnostic
+from tissuec.core.names import key_of
+from tissuec.core.source import Span
+from tissuec.lang.words import written_name
+from tissuec.script.measures import Measure, Subject
+from tissuec.script.measures.needs import NEEDS
+from tissuec.script.verbs import Action, Group
+from tissuec.script.verbs.irrigate import Irrigate
+from tissuec.script.verbs.preserve import Inflate, Preserve
+from tissuec.script.verbs.press import Press
+
+#: Kinds of blocks whose forces on all nodes of a body cancel.
+_INNER = ("elements", "membranes", "bending", "plates", "activation")
+
+
+@check
+def always_zero(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W703: a measure is always 0, because the scene lacks what it is about."""
+    for measure, subject, span in _measured(compiled):
+        for key in getattr(measure, "needs", ()):
+            if not NEEDS[key].absent or _FOUND[key](compiled, subject):
+                continue
+            union = subject.name.startswith("[")
+            name = subject.name if union else written_name(subject.name)
+            shown = measure.form.replace("A)", f"{name})")
+            yield Diagnostic(
+                "W703",
+                f"{shown} is always 0: {_about(NEEDS[key].absent, name)}",
+                span,
+                _about(NEEDS[key].hint, name),
+            )
+
+
+def _about(text: str, name: str) -> str:
+    """Return a text about A with the name of the subject in its place."""
+    return " ".join(name if word == "A" else word for word in text.split(" "))
+
+
+def _measured(compiled: Compiled) -> Iterator[tuple[type[Measure], Subject, Span]]:
+    """Yield each measure of one subject once, with the first place that names it."""
+    plan = compiled.plan
+    found: list[tuple[type[Measure], Subject, Span]] = []
+    for log in plan.output.logs:
+        if isinstance(log.measure, ObservedExpression):
+            found += _read(log.measure.readings.values(), log.span)
+        else:
+            found += [(log.measure, one, log.span) for one in log.subjects]
+    for item in (*plan.expectations, *plan.triggers):
+        if isinstance(item.condition, CompiledCondition):
+            found += _read(item.condition.readings.values(), item.span)
+    once: dict[tuple[type[Measure], str], Span] = {}
+    for measure, subject, span in found:
+        if once.setdefault((measure, subject.name), span) is span:
+            yield measure, subject, span
+
+
+def _read(
+    readings: Iterable[ObservedMeasure], span: Span
+) -> list[tuple[type[Measure], Subject, Span]]:
+    return [(one.measure, subject, span) for one in readings for subject in one.subjects]
+
+
+def _chosen(compiled: Compiled, subject: Subject) -> NDArray[np.bool_]:
+    """Return which nodes a subject has, shape (node,)."""
+    inside = np.zeros(compiled.network.node_count, dtype=bool)
+    inside[subject.nodes] = True
+    return inside
+
+
+def _is_pressed(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether a body is a solid of elements, pressed, or keeps its volume."""
+    key = key_of(subject.name)
+    if subject.nodes is None or key not in compiled.groups.bodies:
+        return True
+    if kind_of(compiled.groups.bodies[key].drawing) == "solid" or _has_fluid(compiled):
+        return True
+    inside = _chosen(compiled, subject)
+    groups = (_pressed_by(event.action) for event in compiled.plan.every_event)
+    return any(group is not None and bool(inside[group.indices].any()) for group in groups)
+
+
+def _pressed_by(action: Action) -> Group | None:
+    """Return what an action presses, or whose volume it keeps."""
+    return action.group if isinstance(action, Press | Preserve | Inflate) else None
+
+
+def _has_faces(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether contact acts on faces, which have areas."""
+    contact = compiled.network.contact
+    return contact is not None and contact.between is not None
+
+
+def _has_fluid(compiled: Compiled) -> bool:
+    return bool(compiled.network.of_kind("fluid", "volume", "pressure"))
+
+
+def _is_supported(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether any force on nodes of a subject comes from elsewhere."""
+    network, plan = compiled.network, compiled.plan
+    if subject.nodes is None or network.contact is not None:
+        return True
+    if any(block.kind not in _INNER for block in network.blocks):
+        return True
+    actions = [event.action for event in plan.every_event]
+    if any(isinstance(one, Press | Preserve | Inflate | Irrigate) for one in actions):
+        return True
+    first, second = _chosen(compiled, subject)[network.springs.ends].T
+    return bool((first != second).any())
+
+
+def _stores_energy(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether a subject has springs that resist, or all nodes of an element."""
+    network = compiled.network
+    if subject.nodes is None or not network.edges[subject.springs].all():
+        return True
+    inside = _chosen(compiled, subject)
+    fields = network.of_kind("elements", "membranes", "plates", "bending")
+    return any(bool(inside[field.nodes].all(axis=1).any()) for field in fields)
+
+
+def _yields(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether springs or elements of a subject can yield."""
+    memory = compiled.network.springs.inelastic
+    if memory is not None and bool(np.isfinite(memory.limit[subject.springs]).any()):
+        return True
+    fields = [field for field in compiled.network.elements if field.yielding is not None]
+    if subject.nodes is None:
+        return bool(fields)
+    inside = _chosen(compiled, subject)
+    return any(bool(inside[field.nodes].any()) for field in fields)
+
+
+_FOUND: Mapping[str, Callable[[Compiled, Subject], bool]] = {
+    "faces": _has_faces,
+    "pressure": _is_pressed,
+    "support": _is_supported,
+    "energy": _stores_energy,
+    "yielding": _yields,
+}
