@@ -74,7 +74,7 @@ class ClosingForce(Struct, frozen=True, eq=False):
         """
         shares = np.clip(shares, 0.0, 1.0)
         every, where = np.unique(shares, return_inverse=True)
-        starts = np.append(True, np.diff(every) > SAME)
+        starts = np.diff(every, prepend=-np.inf) > SAME
         shares = every[starts][np.cumsum(starts) - 1][where].reshape(shares.shape)
         kept = (shares[:, 0] < shares[:, 1]) & rates.any(axis=1)
         return cls(tool, way, profile, shares[kept], rates[kept])

@@ -221,7 +221,9 @@ def _generate(body: Body, findings: Findings) -> Mesh:
                 f"body {body.name} would have about {nodes:.3g} nodes "
                 f"and {springs:.3g} springs",
                 body.span,
-                hint=f"at most {LARGEST:,} of each are possible".replace(",", " "),
+                hint=f"at most {LARGEST:,} of each are possible".replace(",", " ")
+                + "; are lengths in mm, not in m?"
+                * (max(nodes, springs) < 1e9 * LARGEST_IN_VAIN),
             )
         if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
             findings.stop()

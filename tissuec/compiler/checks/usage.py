@@ -378,7 +378,7 @@ def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
 
 @check
 def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W410: a cut that goes by a held body, further away than it comes before."""
+    """W410: a cut that goes by a body as it is drawn, or further away than it comes before."""
     # Before any cut, also those at 0 s.
     state = replace(state_at_start(compiled), alive=compiled.network.present)
     moved = 0.0  # [m]
@@ -386,7 +386,15 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
         action = event.action
         if follows(action, Shifting):
             moved += action.shift
-        elif isinstance(action, Cut) and _goes_by(action, state, moved):
+        elif isinstance(action, Cut) and _is_within_cells(action, state):
+            yield Diagnostic(
+                "W410",
+                f"the blade crosses no edge of a cell of {action.group.name} as drawn: nothing "
+                "is cut",
+                action.span,
+                "use smaller cells, or a longer cut",
+            )
+        elif isinstance(action, Cut) and _goes_by(action, state, moved, event.time):
             yield Diagnostic(
                 "W410",
                 f"the blade does not reach {action.group.name} as drawn: nothing is cut",
@@ -395,10 +403,29 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
-def _goes_by(cut: Cut, state: State, moved: float) -> bool:
-    """Return whether a cut meets a held group neither as it is drawn, nor as large again."""
+def _is_within_cells(cut: Cut, state: State) -> bool:
+    """Return whether the middle of a blade is in a group as drawn, but no edge crosses it."""
+    if cut.blade is None or not all(cut.blade.limited) or len(cut.found(state)[0]):
+        return False
     nodes = _ends_of(cut, state)
-    if cut.blade is None or not len(nodes) or not state.held[nodes].any():
+    if not len(nodes):
+        return False
+    middle = cut.blade.origin + 0.5 * cut.blade.spans.sum(axis=0)
+    place = state.position[nodes]
+    return bool((place.min(axis=0) < middle).all() and (middle < place.max(axis=0)).all())
+
+
+def _goes_by(cut: Cut, state: State, moved: float, time: float) -> bool:
+    """Return whether a cut meets a group neither as it is drawn, nor as large again.
+
+    Free bodies may come to the blade, but not before the run begins.
+    """
+    nodes = _ends_of(cut, state)
+    if cut.blade is None or not len(nodes):
+        return False
+    if time == 0.0:
+        return not len(cut.found(state)[0])
+    if not state.held[nodes].any():
         return False
     position = state.position
     if moved > 0.5 * float(np.ptp(position[nodes], axis=0).max()):

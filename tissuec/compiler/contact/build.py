@@ -173,7 +173,7 @@ def contact_of(
     if points is not None:
         contact = _with_points(contact, points, sides, network, parts, environment, findings)
     if not settles:
-        _warn_of_drawn_touches(contact, network, findings)
+        _warn_of_drawn_touches(contact, network, tools, findings)
     return contact
 
 
@@ -373,7 +373,9 @@ def _joined(network: Network, law: EnvironmentEntries) -> Indices:
     return distinct(low * network.node_count + high)
 
 
-def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findings) -> None:
+def _warn_of_drawn_touches(
+    contact: "Contact", network: Network, tools: Sequence[Tool], findings: Findings
+) -> None:
     """Warn of what touches before anything moves: it is pushed apart at once."""
     contact = contact.intact(network.present)
     pairs = contact.near(network.position, 0.0)
@@ -388,9 +390,27 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
             f"{counted(len(distinct(pairs.node)), 'point' if contact.between else 'node')} "
             f"by up to {deepest} and are pushed apart at once",
             contact.span,
-            hint=f"draw {_further_apart(contact, network, pairs)}, or let the net settle "
+            hint=_turned_planes(network, tools)
+            or f"draw {_further_apart(contact, network, pairs)}, or let the net settle "
             '("at 0 s: settle")',
         )
+
+
+def _turned_planes(network: Network, tools: Sequence[Tool]) -> str:
+    """Return that a body lies behind a plane, whose normal may be meant otherwise; or ""."""
+    first = network.tools[0].nodes.start if network.tools else 0
+    shapes = [(tool.name, shape) for tool in tools for shape in tool.shapes]
+    for number, (name, shape) in enumerate(shapes):
+        if shape.kind != "plane":
+            continue
+        point, ahead = network.position[first + 2 * number : first + 2 * number + 2]
+        for body in network.bodies:
+            if ((network.position[body.nodes] - point) @ (ahead - point) < 0.0).all():
+                return (
+                    f"{body.name} lies behind {name}, on the side that its normal points away "
+                    "from: reverse the normal"
+                )
+    return ""
 
 
 def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") -> str:

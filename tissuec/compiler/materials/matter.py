@@ -198,7 +198,10 @@ class MatterReader:
             self.findings.reject(
                 "TIS309",
                 f"a spring of {self.body.name} has zero length, so it cannot be made of matter",
-                self.body.span, notes=self._notes(),
+                self.body.span,
+                hint="give it a tissue with a spring constant, such as 20 kN/m: springs "
+                "between nodes at the same position then hold these together",
+                notes=self._notes(),
             )  # fmt: skip
         pieces = slice(None) if self.drawing.thread is None else self.drawing.thread.pieces
         half = np.repeat(length[pieces] / 2.0, 2)

@@ -334,7 +334,13 @@ class ScriptReader:
         ).action()
 
 
+#: What is no action: springs of a joint are there from the beginning.
+_JOINING = ("sew", "suture", "stitch", "glue", "join", "connect", "bond", "weld", "staple")
+
+
 def _verb_meant(word: str) -> Hint | str:
     """Return a hint with the verb for what another word does, or an empty one."""
+    if word in _JOINING:
+        return "bodies are joined by a block: joint NAME { springs from A to B; tissue is … }"
     meant = next((name for name, verb in VERBS.items() if word in synonyms(verb)), "")
     return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

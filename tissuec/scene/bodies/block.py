@@ -220,6 +220,8 @@ class _BodyReader:
         if key == "springs":
             self.parts.read_springs(item)
             return
+        if key in GRADABLE and isinstance(item, s.Assign):
+            refuse_even(item, "body", self.findings)
         if key in self.once:
             self.findings.refuse_second(f'"{key}"', item.span, self.once[key])
         self.once[key] = item.span
@@ -234,8 +236,6 @@ class _BodyReader:
         elif key in ENTRIES and (key != PRESTRESS or isinstance(item, s.Sentence)):
             entry = ENTRIES[key]
             self.rest[entry.field] = schema.read_entry(entry, item, self.scope)
-        elif key in GRADABLE:
-            refuse_even(item, "body", self.findings)
         else:
             told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES) or self._elsewhere(item)
             hint = told or unknown_entry(item, ENTRIES)
@@ -285,7 +285,20 @@ class _BodyReader:
         may_be_elements = self.may_be_elements or (
             "made" not in self.once and (is_wrong or are_matter(self._matter()))
         )
-        is_cubic = may_be_elements and MESHES[kind.key] is Lattice
+        is_lattice = MESHES[kind.key] is Lattice
+        is_cubic = may_be_elements and is_lattice
+        names, net = [_key(one) for one in items], "kind is sodium chloride"
+        if is_lattice and not is_cubic and self.tissue is not None and "kind" not in names:
+            self.findings.reject(
+                "TIS304",
+                f'mesh lattice needs "kind" for {self.tissue.name}, which describes springs',
+                where,
+                hint=Hint(
+                    "for a solid of elements, use a tissue in pascals"
+                    f"{_matter_named(self.tissue.name)}; for a net: {net}",
+                    *schema.missing(net, where).edits,
+                ),
+            )
         self.mesh, self.mesh_places = schema.build(
             MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where,
             usual={"kind": CUBIC} if is_cubic else None,
@@ -321,6 +334,15 @@ class _BodyReader:
         self, made: MadeOfElements, bending: Bending | None, shell: Span | None
     ) -> Span | None:
         """Report entries for springs in a body of elements; return one that needs a shell."""
+        nets = [tissue for tissue, _ in self._matter() if not are_matter([(tissue, made.span)])]
+        if made.is_written and nets:
+            self.findings.reject(
+                "TIS304",
+                f"elements need a Young's modulus, but {nets[0].name} describes springs",
+                made.span,
+                hint=f"use a tissue in pascals{_matter_named(nets[0].name)}, or write made of "
+                "springs",
+            )
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
             head = self.once["mesh"]
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
@@ -353,3 +375,16 @@ class _BodyReader:
                 hint=Hint("write mesh is explicit", *edits),
             )
         return None
+
+
+def _key(item: s.Item) -> str:
+    """Return the key of the name of an entry; "" of what has none."""
+    return item.name.key if isinstance(item, s.Assign | s.Sentence) else ""
+
+
+def _matter_named(name: str) -> str:
+    """Return how to use the preset of matter with the name of a tissue, or an empty text."""
+    from tissuec.core.resources import library  # where a tissue is wrong
+
+    preset = f"matter/{name.replace(' ', '_')}"
+    return f' (use "{preset}")' if (library() / f"{preset}.tis").exists() else ""

@@ -45,6 +45,7 @@ MEANT = {
     **dict.fromkeys(("license", "copyright", "rights"), "licence"),
     **dict.fromkeys(("for", "foreach", "while", "loop", "each"), "repeat"),
     "bodies": "body",
+    **dict.fromkeys(("material", "materials"), "tissue"),
     **dict.fromkeys(("citation", "reference", "doi", "publication", "paper"), "cite"),
 }
 

@@ -246,8 +246,10 @@ class Scope:
         if node.unit is not None:
             unit = self._unit(node.unit)
             items = [
-                Value(item.amount * unit.factor, unit.dimension) if item.is_literal else item
-                for item in items
+                Value(item.amount * unit.factor, unit.dimension)
+                if item.dimension == NUMBER and not _has_unit(part)
+                else item
+                for item, part in zip(items, node.items, strict=True)
             ]
         # A bare 0 among components with units could only mean none of them: it is let through.
         given = [
@@ -523,6 +525,19 @@ class Scope:
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
         )
+
+
+def _has_unit(node: s.Expression) -> bool:
+    """Return whether an expression has a unit, such as that of an angle, outside of calls."""
+    match node:
+        case s.Quantity():
+            return True
+        case s.Signed(operand=part) | s.Power(base=part):
+            return _has_unit(part)
+        case s.Sum(first=first, rest=rest) | s.Product(first=first, rest=rest):
+            return _has_unit(first) or any(_has_unit(part) for _, part in rest)
+        case _:
+            return False
 
 
 class InnerScope(Scope):

@@ -399,11 +399,10 @@ def refuse_sign(item: s.Item, scope: Scope, *, example: str) -> None:
     if not isinstance(item, s.Assign):
         return
     is_word = isinstance(item.value, s.Name) and not item.clauses
-    hint = (
-        proposal(f"{left_side(item)} is {item.value.span.text}")
-        if is_word
-        else f"for example: {example}"
-    )
+    hint = f"for example: {example}"
+    if is_word:
+        is_yes = item.value.span.text.lower() in _YES
+        hint = proposal(example if is_yes else f"{left_side(item)} is {item.value.span.text}")
     scope.findings.reject(
         "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span, hint=hint
     )
@@ -451,6 +450,7 @@ def _grouped(number: float) -> str:
 
 
 _OFF = ("off", "none", "zero", "no")
+_YES = ("yes", "true", "on")
 
 
 def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:

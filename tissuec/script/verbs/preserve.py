@@ -22,6 +22,7 @@ from tissuec.script.parts import (
     FlagPart,
     Lasting,
     NumberClause,
+    Refusal,
     SubjectPart,
 )
 from tissuec.script.verbs import (
@@ -240,6 +241,13 @@ class Inflate(VerbSentence, frozen=True):
     """
 
     meant: ClassVar[str] = "fill insufflate pump blow"
+
+    refused: ClassVar = {
+        "by": Refusal(
+            'inflate does not take "by": it sets the volume itself',
+            "write the whole volume, such as: to 5 ml",
+        )
+    }
 
     group: Annotated[Group, SubjectPart("nodes", (BODY,), alone=True)]
     volume: Annotated[
