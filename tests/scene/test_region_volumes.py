@@ -200,3 +200,20 @@ def test_elements_without_a_region_that_holds_a_centre_are_an_error():
     text = scene(regions="region cover where z > 19 mm { tissue is hard }")
     with pytest.raises(CompileError, match="contains the centre of no element"):
         compiled_scene(text)
+
+
+def test_a_layer_between_parts_that_has_their_nodes_alone_is_no_part_of_them(tmp_path):
+    """All nodes of the middle element belong to elements of P1 as well."""
+    places = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1, 2, 3)]
+    rows = "\n".join(f"{n}, {x}, {y}, {z}" for n, (x, y, z) in enumerate(places, start=1))
+    file = THREE.format(nodes=rows).replace("ELSET=P3", "ELSET=P1")
+    (tmp_path / "parts.inp").write_text(file, encoding="utf-8")
+    path = tmp_path / "scene.tis"
+    for part, found in (("P1", [1, 0, 1]), ("P2", [0, 1, 0])):
+        region = f'region outer where group is "{part}" {{ tissue is hard }}'
+        text = scene('imported { file "parts.inp" in mm }', region)
+        path.write_text(text, encoding="utf-8")
+        drawing = compile_request(Request.file(path))[0].groups.bodies["block"].drawing
+        assert drawing.element_part.tolist() == found
+        (size,) = [one.size for one in region_sizes(drawing)]
+        assert size == pytest.approx(sum(found) * 1e-9)

@@ -45,6 +45,53 @@ _SHORTER = 1e-3
 _FLAT = 1e-6  # of its longest edge: the height of a triangle that has no area
 
 
+class PartCells(Struct, frozen=True, eq=False):
+    """Which volume cells each named part of a file has.
+
+    Attributes:
+        corners: Of all volume cells, ascending, and -1 beyond them, shape (cell, 8).
+        element: Their numbers in the file, shape (cell,).
+        parts: Numbers of the elements of each part, by name.
+    """
+
+    corners: Indices
+    element: Indices
+    parts: Mapping[str, Indices]
+
+    def members(
+        self, cells: Indices, groups: Mapping[str, Indices]
+    ) -> Mapping[str, NDArray[np.bool_]]:
+        """Return which cells each part has, shape (cell,), by name.
+
+        Cells that are not in the file, because others were divided, belong to the parts that
+        have all of their corners.
+
+        Args:
+            cells: Corners, shape (cell, corner).
+            groups: Nodes of the parts, by name.
+        """
+        every = np.concatenate([self.corners, _ascending_corners(cells)])
+        _, where = np.unique(every, axis=0, return_inverse=True)
+        where, known = where.reshape(-1), np.full(len(every), -1)
+        known[where[: len(self.corners)]] = self.element
+        element = known[where[len(self.corners) :]]
+        return {
+            name: np.where(
+                element >= 0,
+                np.isin(element, members),
+                np.isin(cells, groups.get(name, cells[:0])).all(axis=1),
+            )
+            for name, members in self.parts.items()
+        }
+
+
+def _ascending_corners(cells: Indices) -> Indices:
+    """Return corners of cells in ascending order, with -1 behind them, shape (cell, 8)."""
+    rows = np.full((len(cells), 8), -1)
+    rows[:, : cells.shape[1]] = np.sort(cells, axis=1)
+    return rows
+
+
 class RepairedMesh(Struct, frozen=True, eq=False):
     """A repaired mesh.
 
@@ -60,6 +107,7 @@ class RepairedMesh(Struct, frozen=True, eq=False):
         parts: Names of parts that can be imported alone.
         groups: Nodes of each named part or set of nodes, by name, ascending.
         remarks: What was repaired or remains wrong, in words, with counts.
+        part_cells: The volume cells of the named parts.
     """
 
     position: Floats
@@ -72,6 +120,7 @@ class RepairedMesh(Struct, frozen=True, eq=False):
     parts: tuple[str, ...]
     groups: Mapping[str, Indices]
     remarks: tuple[str, ...]
+    part_cells: PartCells
 
     @property
     def is_volume(self) -> bool:
@@ -129,7 +178,16 @@ def repair(
         tuple(raw.parts),
         draft.groups,
         (*draft.remarks, *remarks),
+        _part_cells(draft, raw.parts),
     )
+
+
+def _part_cells(draft: _Draft, parts: Mapping[str, Indices]) -> PartCells:
+    """Return the volume cells of a draft with their numbers in the file."""
+    solid = [cells for cells in draft.cells if cells.kind in ("tetra", *FACES)]
+    rows = [np.zeros((0, 8), np.int64), *(_ascending_corners(cells.nodes) for cells in solid)]
+    element = [np.zeros(0, np.int64), *(cells.element for cells in solid)]
+    return PartCells(np.concatenate(rows), np.concatenate(element), parts)
 
 
 def _part_of(raw: RawMesh, name: str) -> RawMesh:

@@ -8,7 +8,6 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.units import AREA, VOLUME, show, show_in
-from tissuec.meshes.generators.hexahedral import Hexahedral
 
 MOST = 0.1  # by which a volume may differ
 
@@ -42,10 +41,8 @@ def other_volumes(compiled: Compiled) -> Iterator[Diagnostic]:
 def _of_shape(drawing: Drawing) -> Iterator[Diagnostic]:
     """Yield a warning of a round body whose cells have another volume than its shape."""
     body, mesh = drawing.body, drawing.mesh
-    if not isinstance(body.mesh, Hexahedral) or mesh.volume is None:
-        return
-    shape = body.mesh.shape_volume
-    if shape is None:
+    shape: float | None = getattr(body.mesh, "shape_volume", None)
+    if shape is None or mesh.volume is None:
         return
     for placement in (body.mesh_placement, body.placement):
         shape *= 1.0 if placement is None else placement.volume

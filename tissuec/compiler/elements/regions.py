@@ -1,13 +1,16 @@
 """Which region each element of a body belongs to.
 
 An element belongs to the region that its centre lies in; so a plane between two layers of cells
-divides them there, whether or not nodes in it belong to a region. Of groups and of the surface,
-an element is a part if all of its nodes are. The nodes of a region are those of its elements.
+divides them there, whether or not nodes in it belong to a region. An element is in the part of
+a file that names it; of other groups, and of the surface, it is a part if all of its nodes are.
+The nodes of a region are those of its elements.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.compiler.selections import (
     Mask,
@@ -63,8 +66,12 @@ def regions_of_elements(
     return number, of_node, dict(zip(names, there[1:], strict=True))
 
 
-def by_shape(of_elements: Indices, mesh: Mesh) -> list[Indices]:
-    """Return numbers of elements shape by shape."""
+def by_shape(of_elements: NDArray[Any], mesh: Mesh) -> list[NDArray[Any]]:
+    """Return what is known of each element shape by shape, shape (element,) each.
+
+    Args:
+        of_elements: In any unit, shape (element,).
+    """
     return np.split(of_elements, np.cumsum([len(one.nodes) for one in mesh.elements])[:-1])
 
 
@@ -130,10 +137,13 @@ def points_within(
         return np.repeat(mask[one.nodes].all(axis=1), each)
 
     surface = surface_mask(mesh)
+    groups = {name: whole(mask) for name, mask in group_masks(mesh).items()}
+    for name, members in mesh.element_groups.items():
+        groups[name] = np.repeat(by_shape(members, mesh)[mesh.elements.index(one)], each)
     return PointScope(
         scope,
         places,
         size=largest_side(mesh.position),
         surface=None if surface is None else whole(surface),
-        groups={name: whole(mask) for name, mask in group_masks(mesh).items()},
+        groups=groups,
     )

@@ -48,6 +48,8 @@ class Mesh(Struct, frozen=True, eq=False):
         elements: Of a body made of finite elements, shape by shape; its springs are their
             edges.
         groups: Nodes of the parts that a file names, by name, ascending.
+        element_groups: Which elements belong to parts of volume cells that a file names, by
+            name, shape (element,); of all other groups, those do that have all of their nodes.
         shares: By what the spring constant and the viscosity that the tissue gives are
             multiplied, shape (spring,); None where each spring gets them as they are.
         shared_by_area: Whether ``shares`` follow the areas of triangles, and not the volumes of
@@ -70,6 +72,9 @@ class Mesh(Struct, frozen=True, eq=False):
     volume: NDArray[np.float64] | None = None
     tetrahedra: NDArray[np.int64] | None = None
     elements: tuple[ElementMesh, ...] = ()
+    element_groups: Mapping[str, NDArray[np.bool_]] = field(
+        default_factory=dict[str, NDArray[np.bool_]]
+    )
 
     @property
     def even_grid(self) -> Grid | None:

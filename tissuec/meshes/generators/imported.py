@@ -281,15 +281,23 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
                 position, cells = without_slivers(position, filling.tetrahedra, count)
                 filling = filling._replace(position=position[count:], tetrahedra=cells)
             bricks, tetrahedra = self._cells(filling)
+            groups = self._groups(filling)
             mesh = mesh_of_cells(
-                position, bricks, tetrahedra, self._groups(filling), self._tetrahedra(filling)
+                position, bricks, tetrahedra, groups, self._tetrahedra(filling)
             )
+            shapes = [cells for cells in (*bricks.values(), tetrahedra) if len(cells)]
+            members = [shape.part_cells.members(cells, groups) for cells in shapes]
         except FormatError as error:
             raise self._error(error) from error
         return replace(
             mesh,
             origin=FileOrigin(self.file, self._digest),
             remarks=(*shape.remarks, *filling.remarks, *mesh.remarks),
+            element_groups={
+                name: np.concatenate([each[name] for each in members])
+                for name in shape.part_cells.parts
+                if shape.is_volume
+            },
         )
 
     def divided_cells(self) -> tuple[Mapping[str, int], int]:
