@@ -319,3 +319,34 @@ def test_a_mass_that_lands_gets_friction_from_every_method(method):
     exact, found = landing("dop853", 1e-8), landing(method, 1e-4)
     assert exact[-1, 0] < 0.056  # of the 60 mm that it would slide without friction
     assert np.abs(found - exact).max() < 1e-4 * 0.06
+
+
+RUBBED = """language 1
+tissue cord { spring constant = 280 N/m; viscosity = 0.012 N*s/m; mass = 0.17 g }
+body block { mesh is lattice { kind is sodium chloride; reach is second neighbours; cell = 5 mm
+  box from (0, 0, 0) mm to (15, 15, 5) mm }; tissue is cord }
+set base = nodes of block where z < 0.1 mm
+tool probe { kind is probe; radius = 7.42 mm; centre = (8.95, 4.78, 13.2) mm }
+environment { gravity = (0, 0, -9.81) m/s^2; contact is tools only; friction = 0.3 }
+script {
+  at 0 s: fix base
+  from 0 s to 63 ms: move probe by (0, 0, -1.97) mm using smooth profile
+  from 63 ms to 126 ms: move probe by (3.97, 2.23, 0) mm using smooth profile
+  from 126 ms to 189 ms: move probe by (0, 0, 4) mm using smooth profile
+}
+simulate { duration = 190 ms; tolerance = TOLERANCE }
+output { trajectory every 10 ms }
+"""
+
+
+def test_where_contact_begins_bristles_do_not_stop_a_run_at_any_tolerance():
+    found = {}
+    for tolerance in ("1e-7", "1e-8", "1e-9"):
+        played = play(RUBBED.replace("TOLERANCE", tolerance))
+        assert played.outcome.kind == "done", played.outcome.message
+        found[tolerance] = played.position
+    moved = np.abs(found["1e-9"] - found["1e-9"][0]).max()
+    for tolerance in ("1e-7", "1e-8"):
+        error = np.abs(found[tolerance] - found["1e-9"]).max() / moved
+        # Both runs may be wrong by their own tolerance.
+        assert error < float(tolerance) + 1e-9
