@@ -356,12 +356,6 @@ def test_nodes_that_nothing_moves_are_refused(model):
         forces(model, f"{HELD}\nat 0 s: fix right", [0.0])
 
 
-def test_what_has_no_derivatives_is_refused(model):
-    script = f"{PULLED}\nwhen force(right) > 10 mN: release right"
-    with pytest.raises(CompileError, match="TIS802"):
-        forces(model, script, [0.0])
-
-
 def test_a_net_that_nothing_holds_has_no_equilibrium(model):
     script = "from 0 s to 1 s: move right by (4, 0, 0) mm using smooth profile\n"
     script += "at 0.5 s: cut cord along plane through (15, 0, 0) mm facing (1, 0, 0)"

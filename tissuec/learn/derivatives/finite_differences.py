@@ -1,7 +1,9 @@
 """An experiment of any scene, run by the engine, with differences of runs as derivatives.
 
-Everything that a run can do is in it: contact, volumes, jets, threads, springs that relax. A
-derivative is the difference of two runs over a small step in one parameter, as large as makes
+Everything that a run can do is in it: contact, volumes, jets, threads, springs that relax.
+Where rows have displacements instead of times, runs go from equilibrium to equilibrium.
+
+A derivative is the difference of two runs over a small step in one parameter, as large as makes
 the error of the difference least: that of the runs, divided by the step, against that of the
 third derivative, which grows with its square (J. Nocedal, S. J. Wright, Numerical Optimization,
 2006, chapter 8).
@@ -21,16 +23,21 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.method import Samples
+from tissuec.learn.derivatives.displacements import rows_of
+from tissuec.learn.derivatives.equilibria import Unbalanced
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.measurements.experiment import Series
 from tissuec.model.network import Floats, Network
+from tissuec.script.fit_problem import DataAxis
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.plan import Plan, Simulation, without_outputs
+from tissuec.script.plan import EQUILIBRIUM, Plan, Simulation, without_outputs
 
-FINER = 1e-3  # of the tolerance of the scene, so that runs differ by the parameters only
+#: Of the tolerance of the scene: errors of runs, by which intervals are wider, are small beside
+#: those of the scene. Differences are taken over steps that are as long as these errors need.
+FINER = 0.1
 FINEST = 1e-11
 COARSER = 10.0  # times the tolerance, to see what errors of runs are like
 OF_STEPS, OF_RELAXING = 1e-12, 1e-9  # errors of runs that have no tolerance
@@ -52,36 +59,60 @@ Runs: TypeAlias = Callable[[Sequence[Floats], str, float], Sequence[Floats | Non
 class FiniteDifferenceModel:
     """Predictions of a run by the engine.
 
+    Args:
+        axis: The moved nodes whose displacement rows have; None where they have times.
+
     Attributes:
+        name: How derivatives are found, for people.
         runs: Does the runs of a derivative; None: one after the other, here.
+
+    Raises:
+        CompileError: The script does not move the nodes as far as a row says.
     """
 
-    name = "finite differences of whole runs"
     runs: Runs | None = None
 
-    def __init__(self, shaping: Parametrisation, series: tuple[Series, ...]):
-        self.shaping, self.series = shaping, series
-        self.slots = slots_of(series)
+    def __init__(
+        self,
+        shaping: Parametrisation,
+        series: tuple[Series, ...],
+        axis: DataAxis | None = None,
+    ):
+        self.shaping, self.is_still = shaping, axis is not None
+        self.name = f"finite differences of {'equilibria' if axis else 'whole runs'}"
+        if axis is not None:
+            times, rows = rows_of(shaping.compiled, series, axis)
+            series = tuple(
+                replace(one, times=times[row]) for one, row in zip(series, rows, strict=True)
+            )
+        self.series, self.slots = series, slots_of(series)
         self.size = len(measured(series))
         self.times = np.unique(np.concatenate([one.times for one in series]))
         self._stop = np.inf
-        self._known: tuple[bytes, RunPredictions] | None = None
-        self._slopes: tuple[bytes, Floats] | None = None
+        self._known: tuple[Floats, RunPredictions] | None = None
+        self._slopes: tuple[Floats, Floats] | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Return why derivatives are differences, in sentences."""
-        reason = refusal(self.shaping)
+        reason = refusal(self.shaping, at_rest=self.is_still)
         return (f"derivatives are {self.name}" + (f": {reason}" if reason else ""),)
+
+    @property
+    def error(self) -> float:
+        """Return the relative error of predictions.
+
+        Parameters that differ by less are the same: their predictions differ by chance.
+        """
+        simulation = self._simulation(np.inf)
+        if simulation.is_static:
+            return OF_RELAXING
+        return OF_STEPS if simulation.tolerance is None else simulation.tolerance
 
     @property
     def step(self) -> float:
         """Return the step in a parameter over which differences are taken."""
-        simulation = self._simulation(np.inf)
-        error = OF_STEPS if simulation.tolerance is None else simulation.tolerance
-        if simulation.is_static:
-            error = OF_RELAXING
-        return float(np.clip(np.cbrt(3.0 * error), SMALLEST, LARGEST))
+        return float(np.clip(np.cbrt(3.0 * self.error), SMALLEST, LARGEST))
 
     def freeze(self, theta: Floats) -> None:
         """Keep nothing: every run finds what happens by itself."""
@@ -101,8 +132,7 @@ class FiniteDifferenceModel:
 
     def jacobian(self, theta: Floats) -> Floats:
         """Return the derivatives of all predictions, by differences in each parameter."""
-        key = theta.tobytes()
-        if self._slopes is None or self._slopes[0] != key:
+        if self._slopes is None or not self._is_same(theta, self._slopes[0]):
             here = self._told(theta)
             points = [
                 self._moved(theta, k, sign) for k in range(len(theta)) for sign in (-1, 1)
@@ -117,7 +147,7 @@ class FiniteDifferenceModel:
                 self._slope(theta, here, k, points[2 * k : 2 * k + 2], sides[2 * k : 2 * k + 2])
                 for k in range(len(theta))
             ]
-            self._slopes = key, np.array(rows).reshape(len(theta), self.size).T.copy()
+            self._slopes = theta.copy(), np.array(rows).reshape(len(theta), self.size).T.copy()
         return self._slopes[1].copy()
 
     def step_error(self, theta: Floats) -> Floats:
@@ -177,10 +207,13 @@ class FiniteDifferenceModel:
 
     def _told(self, theta: Floats) -> RunPredictions:
         """Return the predictions; the last ones are kept in memory."""
-        key = theta.tobytes()
-        if self._known is None or self._known[0] != key:
-            self._known = key, self._run(theta, "")
+        if self._known is None or not self._is_same(theta, self._known[0]):
+            self._known = theta.copy(), self._run(theta, "")
         return self._known[1]
+
+    def _is_same(self, theta: Floats, other: Floats) -> bool:
+        """Return whether parameters differ by less than runs can tell."""
+        return float(np.abs(theta - other).max(initial=0.0)) <= self.error
 
     def _run(self, theta: Floats, method: str, coarser: float = 1.0) -> RunPredictions:
         """Run the scene.
@@ -208,7 +241,8 @@ class FiniteDifferenceModel:
         if outcome.kind == "interrupted":
             raise interruption(outcome.signal)
         if outcome.kind != "done":
-            raise Diverged(outcome.state.time)
+            time = outcome.state.time
+            raise Unbalanced(time, outcome.message) if self.is_still else Diverged(time)
         statistics = outcome.statistics
         settled = len(statistics.changes) < 2  # it came to no other method on the way
         return RunPredictions(watcher.found, statistics.method if settled else "")
@@ -216,6 +250,8 @@ class FiniteDifferenceModel:
     def _simulation(self, stop: float) -> Simulation:
         """Return how runs are stepped: as in the scene, but more finely."""
         simulation = replace(self.shaping.compiled.plan.simulation, duration=stop)
+        if self.is_still:
+            return replace(simulation, integrator=EQUILIBRIUM, tolerance=None, step=stop)
         if simulation.step is not None:
             return simulation
         tolerance = simulation.tolerance or USUAL
@@ -262,11 +298,12 @@ class ObservingRecorder(Recorder):
             rows = np.flatnonzero((places >= first) & (places <= last))
             if len(rows):
                 seen = _seen(one, slot.width, snapshot.pick(places[rows] - first))
-                self.found[slot.of(int(rows[0])).start : slot.of(int(rows[-1])).stop] = seen
+                entries = slot.start + slot.width * rows[:, None] + np.arange(slot.width)
+                self.found[entries] = seen
 
 
 def _seen(one: Series, width: int, snapshot: Snapshot) -> Floats:
-    """Return the values of a series at some snapshots, one after the other."""
+    """Return the values of a series at some snapshots, shape (snapshot, width)."""
     fit = one.fit
     if fit.measure is None:
         values = snapshot.position[..., one.nodes, :]
@@ -276,4 +313,4 @@ def _seen(one: Series, width: int, snapshot: Snapshot) -> Floats:
     rows = values.reshape(len(snapshot.position), -1)
     if fit.measure is not None and rows.shape[1] != width:
         rows = fit.measure.value(rows)
-    return rows.ravel()
+    return rows.reshape(-1, width)

@@ -41,6 +41,8 @@ def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
         return reason
     if shaping.stiffens_by_words:
         return "words change the stiffening of tissues"
+    if closed := shaping.compiled_constants:
+        return f"the {closed[0]} has no exact derivatives"
     if shaping.moves and any(isinstance(e.action, Inflate) for e in plan.every_event):
         return "start positions change the volumes that are inflated"
     if (
@@ -94,7 +96,7 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
         return "a volume is preserved by one pressure after another"
     if any(isinstance(action, ChangeMemory) for action in actions):
         return "the script changes how springs relax or yield"
-    if plan.simulation.is_static:
+    if plan.simulation.is_static and not at_rest:
         return "the net is in equilibrium all the time"
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
         return "a spin is set during the script"

@@ -5,20 +5,19 @@ With A(x, θ) = 0 the accelerations of free nodes in equilibrium, ∂A/∂x δx 
 changed when they were taken hold of.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
 from msgspec import Struct
 from scipy import sparse
 
-from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
 from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
+from tissuec.learn.derivatives.displacements import rows_of
 from tissuec.learn.derivatives.equilibria import (
     EquilibriumStage,
     StaticResponse,
-    TravelledDistance,
     Unbalanced,
     UnresistedMotion,
     stands,
@@ -31,11 +30,10 @@ from tissuec.learn.derivatives.matrices import (
 )
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.observables import Observable, StateView, pull, push
-from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.derivatives.stepping import LegForces, act_on
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.measurements.experiment import Series
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats
 from tissuec.script.fit_problem import DataAxis
 
 
@@ -113,8 +111,7 @@ class StaticModel:
         notes: What is to be known of the equilibria, as sentences.
 
     Raises:
-        CompileError: The script does not move the nodes as far as a row says, or does
-            something that has no exact derivatives.
+        CompileError: The script does not move the nodes as far as a row says.
     """
 
     name = "exact derivatives of every equilibrium"
@@ -130,8 +127,7 @@ class StaticModel:
         self.shaping, self.series, self.looks, self.laws = shaping, series, looks, laws
         self.slots, self.size = slots_of(series), len(measured(series))
         self.notes: tuple[str, ...] = ()
-        _refuse(shaping, series, looks)
-        self._times, self._rows = _rows_of(shaping, series, axis)
+        self._times, self._rows = rows_of(shaping.compiled, series, axis)
         self._theta: Floats | None = None  # at which everything is frozen
         self._stands: list[EquilibriumStage] = []
         self._looked: list[int] = []
@@ -268,59 +264,3 @@ class StaticModel:
                 text = f"{remark.message}, mainly at node {ids[remark.node]}"
                 found.setdefault(remark.message, f"{self._where(stand)}, {text}")
         return tuple(found.values())
-
-
-def _refuse(
-    shaping: Parametrisation, series: Sequence[Series], looks: Sequence[Observable]
-) -> None:
-    """Refuse what has no exact derivatives."""
-    reason = refusal(shaping, at_rest=True)
-    if not reason and len(looks) < len(series):
-        reason = "a measured quantity is not a smooth function of the positions"
-    if reason:
-        message = f"this cannot be fitted to equilibria: {reason}"
-        hint = "measure over time instead of over a displacement"
-        raise CompileError([Diagnostic("TIS802", message, series[0].fit.span, hint)])
-
-
-def _rows_of(
-    shaping: Parametrisation, series: Sequence[Series], axis: DataAxis
-) -> tuple[Floats, list[Indices]]:
-    """Return all times that rows belong to [s], ascending, and which one each row has."""
-    compiled, nodes = shaping.compiled, axis.nodes
-    assert nodes is not None  # without, there is a time
-    travel = TravelledDistance(compiled.network, compiled.plan, nodes, axis.along)
-    if travel.least == travel.greatest:
-        message = "the script does not move the nodes whose displacement is measured"
-        hint = "for example: from 0 s to 1 s: move SET by (5, 0, 0) mm using smooth profile"
-        raise CompileError([Diagnostic("TIS703", message, series[0].fit.span, hint)])
-    times: dict[float, float] = {}
-    for one in series:
-        for displacement in one.times.tolist():
-            time = travel.time(displacement)
-            if time is None:
-                raise CompileError([_unreached(travel, displacement, axis, one)])
-            times[displacement] = time
-    known = np.unique(list(times.values()))
-    rows = [
-        np.searchsorted(known, [times[u] for u in one.times.tolist()]).astype(np.int64)
-        for one in series
-    ]
-    return known, rows
-
-
-def _unreached(
-    travel: TravelledDistance, displacement: float, axis: DataAxis, one: Series
-) -> Diagnostic:
-    """Return the finding about a row with a displacement that the script does not reach."""
-    there, least, greatest = (
-        show(u, LENGTH, digits=6) for u in (displacement, travel.least, travel.greatest)
-    )
-    message = f"a row has a displacement of {there}, and the script moves the nodes from "
-    hint = "extend the motion in the script, or remove such rows"
-    if displacement < 0.0 and axis.along is None:
-        hint = (
-            "for displacements with a sign, write the direction after the set, for example: "
-            f"displacement of SET along (1, 0, 0) using …; otherwise {hint}"
-        )
-    return Diagnostic("TIS703", f"{message}{least} to {greatest}", one.fit.span, hint)

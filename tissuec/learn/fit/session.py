@@ -190,16 +190,18 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, laws) for one in series]
         known = tuple(look for look in looks if look is not None)
-        reason = refusal(shaping)
-        whole = len(known) == len(looks) and not reason
-        if fit_problem.axis.nodes is not None:
-            from tissuec.learn.derivatives.static_model import StaticModel
-
-            return StaticModel(shaping, series, known, fit_problem.axis, laws)
-        if not whole or plan.simulation.is_static:
+        axis = fit_problem.axis if fit_problem.axis.nodes is not None else None
+        reason = refusal(shaping, at_rest=axis is not None)
+        if len(known) < len(looks) or reason or (plan.simulation.is_static and axis is None):
+            if axis is not None:
+                self._refuse_yielding()
             from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 
-            return FiniteDifferenceModel(shaping, series)
+            return FiniteDifferenceModel(shaping, series, axis)
+        if axis is not None:
+            from tissuec.learn.derivatives.static_model import StaticModel
+
+            return StaticModel(shaping, series, known, axis, laws)
         self._refuse_method()
         stop = experiment.duration or plan.simulation.duration
         chosen = partial(
@@ -211,6 +213,15 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         )
         first = chosen(self.compiled.network, plan)
         return DynamicModel(shaping, series, known, *first, chosen)
+
+    def _refuse_yielding(self) -> None:
+        """Reject elements that yield where there is no time in which they could flow."""
+        fields = [block.field for block in self.compiled.network.blocks]
+        if all(getattr(field, "yielding", None) is None for field in fields):
+            return
+        message = "elements that yield need time: they cannot be fitted over a displacement"
+        hint = "fit them over time: remove the displacement, and write a column of times"
+        raise CompileError([Diagnostic("TIS802", message, self.fit_problem.axis.span, hint)])
 
     def _refuse_method(self) -> None:
         """Reject a method that would not step what springs remember, or contact."""

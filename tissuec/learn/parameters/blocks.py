@@ -11,11 +11,12 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.learning.laws import constant_of, is_variable
 from tissuec.core.names import key_of
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.substitution import ForcePlace, UsePlace
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.model import Scene
 from tissuec.scene.reading.entries import entries_of
 from tissuec.scene.tissues.quantities import QUANTITIES, STIFFENING
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
@@ -35,6 +36,7 @@ class ParameterBlock(Struct, frozen=True, eq=False):
             -1 for none, shape (entry,); None for numbers of tissues, laws and forces.
         places: Of numbers of tissues, laws and forces: where each is used.
         parts: Whose each number is: a part of a body by name, or a spring or node by number.
+        is_variable: Whether these are constants of laws with exact derivatives.
     """
 
     adjust: Adjust
@@ -44,6 +46,7 @@ class ParameterBlock(Struct, frozen=True, eq=False):
     group: Indices | None = None
     places: tuple[UsePlace | ForcePlace, ...] = ()
     parts: "tuple[str, ...] | Indices" = ()
+    is_variable: bool = False
 
     @property
     def is_constant(self) -> bool:
@@ -152,11 +155,14 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     if is_given:
         start = np.array([t.given[adjust.what].value for t in tissues])
     else:
-        start = np.array([_constant_of(t, adjust.what, scene) for t in tissues])
+        start = np.array([constant_of(t, adjust.what, scene) for t in tissues])
     may_turn = adjust.what == "prestress" or not is_given
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
-    return ParameterBlock(adjust, names, start, scale, places=places, parts=whose)
+    are_variables = all(is_variable(t, adjust.what, scene) for t in tissues)
+    return ParameterBlock(
+        adjust, names, start, scale, places=places, parts=whose, is_variable=are_variables
+    )
 
 
 def _force_block(adjust: Adjust, scene: Scene) -> ParameterBlock:
@@ -175,14 +181,6 @@ def _force_block(adjust: Adjust, scene: Scene) -> ParameterBlock:
 def _called(what: str) -> str:
     """Return the adjusted quantity, as it is written."""
     return QUANTITIES[what].name if what in QUANTITIES else what
-
-
-def _constant_of(tissue: Tissue, name: str, scene: Scene) -> float:
-    """Return the constant of a law, or the param of a free formula."""
-    laws = (written.law for written in tissue.laws.values())
-    own = [float(getattr(law, name)) for law in laws if hasattr(law, name)]
-    params = {key_of(p.name): p.value for p in scene.constants.parameters()}
-    return own[0] if own else float(params[key_of(name)].amount)
 
 
 def _start_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:

@@ -86,11 +86,12 @@ class Parametrisation:
         self._parts = [slice(a, b) for a, b in pairwise(ends)]
         self.own: int = ends[-1]
         self.size = self.own + (0 if words is None else words.size)
-        # Constants of laws: each one's block, and which of the block's parameters it is.
+        # Constants of laws that are variables: each one's block, and which of the block's
+        # parameters it is. Others are numbers with which laws are compiled.
         self._constants = [
             (block, number)
             for block in self.blocks
-            if block.is_constant
+            if block.is_constant and block.is_variable
             for number in range(len(block.names))
         ]
         variables: dict[Number, Variable] = {
@@ -122,6 +123,12 @@ class Parametrisation:
     def moves(self) -> bool:
         """Return whether start positions are learnt."""
         return any(block.array == "position" for block in self.blocks if not block.places)
+
+    @property
+    def compiled_constants(self) -> tuple[str, ...]:
+        """Return the names of constants of laws that have no exact derivatives."""
+        closed = (one for one in self.blocks if one.is_constant and not one.is_variable)
+        return tuple(name for block in closed for name in block.names)
 
     @property
     def stiffens_by_words(self) -> bool:
@@ -252,7 +259,9 @@ class Parametrisation:
         found = recompiled(self._written, *self._tissues(theta))
         plain = NumberOrder.of(found.network, 0)
         vector = self._entries.put(plain, plain.vector(found.network), theta)
-        network = self._with_laws(found.network, theta)
+        network = found.network
+        if not self.compiled_constants:  # with which laws were compiled, too
+            network = self._with_laws(network, theta)
         return replace(found, network=plain.network(vector, network))
 
     def _with_laws(self, network: Network, theta: Floats) -> Network:

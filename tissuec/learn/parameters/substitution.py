@@ -14,13 +14,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled, compile_scene
-from tissuec.compiler.learning.laws import force_with_params
+from tissuec.compiler.learning.laws import with_constants
 from tissuec.core.names import key_of
-from tissuec.laws.formula import as_formula
 from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder, every_field
 from tissuec.model.inelastic import TIMES, VISCOSITY
 from tissuec.model.network import Floats
-from tissuec.scene.model import Body, Joint, Region, Scene, Tissue, WrittenForce, WrittenLaw
+from tissuec.scene.model import Body, Joint, Region, Scene, Tissue, WrittenForce
 from tissuec.scene.reading.entries import entries_of
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import (
@@ -63,6 +62,9 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
     Args:
         given: Numbers of tissues and forces.
         constants: Constants of laws by name; numbers, or formulas that replace them.
+
+    Raises:
+        CompileError: A law does not exist with its constants.
     """
 
     def tissue(old: Tissue | None, part: tuple[str, str]) -> Tissue | None:
@@ -144,21 +146,8 @@ def _changed_tissue(
     found = replace(old, given=new)
     if not inner:
         return found
-    laws = {word: _changed_law(law, inner, scene) for word, law in found.laws.items()}
+    laws = {word: with_constants(word, law, inner, scene) for word, law in found.laws.items()}
     return replace(found, written_laws=laws)
-
-
-def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene) -> WrittenLaw:
-    """Return a law with other constants, as far as they are its own."""
-    if written.law is None:
-        params = {name: as_formula(value) for name, value in constants.items()}
-        return replace(written, force=force_with_params(written, scene, params))
-    own = {name: value for name, value in constants.items() if hasattr(written.law, name)}
-    if not own:
-        return written
-    former: Any = written.law  # which is a Struct
-    law: Any = replace(former, **own)
-    return replace(written, law=law, force=law.force())
 
 
 def recompiled(compiled: Compiled, given: Numbers, constants: Numbers) -> Compiled:

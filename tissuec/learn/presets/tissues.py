@@ -10,6 +10,7 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from tissuec.compiler.learning.laws import values_of, with_constants
 from tissuec.core.fields import OneOf, Real, Several, Whole
 from tissuec.core.names import key_of
 from tissuec.core.prefixes import shown_units
@@ -213,6 +214,9 @@ class TissueWriter(Struct, frozen=True):
             changed = changed_constants(law, draft.constants)
             if form == LIKE and not changed:
                 continue
+            if law.law is not None and changed:
+                values = {name: number.value for name, number in changed.items()}
+                law = with_constants(word, law, values, self.scene)
             text = law_text(word, law, changed, self.scene.constants)
             remarks = [f"{name}: {remark(number)}" for name, number in changed.items()]
             yield f"{text}  # {'; '.join(remarks)}" if remarks else text
@@ -254,11 +258,9 @@ def _per(given: AssignedQuantity) -> str:
 
 
 def constants_in(law: WrittenLaw) -> set[str]:
-    """Return the constants of a law that can be learnt: its entries, or names of a formula."""
-    if law.law is not None:
-        return set(entries_of(type(law.law)))
-    function = _parsed(law)
-    return {name.key for name in names_in(function.value)}
+    """Return the keys of what can be learnt of a law: its entries, and names in it."""
+    entries = set[str]() if law.law is None else set(entries_of(type(law.law)))
+    return entries | {name.key for name in names_in(values_of(_parsed(law)))}
 
 
 def changed_constants(
@@ -275,13 +277,22 @@ def law_text(
     """Return the entry of a tissue that writes a law, with its learnt constants.
 
     Args:
-        word: "spring law" or "viscosity law".
+        word: "spring law", "viscosity law" or "solid law".
         constants: Values of the names in a formula.
     """
     if law.law is None:
         return _formula_text(law, learned, constants)
+    numbers = dict(learned)
+    if learned:  # an entry that is a param itself has the digits of that
+        parsed, by_key = _parsed(law), {s.key_of(name): one for name, one in learned.items()}
+        for item in parsed.items if isinstance(parsed, s.Block) else ():
+            match item:
+                case s.Assign(name=entry, value=s.Name(key=key)) if key in by_key:
+                    numbers[entry.key] = by_key[key]
+                case _:
+                    pass
     entries = [
-        f"{entry.name} {_entry_text(entry, getattr(law.law, entry.field), learned)}"
+        f"{entry.name} {_entry_text(entry, getattr(law.law, entry.field), numbers)}"
         for entry in entries_of(type(law.law)).values()
     ]
     inner = f" {{ {'; '.join(entries)} }}" if entries else ""
@@ -314,6 +325,7 @@ def _formula_text(
 ) -> str:
     """Return a free formula in which every name that is no variable is a number."""
     function = _parsed(law)
+    assert isinstance(function, s.Function)
     own = FORMS[function.name.key].variables(function)
     by_key = {s.key_of(name): number for name, number in learned.items()}
     text = function.span.source.text
@@ -333,11 +345,9 @@ def _formula_text(
     return text[function.span.start : end] + "".join(reversed(pieces))
 
 
-def _parsed(law: WrittenLaw) -> s.Function:
-    """Return the syntax of a free formula, read again from its own text."""
-    item = parse(Source(law.span.source.name, law.span.text), has_heading=False).items[0]
-    assert isinstance(item, s.Function)
-    return item
+def _parsed(law: WrittenLaw) -> s.Item:
+    """Return the syntax of a law, read again from its own text."""
+    return parse(Source(law.span.source.name, law.span.text), has_heading=False).items[0]
 
 
 LEAST = 6  # significant digits of what was learnt

@@ -123,6 +123,13 @@ class TissueQuantity(Struct, frozen=True):
             return units.show(value, self.dimension, digits=digits)
         return units.show_or_kilo(value, self.unit, digits=digits)
 
+    def __reduce__(self) -> Any:
+        # What is told apart by identity is the same quantity in another process, too.
+        key = key_of(self.name)
+        if QUANTITIES.get(key) is self:
+            return _quantity, (key,)
+        return super().__reduce__()
+
     @property
     def is_of_matter(self) -> bool:
         """Return whether it means the same on every mesh."""
@@ -152,6 +159,10 @@ class TissueQuantity(Struct, frozen=True):
     def number(self) -> type[GivenNumber]:
         """The class of sentences that give it a number."""
         return ScaledNumber if self.scales else GivenNumber
+
+
+def _quantity(key: str) -> TissueQuantity:
+    return QUANTITIES[key]
 
 
 def _springs(
