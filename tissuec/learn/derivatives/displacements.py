@@ -193,7 +193,9 @@ def _mean_of(
 def rows_of(
     compiled: Compiled, series: Sequence[Series], axis: DataAxis
 ) -> tuple[Floats, list[Indices]]:
-    """Return all times that rows belong to [s], ascending, and which one each row has.
+    """Return all times that rows belong to [s], shape (time,), and which one each row has.
+
+    Times ascend; of each series there are numbers of times, shape (row,).
 
     Args:
         compiled: The scene.
