@@ -51,6 +51,9 @@ _CALLS = re.compile(rf"@({'|'.join(ROUNDING)})\(")
 _OWN = rf"@(?:llvm\.)?({'|'.join(mathematics.FUNCTIONS)})(?:\.f64)?\("
 _OWN_DECLARED = re.compile(rf"^declare .*{_OWN}.*\n", re.MULTILINE)
 _OWN_CALLED = re.compile(_OWN)
+#: Bundles with functions whose names begin with these fuse nothing: signs count in them, and a
+#: difference of equal products is zero only if both are rounded.
+UNFUSED = ("find_crossings",)
 
 
 class Exported(NamedTuple):
@@ -97,7 +100,9 @@ def finished(whole: Any, exported: Collection[str]) -> str:
     whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
     is_final = any(name.startswith(FINISHED) for name in exported)
     _simplify(whole, exported, vectors=is_final)
-    text = fused(str(whole))
+    text = str(whole)
+    if not any(name.startswith(UNFUSED) for name in exported):
+        text = fused(text)
     for name in ROUNDING:
         if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
             text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)

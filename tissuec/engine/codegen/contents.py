@@ -45,7 +45,7 @@ from tissuec.forces import (
     springs_derivatives_kernel,
 )
 from tissuec.forces.runs_kernel import springs_in_runs
-from tissuec.kernels import rasterizing, spring_geometry, stages, vectors
+from tissuec.kernels import crossing, rasterizing, spring_geometry, stages, vectors
 from tissuec.kernels.records import Operations
 
 #: Arguments that share no memory with others, by function.
@@ -127,6 +127,7 @@ def _member_of(module: ModuleType) -> Callable[[str], Exported]:
 
 #: Bundles of what is no operation on nets.
 OTHERS = {
+    "crossing": _member_of(crossing),
     "derivatives": _derivative,
     "raster": _member_of(rasterizing),
     "spring_geometry": _member_of(spring_geometry),
