@@ -1,5 +1,6 @@
 """Calls from Python use BLAS on one thread, and leave its settings as they are."""
 
+import inspect
 import os
 import subprocess
 import sys
@@ -9,6 +10,18 @@ import pytest
 import tissuec
 from tissuec.core.blas import VARIABLE
 
+UNUSED = """language 1
+param spare = 1 mm
+tissue gel { spring constant = 1 N/m; viscosity = 0 N*s/m; mass = 1 g }
+body bar {
+  mesh is lattice {
+    kind is sodium chloride; cell = 5 mm; box from (0, 0, 0) mm to (5, 5, 5) mm
+  }
+  tissue is gel
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
 #: Prints the numbers of threads before, during and behind a check; while SciPy is loaded, and
 #: behind it; and the number of processors.
 COUNTS = f"""
@@ -70,6 +83,8 @@ def test_a_user_who_sets_the_variable_decides():
     assert all(counts in ([3], [3, 2]) and said == "2" for counts, said in found_then)
 
 
-def test_calls_keep_their_signatures():
-    assert "companion" in str(tissuec.run.__wrapped__.__code__.co_varnames)
-    assert tissuec.run.__name__ == "run" and "scene" in tissuec.run.__doc__
+def test_calls_keep_their_signatures_and_warn_who_called():
+    assert str(inspect.signature(tissuec.check)).startswith("(scene: ")
+    with pytest.warns(tissuec.TissueWarning) as found:
+        tissuec.compile(UNUSED)
+    assert [one.filename for one in found] == [__file__]

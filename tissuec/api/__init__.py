@@ -451,7 +451,7 @@ def _compiled(
 
     request = _request(scene, given, libraries, strict=strict)
     compiled, found = compile_request(request)
-    _warn(*map(str, found), depth=4)
+    _warn(*map(str, found))
     return compiled, request
 
 
@@ -547,7 +547,14 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
             yield ExpectationError(f"{failure.expectation}\n  failed {failure.measured}")
 
 
-def _warn(*messages: str, depth: int = 3) -> None:
-    """Warn whoever called the function that calls this, or another one so many calls above."""
+def _warn(*messages: str) -> None:
+    """Warn whoever called the function of ours that this is about."""
+    if not messages:
+        return
+    from inspect import currentframe
+
+    frame, depth = currentframe(), 1
+    while frame is not None and frame.f_globals["__name__"].startswith("tissuec."):
+        frame, depth = frame.f_back, depth + 1
     for message in messages:
         warnings.warn(message, TissueWarning, stacklevel=depth)
