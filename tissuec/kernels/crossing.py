@@ -22,8 +22,8 @@ def find_crossings(
 ) -> None:
     """Count the pairs of an edge and a triangle that it goes through.
 
-    Pairs with a node in common and what only touches do not count. Triangles lie in the cells
-    of a grid in which their boxes begin.
+    Pairs with a node in common and what only touches do not count. Triangles are listed by the
+    cells of a grid in which their boxes begin, for edges that these may reach.
 
     Args:
         x: Positions [m], shape (node, 3).
@@ -44,40 +44,58 @@ def find_crossings(
         low0, high0 = min(x[p, 0], x[q, 0]), max(x[p, 0], x[q, 0])
         low1, high1 = min(x[p, 1], x[q, 1]), max(x[p, 1], x[q, 1])
         low2, high2 = min(x[p, 2], x[q, 2]), max(x[p, 2], x[q, 2])
-        first = cell_of(low2 - cells[LARGEST, 2], 2, cells, count)
-        last = cell_of(high2, 2, cells, count)
-        for i in range(
-            cell_of(low0 - cells[LARGEST, 0], 0, cells, count),
-            cell_of(high0, 0, cells, count) + 1,
-        ):
-            for j in range(
-                cell_of(low1 - cells[LARGEST, 1], 1, cells, count),
-                cell_of(high1, 1, cells, count) + 1,
-            ):
-                row = (i * count[1] + j) * count[2]
-                for place in range(starts[row + first], starts[row + last + 1]):
-                    # Without branches, as nobody can guess which of these is false.
-                    meet = (
-                        (boxes[place, 0] <= high0)
-                        & (boxes[place, 1] >= low0)
-                        & (boxes[place, 2] <= high1)
-                        & (boxes[place, 3] >= low1)
-                        & (boxes[place, 4] <= high2)
-                        & (boxes[place, 5] >= low2)
-                    )
-                    if not meet:
-                        continue
-                    a, b, c = corners[place, 0], corners[place, 1], corners[place, 2]
-                    if (p == a) | (p == b) | (p == c) | (q == a) | (q == b) | (q == c):
-                        continue
-                    if goes_through(x, p, q, a, b, c, flat):
-                        pairs += 1
-                        least = min(least, order[place])
+        i0, i1 = cells_of(low0, high0, 0, cells, count)
+        j0, j1 = cells_of(low1, high1, 1, cells, count)
+        k0, k1 = cells_of(low2, high2, 2, cells, count)
+        for row in range((i1 - i0 + 1) * (j1 - j0 + 1)):
+            i, j = i0 + row // (j1 - j0 + 1), j0 + row % (j1 - j0 + 1)
+            cell = (i * count[1] + j) * count[2]
+            for place in range(starts[cell + k0], starts[cell + k1 + 1]):
+                if not (
+                    meets(boxes, place, 0, low0, high0)
+                    & meets(boxes, place, 1, low1, high1)
+                    & meets(boxes, place, 2, low2, high2)
+                ):
+                    continue
+                if goes_through(x, p, q, corners, place, flat):
+                    pairs += 1
+                    least = min(least, order[place])
     found[0], found[1] = pairs, least
 
 
+def meets(boxes: Rows, place: int, axis: int, low: float, high: float) -> bool:
+    """Return whether a box and an interval of an axis have a place in common.
+
+    Args:
+        boxes: As of ``find_crossings`` [m], shape (triangle, 6).
+        place: Number of the box.
+        low, high: Ends of the interval [m].
+    """
+    # Without a branch, as nobody can guess which of these is false.
+    return (boxes[place, 2 * axis] <= high) & (boxes[place, 2 * axis + 1] >= low)
+
+
+def cells_of(
+    low: float, high: float, axis: int, cells: Rows, count: Integers
+) -> tuple[int, int]:
+    """Return the first and the last cell in which boxes begin that may reach an interval.
+
+    Args:
+        low, high: Ends of the interval [m].
+        cells, count: As of ``find_crossings`` [m], shapes (3, 3) and (3,).
+    """
+    first = cell_of(low - cells[LARGEST, axis], axis, cells, count)
+    return first, cell_of(high, axis, cells, count)
+
+
 def cell_of(place: float, axis: int, cells: Rows, count: Integers) -> int:
-    """Return the cell of a place along an axis; the nearest one, if it is outside."""
+    """Return the cell of a place along an axis; the nearest one, if it is outside.
+
+    Args:
+        place: Coordinate [m].
+        cells: As of ``find_crossings`` [m], shape (3, 3).
+        count: Number of cells along each axis, shape (3,).
+    """
     along = (place - cells[BEGIN, axis]) / cells[SIZE, axis]
     if not along > 0.0:
         return 0
@@ -86,12 +104,24 @@ def cell_of(place: float, axis: int, cells: Rows, count: Integers) -> int:
     return int(along)
 
 
-def goes_through(x: Rows, p: int, q: int, a: int, b: int, c: int, flat: float) -> bool:
-    """Return whether the edge between nodes p and q goes through the triangle of a, b and c.
+def goes_through(
+    x: Rows, p: int, q: int, corners: IntegerRows, place: int, flat: float
+) -> bool:
+    """Return whether an edge goes through a triangle with which it has no node in common.
 
     Its ends are on different sides of the plane, and it passes all three sides of the triangle
     on the same side of them, by the signs of the volumes that it spans with them.
+
+    Args:
+        x: Positions [m], shape (node, 3).
+        p, q: Ends of the edge.
+        corners: Of triangles, shape (triangle, 3).
+        place: Number of the triangle.
+        flat: Ends as near to the plane as this lie in it [m].
     """
+    a, b, c = corners[place, 0], corners[place, 1], corners[place, 2]
+    if (p == a) | (p == b) | (p == c) | (q == a) | (q == b) | (q == c):
+        return False
     n0, n1, n2 = normal(x, a, b, c)
     above = n0 * (x[p, 0] - x[a, 0]) + n1 * (x[p, 1] - x[a, 1]) + n2 * (x[p, 2] - x[a, 2])
     below = n0 * (x[q, 0] - x[a, 0]) + n1 * (x[q, 1] - x[a, 1]) + n2 * (x[q, 2] - x[a, 2])

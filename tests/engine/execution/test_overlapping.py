@@ -8,7 +8,7 @@ import pytest
 from tests.engine.execution.test_doubts import PINCHED, two_blocks
 from tests.every import every
 from tests.validate.scenes import compiled_scene
-from tissuec.engine.execution.doubts.overlapping import Overlapping, _Shape
+from tissuec.engine.execution.doubts.overlapping import Overlapping, _PlacedSurface
 from tissuec.geometry.edges import Edges
 
 
@@ -74,7 +74,7 @@ def test_a_sheet_crosses_itself_where_all_pairs_do(shape):
     x = SHAPES[shape]
     edges = Edges.among(TRIANGLES).ends
     expected = all_crossings(x, edges, TRIANGLES)
-    made = _Shape.of(edges, TRIANGLES, x.astype(float))
+    made = _PlacedSurface.of(edges, TRIANGLES, x.astype(float))
     count, triangle = made.crossings(made, x.astype(float), 0.0)
     assert count == len(expected)
     assert not count or triangle == min(expected)
@@ -92,7 +92,7 @@ def test_two_sheets_cross_where_all_pairs_do(shift):
     other = TRIANGLES + nodes
     edges = Edges.among(TRIANGLES).ends
     expected = all_crossings(x, edges, other)
-    one, two = (_Shape.of(edges, each, x.astype(float)) for each in (TRIANGLES, other))
+    one, two = (_PlacedSurface.of(edges, each, x.astype(float)) for each in (TRIANGLES, other))
     count, triangle = one.crossings(two, x.astype(float), 0.0)
     assert count == len(expected) and (not count or triangle == min(expected))
     assert one.meets(two) or not count
@@ -147,10 +147,10 @@ def test_the_watch_finds_what_all_pairs_say(text):
 def test_what_is_torn_or_nowhere_crosses_nothing():
     x = SHAPES["random"].astype(float)
     edges = Edges.among(TRIANGLES).ends
-    whole = _Shape.of(edges, TRIANGLES, x)
-    nothing = _Shape.of(edges[:0], TRIANGLES[:0], x)
+    whole = _PlacedSurface.of(edges, TRIANGLES, x)
+    nothing = _PlacedSurface.of(edges[:0], TRIANGLES[:0], x)
     lost = x.copy()
     lost[7] = np.nan
-    for other in (nothing, _Shape.of(edges, TRIANGLES, lost)):
+    for other in (nothing, _PlacedSurface.of(edges, TRIANGLES, lost)):
         assert not whole.meets(other) and not other.meets(other)
     assert whole.meets(whole)

@@ -67,7 +67,14 @@ class WatchedSkin:
         return self._whole
 
     def intact(self, alive: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-        """Return the edges (edge, 2) and corners (triangle, 3) of these triangles."""
+        """Return the edges and the corners of these triangles.
+
+        Args:
+            alive: Springs that are there, shape (spring,).
+
+        Returns:
+            Nodes, of shapes (edge, 2) and (triangle, 3).
+        """
         self.whole(alive)
         return self._intact
 
@@ -80,7 +87,7 @@ FLAT = 1e-6  # of the median edge: nodes as near to a plane lie in it
 MOST_CELLS = 16  # of a grid, for each triangle
 
 
-class _Shape(NamedTuple):
+class _PlacedSurface(NamedTuple):
     """A surface where it is in a state.
 
     Attributes:
@@ -125,11 +132,13 @@ class _Shape(NamedTuple):
         grid = (order, triangles[order], table, starts, cells, count)
         return cls(edges, grid, least, most)
 
-    def meets(self, other: "_Shape") -> bool:
+    def meets(self, other: "_PlacedSurface") -> bool:
         """Return whether the boxes around both have a point in common."""
         return bool(_meet(self.low, self.high, other.low, other.high))
 
-    def crossings(self, other: "_Shape", position: Floats, flat: float) -> tuple[int, int]:
+    def crossings(
+        self, other: "_PlacedSurface", position: Floats, flat: float
+    ) -> tuple[int, int]:
         """Return how often edges go through triangles of another shape, and the least of these.
 
         Args:
@@ -170,7 +179,7 @@ class _Couple(NamedTuple):
         return [pair] if self.is_one else [pair, (self.other, self.one)]
 
     def crossings(
-        self, shapes: dict[int, _Shape], position: Floats
+        self, shapes: dict[int, _PlacedSurface], position: Floats
     ) -> tuple[int, tuple[WatchedSkin, int] | None]:
         """Return how often edges go through triangles, and the first of these triangles.
 
@@ -189,7 +198,7 @@ class _Couple(NamedTuple):
                 count += more
         return count, place
 
-    def touch(self, shapes: dict[int, _Shape], drawn: Floats) -> bool:
+    def touch(self, shapes: dict[int, _PlacedSurface], drawn: Floats) -> bool:
         """Return whether the surfaces touch or cross as drawn.
 
         A single surface touches itself at all of its nodes, and is checked for crossings only.
@@ -281,13 +290,13 @@ class Overlapping:
 
 def _placed(
     skins: Iterable[WatchedSkin], position: Floats, alive: NDArray[np.bool_]
-) -> dict[int, _Shape]:
+) -> dict[int, _PlacedSurface]:
     """Return the intact parts of surfaces where they are, by the identity of the surfaces."""
-    return {id(skin): _Shape.of(*skin.intact(alive), position) for skin in skins}
+    return {id(skin): _PlacedSurface.of(*skin.intact(alive), position) for skin in skins}
 
 
 def _watched(
-    network: Network, couple: _Couple, shapes: dict[int, _Shape], drawn: Floats
+    network: Network, couple: _Couple, shapes: dict[int, _PlacedSurface], drawn: Floats
 ) -> _Couple | None:
     """Return surfaces that are apart as drawn, or touch where contact holds them apart."""
     if not couple.touch(shapes, drawn):
