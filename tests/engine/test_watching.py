@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.engine.running import lifted_tube
 from tissuec.engine import watching
@@ -20,9 +21,14 @@ def height(position):
     return position[..., NODE, 2] - position[..., 0, 2]
 
 
-def lifted(method, *, threshold, surveyed, more=False):
-    """Return a run that stops where a node passes a height, and goes on, and what was asked."""
+def lifted(method, *, threshold, surveyed, more=False, spacing=0.0, seen=None):
+    """Return a run that stops where a node passes a height, and goes on, and what was asked.
+
+    Args:
+        seen: Takes the times of all surveys.
+    """
     bench = lifted_tube(0.3, method=method, tolerance=METHODS[method], ledger=True)
+    bench.engine.method = replace(bench.engine.method, spacing=spacing)
     start = height(bench.state.position)
     asked, ends = [], []
 
@@ -31,6 +37,8 @@ def lifted(method, *, threshold, surveyed, more=False):
         return height(position) - start > threshold
 
     def survey(time, position, velocity):
+        if seen is not None:
+            seen.extend(time.tolist())
         return more or bool((height(position) - start > threshold).any())
 
     while not ends or ends[-1].kind == "triggered":
@@ -67,3 +75,17 @@ def test_nets_of_many_nodes_are_looked_at_step_by_step(monkeypatch):
     _, _, asked = lifted("dop853", threshold=1.0, surveyed=False)
     _, _, each = lifted("dop853", threshold=1.0, surveyed=True)
     assert each == asked
+
+
+@pytest.mark.parametrize("method", ["rkn4", "velocity verlet"])
+def test_looking_into_some_of_many_short_steps_changes_nothing(method):
+    every_time, some = [], []
+    one, ends, _ = lifted(method, threshold=1e-3, surveyed=True, seen=every_time)
+    steps = one.engine.statistics.accepted
+    spacing = 10.0 * 0.3 / steps  # of ten steps
+    other, same, _ = lifted(method, threshold=1e-3, surveyed=True, spacing=spacing, seen=some)
+    assert ends == same and ends[0][0] == "triggered"
+    assert np.array_equal(one.position, other.position)
+    # Once for ten steps, and four times for each of those before the condition holds.
+    assert len(some) < 0.5 * len(every_time)
+    assert (np.diff(np.sort(some)) < 2.0 * spacing).all()

@@ -52,6 +52,9 @@ from tissuec.model.network import Floats, Network
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 
 
+PAUSE = 0.05  # predicted time of evaluations after which a pause is offered [s]
+
+
 class Engine:
     """Steps one run.
 
@@ -103,6 +106,7 @@ class Engine:
         # The step that is made and not taken over, and what interrupts in it.
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._closely = -np.inf  # until when steps are examined one by one [s]
+        self._densely = -np.inf  # until when all of them are examined [s]
         self._loads: Loads | None = None  # of elements that may break
         self.follow: Follow = unfollowed
 
@@ -335,7 +339,7 @@ class Engine:
     ) -> Interruption:
         """Call the loop over steps again and again until something interrupts."""
         stepper = self.stepper
-        self._closely = -np.inf
+        self._closely = self._densely = -np.inf
         stepper.task = stepper.task._replace(viewed=view)
         if (found := self._leave_viewed()) is not None:
             return found
@@ -370,18 +374,26 @@ class Engine:
         by one if a condition may hold in them, or an element break.
         """
         stepper = self.stepper
-        limit = stepper.call_limit()
+        limit = min(stepper.call_limit(), stepper.asked + self._control.evaluations_in(PAUSE))
         if self._control.is_free:
             limit = min(limit, self._control.trial.look)
         if watch is None and self._loads is None:
             return stepper.call(0, limit)
-        together = 1 if watch is not None and survey is None else steps_together(stepper)
+        # Breaking elements are seen between states at equal distances.
+        is_sparse = self._loads is None and stepper.progress.time >= self._densely
+        spacing = self.method.spacing if is_sparse else 0.0
+        together = 1
+        if watch is None or survey is not None:
+            together = steps_together(stepper, sparsely=spacing > 0.0)
         if together == 1 or stepper.progress.time < self._closely:
             return stepper.call(1, limit)
         kept = Standpoint(stepper)
-        reason = stepper.call(together, limit)
+        reason = stepper.call(together, limit, spacing)
         if may_happen(stepper, survey, self._loads, kept):
-            self._closely = stepper.progress.end
+            if spacing:
+                self._densely = stepper.progress.end
+            else:
+                self._closely = stepper.progress.end
             kept.bring_back(stepper)
             return None
         if reason not in (SURPASSED, VIEWED):

@@ -29,6 +29,8 @@ class Method(Struct, frozen=True):
         watch_strength: Whether springs may rupture.
         choices: What is chosen of a published procedure; None for what it does by default.
         threads: Maximum number of threads for a large net; results do not depend on it.
+        spacing: Time that may pass between two states at which conditions are tested, where
+            steps are shorter [s].
     """
 
     name: str
@@ -39,6 +41,7 @@ class Method(Struct, frozen=True):
     watch_strength: bool = False
     choices: Choices | None = None
     threads: int = 1
+    spacing: float = 0.0
 
 
 class Samples(NamedTuple):

@@ -203,6 +203,10 @@ class MethodControl:
         """Return the predicted time of some steps, at what they cost now [s]."""
         return cost_of(effort, self._evaluation_time, self._solving)
 
+    def evaluations_in(self, time: float) -> int:
+        """Return how many force evaluations are predicted to take a time [s], at least one."""
+        return 1 + int(time / self._evaluation_time)
+
     @property
     def _solving(self) -> SolvingCost:
         """Return the cost of the matrix of the present method; nothing if it has none."""

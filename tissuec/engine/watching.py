@@ -135,18 +135,23 @@ def may_break(loads: Loads, stepper: Stepper, start: Floats, steps: int) -> bool
 
 # Steps that are examined together for conditions, and coordinates of states in them, at most.
 MOST_TOGETHER, GLANCED = 16, 200_000
+SPARSELY = 32  # the same where not every step is looked into
 
 
-def steps_together(stepper: Stepper) -> int:
+def steps_together(stepper: Stepper, *, sparsely: bool = False) -> int:
     """Return how many steps are examined together.
 
     Only one with contact, threads or springs that relax or flow: they keep state outside of
     ``Work``, with which the run could not go back.
+
+    Args:
+        sparsely: Whether only some steps are looked into, so that more are made.
     """
     needed = stepper.inputs.features
     if needed.touched or needed.reeled or needed.inelastic:
         return 1
-    return min(MOST_TOGETHER, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
+    most = SPARSELY if sparsely else MOST_TOGETHER
+    return min(most, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
 
 
 def may_happen(
@@ -247,15 +252,19 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
     before, buffer = within.start, stepper.buffer.buffer
     last = stepper.progress.glanced
     stepper.update(glanced=0)
-    for row in range(last - GLANCES, last):
+    resolution = max(RESOLUTION * (stop - before), 1e-15 * stepper.method.duration)
+    rows = [
+        row for row in range(max(last - GLANCES, 0), last) if buffer.glance_time[row] > before
+    ]
+    if not rows:  # one of many short steps
+        return bisect(holds, before, stop, resolution) if holds(stop) else None
+    for row in rows:
         when = float(buffer.glance_time[row])
         x, v = buffer.glance_position[row], buffer.glance_velocity[row]
         # A glance is cheap and a little wrong; what it finds is examined closely.
         seen = when < stop and watch(when, positions(x), outwards(v))
         when = min(when, stop)
         if (seen or when == stop) and holds(when):
-            finest = 1e-15 * stepper.method.duration
-            resolution = max(RESOLUTION * (stop - within.start), finest)
             return bisect(holds, before, when, resolution)
         before = when
         if when == stop:
