@@ -310,7 +310,7 @@ def simulate(
     with asked_to_stop() as stop, beside:
         writer, state = _writer(compiled, path, request, resume=resume)
         with writer:
-            recorder = Recorder(network, plan, writer, tap=beside.take)
+            recorder = Recorder(network, plan, writer, tap=beside)
             outcome = run(
                 network, plan, recorder, progress=progress, watch=beside.tick, interrupt=stop,
                 resume=state, threads=threads,
@@ -318,7 +318,7 @@ def simulate(
             outcome = replace(outcome, wall_time=writer.stop_clock())
             is_done, estimate = outcome.kind == "done", None
             if is_done:
-                estimate = beside.estimate(outcome.statistics, stop)
+                estimate = beside.estimate(outcome.statistics, stop, failures=outcome.failures)
                 writer.companion(estimate.times, estimate.apart[:, None])
             facts = outcome_facts(plan, outcome, estimate)
             written, views = writer.close(outcome.message, is_done, facts), writer.views

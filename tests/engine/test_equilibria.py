@@ -12,11 +12,15 @@ from tests.hand_plan import carry_out, event, make_plan, when
 from tests.mechanics.test_settling import residual
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import AfterAsking
+from tissuec.engine.execution import companion
+from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.finer_run import Allowance
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.mechanics import settling
+from tissuec.results.promise import Promise
 from tissuec.script.plan import EQUILIBRIUM, STATIC
 from tissuec.validate.engine_run import observe
 from tissuec.validate.reference import reference
@@ -206,6 +210,41 @@ def test_conditions_are_closed_in_on():
     outcome, _ = carry_out(*static(network, plan))
     (fired,) = [t for t, h in outcome.logged_events if h.kind == "trigger"]
     assert fired == pytest.approx(0.495, abs=2e-6)
+
+
+def accompanied(network, plan):
+    """Run a plan with a companion; return its statistics, its estimate, and whose steps."""
+    beside = Companion(network, plan, "inline")
+    ran = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside)).statistics
+    return ran, beside.estimate(ran)
+
+
+def test_equilibria_that_do_not_depend_on_the_way_are_confirmed_by_a_few(monkeypatch):
+    moved = (
+        event(0.0, "hold apex", FEET),
+        event(0.0, "move apex", FEET, by=(0, 0, -0.01), using=(LINE,), duration=1.0),
+    )
+    network, plan = dome(*moved)
+    accepted = []
+    watch = Allowance.watch
+    monkeypatch.setattr(
+        Allowance,
+        "watch",
+        lambda self, time, ran: (watch(self, time, ran), accepted.append(ran.accepted)),
+    )
+    ran, estimate = accompanied(network, plan)
+    assert estimate.error < 1e-9 and estimate.steps == 0.25
+    assert max(accepted) < 0.5 * ran.accepted
+    text = Promise.of({"promise": estimate.as_dict()}).sentence
+    assert text.endswith("apart from a run with 4 times the step (no tolerance)")
+
+
+def test_where_long_steps_find_other_equilibria_shorter_ones_decide(snapping, monkeypatch):
+    network, plan, *_ = snapping
+    monkeypatch.setattr(companion, "SAME_STATE", -1.0)
+    _, estimate = accompanied(network, plan)
+    assert estimate.steps == 2.0 and estimate.error < 1e-6
+    assert len(estimate.times) == 21  # all
 
 
 def test_what_hangs_is_balanced():

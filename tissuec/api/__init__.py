@@ -545,6 +545,8 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
         if judged.state == "fails" or (judged.state == "not reached" and trajectory.finished):
             failure = judged.failure
             yield ExpectationError(f"{failure.expectation}\n  failed {failure.measured}")
+        if judged.undecided:
+            yield SimulationError(f"{judged.failure.expectation}: {judged.undecided}")
 
 
 def _warn(*messages: str) -> None:

@@ -25,23 +25,28 @@ def step_companion(folder: Path) -> None:
     import numpy as np
 
     from tissuec.engine.execution.companion import (
-        FINER,
-        METHOD,
         ROWS,
+        TABLE,
         TIMES,
         allowance_in,
+        order_in,
         read_job,
     )
+    from tissuec.engine.execution.courses import Courses, times_of_comparison
     from tissuec.engine.execution.finer_run import stepped
     from tissuec.pipeline import compile_request
 
     parent = os.getppid()
     request, threads = read_job(folder)
     compiled, _ = compile_request(request)
-    times, rows = np.load(folder / TIMES), np.load(folder / ROWS, mmap_mode="r+")
+    network, plan, times = compiled.network, compiled.plan, np.load(folder / TIMES)
+    rows, table = (np.load(folder / name, mmap_mode="r+") for name in (ROWS, TABLE))
+    _, every = times_of_comparison(network, plan)
+    order = order_in(folder)
     stepped(
-        compiled.network, compiled.plan, times, FINER,
-        method=(folder / METHOD).read_text(encoding="utf-8"), rows=rows,
+        network, plan, times, order.factor,
+        method=order.method, rows=rows, courses=Courses(network, plan, times, every),
+        table=table, spacing=order.spacing, every=order.every,
         allowance=allowance_in(folder), interrupt=lambda: os.getppid() != parent,
         threads=threads,
     )  # fmt: skip

@@ -34,15 +34,18 @@ def outcome_facts(
         "notes": list(outcome.notes),
         "doubts": [as_data(doubt) for doubt in outcome.doubts],
         "without_effect": [as_data(one) for one in outcome.without_effect],
-        "expectations": list(_judged(plan, outcome)),
+        "expectations": list(_judged(plan, outcome, estimate)),
         "failed_expectations": len(outcome.failures),
         "unreached_expectations": len(outcome.unreached),
     }
     return facts if estimate is None else facts | {"promise": estimate.as_dict()}
 
 
-def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
+def _judged(
+    plan: Plan, outcome: "Outcome", estimate: "ErrorEstimate | None"
+) -> Iterator[Mapping[str, Any]]:
     """Yield whether each expectation holds, with the time and the numbers that decide it."""
+    undecided = {} if estimate is None else estimate.undecided
     failures = {failure.expectation: failure for failure in outcome.failures}
     for number, expectation in enumerate(plan.expectations):
         state, time, measured = "holds", *outcome.held.get(number, (None, ""))
@@ -54,7 +57,7 @@ def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
         span = expectation.span
         yield {
             "expect": span.with_values, "place": span.place, "state": state,
-            "time": time, "measured": measured,
+            "time": time, "measured": measured, "undecided": undecided.get(number, ""),
         }  # fmt: skip
 
 

@@ -228,7 +228,6 @@ def new_task(
         until=0.0,
         evaluations=0,
         hold=0,
-        spacing=0.0,
         viewed=inf,
         fixed=0,
         longest=inf,

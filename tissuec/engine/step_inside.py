@@ -95,25 +95,19 @@ def deliver(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> 
             refine(first, now, work, buffer, net)
 
 
-def glance(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> None:
+def glance(now: Progress, work: Work, net: Net, buffer: Buffer) -> None:
     """Copy states within an accepted step, and at its end, into the buffer.
 
     They are interpolated from both ends of the step without evaluating forces, accurately
-    enough to see whether a closer test is needed. Where many steps are far shorter than what
-    is to be seen, only the ends of some are copied.
+    enough to see whether a closer test is needed.
     """
     time, end, current = now.time, now.end, now.current
-    looks = GLANCES
-    if task.hold > 1 and end - time < task.spacing:
-        if now.glanced > 0 and end - buffer.glance_time[now.glanced - 1] < task.spacing:
-            return
-        looks = 1
-    for look in range(looks):
-        part, row = (look + 1) / looks, now.glanced + look
-        buffer.glance_time[row] = end if look + 1 == looks else time + part * (end - time)
+    for look in range(GLANCES):
+        part, row = (look + 1) / GLANCES, now.glanced + look
+        buffer.glance_time[row] = end if look + 1 == GLANCES else time + part * (end - time)
         x, v = buffer.glance_position[row], buffer.glance_velocity[row]
         look_within(part, time, end - time, current, x, v, work, net)
-    now.glanced += looks
+    now.glanced += GLANCES
 
 
 def balance(now: Progress, task: Task, work: Work, net: Net) -> None:

@@ -10,6 +10,22 @@ from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, TIME, show
 
 
+class LogError(Struct, frozen=True):
+    """Estimated error of a log, which the tolerance does not bound.
+
+    Attributes:
+        error: Largest error of a number of the log, relative to ``largest``.
+        apart: The same in the unit of the log.
+        largest: Size of the largest number of the log.
+        unit: SI unit of the log; "" for plain numbers.
+    """
+
+    error: float
+    apart: float
+    largest: float
+    unit: str
+
+
 class Promise(Struct, frozen=True):
     """Whether positions are as accurate as the tolerance asks for.
 
@@ -22,8 +38,11 @@ class Promise(Struct, frozen=True):
         seconds: Wall time that the check took after the run [s].
         method: Of the companion run that checked it; "" without one.
         differs: Whether that is of another kind than all methods of the run.
+        steps: How many times shorter the steps of the companion run are, where those of the run
+            are fixed; below 1, they are longer.
         least: What the error is relative to [m] if the net moves less than a millionth of its
             size; None otherwise.
+        logs: Errors of logs, by name, as far as they are known. No tolerance bounds them.
     """
 
     state: str
@@ -34,14 +53,17 @@ class Promise(Struct, frozen=True):
     seconds: float = 0.0
     method: str = ""
     differs: bool = False
+    steps: float = 2.0
     least: float | None = None
+    logs: Mapping[str, LogError] = {}
 
     @classmethod
     def of(cls, manifest: Mapping[str, Any]) -> Self:
         """Return the accuracy in the manifest of a result."""
         if (written := manifest.get("promise")) is not None:
             tolerance = inf if written["tolerance"] is None else float(written["tolerance"])
-            entries: dict[str, Any] = {**written, "tolerance": tolerance}
+            logs = convert(written.get("logs", {}), dict[str, LogError])
+            entries: dict[str, Any] = {**written, "tolerance": tolerance, "logs": logs}
             return cls(**entries)
         return cls("not checked")
 
@@ -62,7 +84,12 @@ class Promise(Struct, frozen=True):
         if self.state == "not checked":
             reason = f": {self.reason}" if self.reason else ""
             if error and not isfinite(allowed):
-                return f"{error} apart from a run with half the step (no tolerance)"
+                step = (
+                    "half the step"
+                    if self.steps > 1.0
+                    else f"{1.0 / self.steps:g} times the step"
+                )
+                return f"{error} apart from a run with {step} (no tolerance)"
             apart = f", {error} apart" if error else ""
             return f"not checked{reason}{apart}{limit}"
         by = f", checked by {self.method}" if self.differs else ""
@@ -75,6 +102,15 @@ class Promise(Struct, frozen=True):
             what = f"{from_then} the accuracy of positions is unknown{limit}"
         apart = f"{self._other} differs by {error}; " if error else ""
         return f"{what}: {apart}{self.reason}"
+
+    @property
+    def sentence_on_logs(self) -> str:
+        """Return how accurate logs are, in one line; empty if that is not known."""
+        if not self.logs:
+            return ""
+        name, worst = max(self.logs.items(), key=lambda one: one[1].error)
+        error = f"{worst.error:.1e} of the largest value"
+        return f"{error} of {name}" if len(self.logs) == 1 else f"up to {error} ({name})"
 
     @property
     def _other(self) -> str:

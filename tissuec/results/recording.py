@@ -168,6 +168,8 @@ class ExpectationResult(Struct, frozen=True):
         time: Of a failure the first time at which it failed, otherwise when it was judged last
             [s]; None if it never was.
         measured: What was measured then, such as "gap(oviduct) = 0.2 mm".
+        undecided: By how much it holds or fails, where that is less than the error; otherwise
+            empty.
     """
 
     expect: str
@@ -175,6 +177,7 @@ class ExpectationResult(Struct, frozen=True):
     state: str
     time: float | None
     measured: str
+    undecided: str = ""
 
     @property
     def failure(self) -> FailedExpectation:

@@ -1,7 +1,7 @@
 """The plan of a run: method, script, outputs and expectations."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from msgspec import Struct
@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.units import Dimension
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
@@ -76,6 +77,53 @@ class Condition(Protocol):
         ...
 
 
+class ComparedCondition(Protocol):
+    """A condition that tells by how much it holds.
+
+    Attributes:
+        comparisons: What it compares, each with the ``dimension`` of both sides.
+        needs_ledger: Whether it measures what only a run with an energy ledger knows.
+    """
+
+    @property
+    def comparisons(self) -> Sequence["Comparison"]: ...
+
+    @property
+    def needs_ledger(self) -> bool: ...
+
+    def weighed(self, snapshots: Snapshot) -> tuple[NDArray[np.bool_], Floats]:
+        """Return when it holds, and the gaps of its comparisons in SI units.
+
+        The shapes are (…) as a batch of snapshots, and (…, comparison).
+        """
+        ...
+
+    def possible(
+        self, gaps: Floats, errors: Floats
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return when it may hold, and when it may fail, shape (row,) each.
+
+        Args:
+            gaps: In SI units, shape (row, comparison).
+            errors: Of each gap, in the same units, shape (comparison,).
+        """
+        ...
+
+
+class Comparison(NamedTuple):
+    """Two numbers that a condition compares, or one with zero.
+
+    Attributes:
+        sign: Such as "<".
+        gap: The left number minus the right one, in SI units, shape (…).
+        dimension: Of both.
+    """
+
+    sign: str
+    gap: Floats
+    dimension: Dimension
+
+
 class Trigger(Struct, frozen=True, eq=False):
     """``when condition: …``: fires once, at the first time at which the condition holds."""
 
@@ -113,6 +161,7 @@ class Expectation(Struct, frozen=True, eq=False):
         start, stop: The interval of judgement [s]; equal for ``at``.
         pinned: Times that the condition names [s].
         span: The clause.
+        compared: The condition, if it tells by how much it holds.
     """
 
     condition: Condition
@@ -121,6 +170,7 @@ class Expectation(Struct, frozen=True, eq=False):
     stop: float
     pinned: tuple[float, ...]
     span: Span
+    compared: ComparedCondition | None = None
 
 
 class Output(Struct, frozen=True, eq=False):

@@ -266,13 +266,15 @@ def _run(
     path = None if job.folder is None else job.folder / RESULT.format(planned.run)
     request = replace(job.request, overrides=(*job.request.overrides, *planned.overrides))
     with asked_to_stop() as stop, Observer(compiled, compiled.plan, request, path) as observer:
-        recorder = Recorder(compiled.network, plan, observer, tap=companion.take)
+        recorder = Recorder(compiled.network, plan, observer, tap=companion)
         outcome = run(compiled.network, plan, recorder, interrupt=stop, threads=1)
         is_over = outcome.kind not in (DIVERGED, STUCK)
         estimate = None
         if is_over and not stop.answered:
             # However long it takes: a row must not depend on how busy the machine is.
-            estimate = companion.estimate(outcome.statistics, stop, patience=math.inf)
+            estimate = companion.estimate(
+                outcome.statistics, stop, failures=outcome.failures, patience=math.inf
+            )
         if stop.answered:
             raise interruption(stop.signal)
         observer.close(outcome, estimate)

@@ -73,6 +73,7 @@ def _code(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
     if outcome.kind != "done":
         return STOPPED
     is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
+    is_off |= strict and any(one["undecided"] for one in facts["expectations"])
     return FAILED if outcome.failures or outcome.unreached or is_off else DONE
 
 
@@ -90,11 +91,17 @@ def _said(
     states = ("fails", "not reached") if outcome.kind == "done" else ("fails",)
     failures = (one.failure for one in expectations if one.state in states)
     yield from judged([one.state for one in expectations], failures)
+    for one in expectations:
+        if one.undecided:
+            yield Fact("undecided", f"{one.place}: {one.expect}: {one.undecided}", "failure")
     for doubt in outcome.doubts:
         yield Fact("doubtful", str(doubt), "failure")
     yield from (Fact("note", str(one)) for one in outcome.without_effect)
     if "promise" in facts:
-        yield _accuracy(Promise.of(facts))
+        promise = Promise.of(facts)
+        yield _accuracy(promise)
+        if promise.logs:
+            yield Fact("accuracy of logs", promise.sentence_on_logs)
     yield Fact("result", str(result.path))
     yield from (Fact(f"surface of {name}", str(view)) for name, view in result.views.items())
     if result.blocks is not None:

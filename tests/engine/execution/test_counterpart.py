@@ -5,9 +5,19 @@ import pytest
 from tests.contact.scenes import ball
 from tests.every import every
 from tests.validate.scenes import compiled_scene
+from tissuec.engine.engine import PAUSE
 from tissuec.engine.execution import companion
 from tissuec.engine.execution.companion import Companion
-from tissuec.engine.execution.finer_run import counterpart, foreseen, kind_of
+from tissuec.engine.execution.finer_run import (
+    LEAST,
+    MOST,
+    Allowance,
+    Progressed,
+    counterpart,
+    foreseen,
+    kind_of,
+    own_steps,
+)
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
@@ -36,7 +46,7 @@ def sliding(method="esdirk43", friction=0.3, accuracy="tolerance = 1e-4"):
 def checked(ran, promised):
     """Run one scene, and return its error as the companion of another scene estimates it."""
     beside = Companion(promised.network, promised.plan, "inline")
-    recorder = Recorder(ran.network, ran.plan, MemoryRecording(), tap=beside.take)
+    recorder = Recorder(ran.network, ran.plan, MemoryRecording(), tap=beside)
     return beside.estimate(run(ran.network, ran.plan, recorder).statistics)
 
 
@@ -112,3 +122,59 @@ def test_orders_foretell_how_much_longer_another_method_takes():
     ran = ran_by((0.0, "dop853"))
     assert foreseen("rkn4", ran, 1e-9, 4.0) == pytest.approx(4.7, abs=0.1)
     assert foreseen("rkn4", ran, 1e-4, 4.0) == pytest.approx(1.1, abs=0.1)
+
+
+RUBBED = """language 1
+tissue gel {
+  Young's modulus = 20 kPa; Poisson's ratio = 0.45; density = 1000 kg/m^3
+  retardation time = 2 ms
+}
+body block {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, 10) mm }; tissue is gel
+}
+set low = nodes of block where z < 0.1 mm
+tool ball { kind is probe; radius = 6 mm; centre = (5, 5, 16.1) mm }
+environment { gravity = (0, 0, -9.81) m/s^2; contact is tools only; friction = 0.3 }
+script {
+  at 0 s: fix low
+  from 0 s to 20 ms: move ball by (0, 0, -1) mm using smooth profile
+}
+simulate { duration = 30 ms; tolerance = 1e-6; integrator is dop853 }
+output { trajectory every 2 ms; force(ball) every 2 ms }
+"""
+
+
+def test_companions_end_where_they_would_cost_more_than_four_times_the_run(monkeypatch):
+    """By counts of operations: with friction, ``rkn4`` would cost forty times as much."""
+    scene, spent = compiled_scene(RUBBED), []
+    watch = Allowance.watch
+
+    def watched(self, time, ran):
+        watch(self, time, ran)
+        spent.append((ran.method, ran.cost))
+
+    beside = Companion(scene.network, scene.plan, "inline")
+    recorder = Recorder(scene.network, scene.plan, MemoryRecording(), tap=beside)
+    ran = run(scene.network, scene.plan, recorder, watch=beside.tick).statistics
+    monkeypatch.setattr(Allowance, "watch", watched)
+    estimate = beside.estimate(ran)
+    assert estimate.state == "not checked" and estimate.method == "dop853"
+    other = max(cost for method, cost in spent if method == "rkn4")
+    own = max(cost for method, cost in spent if method == "dop853")
+    pause = 2.0 * PAUSE  # after which a companion is looked at
+    assert other <= max(MOST * ran.cost, LEAST) + pause
+    assert other + own <= max(MOST * ran.cost, LEAST) + own_steps(ran, 4.0) + 2.0 * pause
+
+
+def test_what_a_companion_will_cost_is_told_from_how_the_run_spent_its_own():
+    progress = Progressed()
+    for part in range(1, 11):  # nearly all of it in the first tenth of the time
+        progress.note(0.01 * part, 0.1 * part)
+    progress.note(1.0, 1.1)
+    allowance = Allowance(lambda: 4.0, progress)
+    fast, slow = (ran_by((0.0, "rkn4"), cost=cost) for cost in (2.0, 3.0))
+    allowance.watch(0.05, fast)  # 0.5 of 1.1: 4.4 in all
+    assert not allowance.is_spent
+    allowance.watch(0.05, slow)  # 6.6 in all
+    assert allowance.is_spent
+    assert Progressed().part(0.5) == 1.0  # unknown

@@ -104,7 +104,9 @@ class Conditions:
                 item.condition.span,
             )
 
-        return Expectation(judgement, judgement.describe, start, stop, pinned, item.span)
+        return Expectation(
+            judgement, judgement.describe, start, stop, pinned, item.span, judgement
+        )
 
     def reading(self, node: s.Call | s.Name) -> ObservedMeasure:
         """Return a measure with its subjects, or reject it."""

@@ -1,6 +1,8 @@
 """Quantities that conditions measure, and how they are described in messages."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -16,6 +18,7 @@ from tissuec.scene.reading.values import Value
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.common import DirectedMeasure
 from tissuec.script.measures.snapshot import Snapshot
+from tissuec.script.plan import Comparison
 
 Place = tuple[int, int]  # where a node of a condition begins and ends in its text
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
@@ -53,6 +56,9 @@ class MeasureScope(InnerScope):
     """A scope of measures.
 
     Without a snapshot every measure has the value 1, so that units and names can be checked.
+
+    Attributes:
+        comparisons: What ``decide`` has compared, in the order of the text.
     """
 
     is_known = False
@@ -66,6 +72,7 @@ class MeasureScope(InnerScope):
         super().__init__(constants)
         self.readings = readings
         self.snapshot = snapshot
+        self.comparisons: list[Comparison] = []
 
     def name(self, name: s.Name) -> Value:
         measured = place_of(name) in self.readings
@@ -84,8 +91,15 @@ class MeasureScope(InnerScope):
         if isinstance(node, s.Call | s.Name):
             reading = self.readings.get(place_of(node))
             if reading is not None and getattr(reading.measure, "counts", False):
-                return np.asarray(self._measured(node).amount != 0.0)
+                count = self._measured(node)
+                self.comparisons.append(Comparison("!=", count.amount, count.dimension))
+                return np.asarray(count.amount != 0.0)
         return super().test(node)
+
+    def _compared(self, left: Value, sign: str, right: Value) -> Truth:
+        gap = left.amount - right.amount
+        self.comparisons.append(Comparison(sign, gap, left.dimension))
+        return super()._compared(left, sign, right)
 
     def _measured(self, node: s.Call | s.Name) -> Value:
         reading = self.readings[place_of(node)]
@@ -123,12 +137,104 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         scope = self._at(snapshot)
         return float(scope.number(more).amount) - float(scope.number(less).amount)
 
+    @property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """Return what it compares, without the gaps of a run."""
+        scope = MeasureScope(self.readings, self.constants, None)
+        scope.decide(self.condition)
+        return tuple(scope.comparisons)
+
+    @property
+    def needs_ledger(self) -> bool:
+        """Return whether it measures what only a run with an energy ledger knows."""
+        return any(needs_ledger(reading.measure) for reading in self.readings.values())
+
+    def weighed(self, snapshots: Snapshot) -> tuple[NDArray[np.bool_], Floats]:
+        """Return when the condition holds, and by how much each of its comparisons does.
+
+        Returns:
+            Shape (…) as a batch of snapshots, and the gaps of ``comparisons`` in SI units,
+            shape (…, comparison).
+        """
+        scope = self._at(snapshots)
+        holds = np.asarray(scope.decide(self.condition))
+        gaps = [np.broadcast_to(one.gap, np.shape(snapshots.time)) for one in scope.comparisons]
+        return holds, np.stack(gaps, axis=-1)
+
+    def possible(self, gaps: Floats, errors: Floats) -> "Possible":
+        """Return when the condition may hold, and when it may fail.
+
+        Args:
+            gaps: Of ``weighed``, shape (row, comparison).
+            errors: By how much each gap may be wrong, in SI units, shape (comparison,).
+        """
+        bounds = zip(self.comparisons, gaps.T, errors, strict=True)
+        found = (_possible(one.sign, gap, error) for one, gap, error in bounds)
+        return _combined(self.condition, found)
+
     def describe(self, snapshot: Snapshot) -> str:
         """Return a description of the measured value."""
         return describe_sides(self.condition, self._at(snapshot))
 
     def _at(self, snapshot: Snapshot) -> MeasureScope:
         return MeasureScope(self.readings, self.constants, snapshot)
+
+
+class Possible(NamedTuple):
+    """When a condition may hold and when it may fail, shape (row,) each."""
+
+    holds: NDArray[np.bool_]
+    fails: NDArray[np.bool_]
+
+    @property
+    def negated(self) -> "Possible":
+        """Return the same of the opposite condition."""
+        return Possible(self.fails, self.holds)
+
+
+def _possible(sign: str, gap: Floats, error: float) -> Possible:
+    """Return what a comparison may be where its gap is off by an error, in the same unit."""
+    low, high = gap - error, gap + error
+    match sign:
+        case "<":
+            return Possible(low < 0.0, high >= 0.0)
+        case "<=":
+            return Possible(low <= 0.0, high > 0.0)
+        case ">":
+            return Possible(high > 0.0, low <= 0.0)
+        case ">=":
+            return Possible(high >= 0.0, low < 0.0)
+        case _:
+            equal = Possible((low <= 0.0) & (high >= 0.0), (gap != 0.0) | (error > 0.0))
+            return equal if sign == "==" else equal.negated
+
+
+def _combined(node: s.Expression, found: Iterator[Possible]) -> Possible:
+    """Return what a condition may be from its comparisons, in the order of the text."""
+    match node:
+        case s.And(operands=operands):
+            return _all([_combined(operand, found) for operand in operands])
+        case s.Or(operands=operands):
+            return _all([_combined(operand, found).negated for operand in operands]).negated
+        case s.Not(operand=operand):
+            return _combined(operand, found).negated
+        case s.Between():
+            return _all([next(found), next(found)])
+        case _:
+            return next(found)
+
+
+def _all(parts: Sequence[Possible]) -> Possible:
+    """Return what several conditions together may be."""
+    return Possible(
+        reduce(np.logical_and, (part.holds for part in parts)),
+        reduce(np.logical_or, (part.fails for part in parts)),
+    )
+
+
+def needs_ledger(measure: type[Measure]) -> bool:
+    """Return whether a measure needs the energy ledger of a run."""
+    return getattr(measure, "needs_ledger", False)
 
 
 def describe_sides(condition: s.Expression, scope: Scope) -> str:

@@ -5,6 +5,8 @@ and what a method itself does wrong. So the companion has finer steps of a metho
 kind, that of ``engine.execution.finer_run``. Where that would take too long, the same method
 checks its own steps, which is no promise of the result.
 
+Logs, and what expectations compare, are compared as well (``engine.execution.courses``).
+
 Where the two runs agree within the tolerance, the tolerance is met. Where they differ, a third,
 much finer run decides: if the second run converges to it, the steps were too large; if not, the
 motion is chaotic and the error unknown.
@@ -18,7 +20,7 @@ import shutil
 import subprocess
 import sys
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import inf
 from pathlib import Path
@@ -27,42 +29,55 @@ from typing import Any, Literal, Self, TypeAlias, get_args
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.json import decode, encode
+from msgspec.structs import asdict, replace
 
-from tissuec.core.arrays import evenly
 from tissuec.core.resources import PACKAGE
 from tissuec.core.units import LENGTH, show
 from tissuec.core.workers.workers import permitted
+from tissuec.engine.execution.courses import (
+    Courses,
+    Observations,
+    times_of_comparison,
+)
+from tissuec.engine.execution.expectations import Failure
 from tissuec.engine.execution.finer_run import (
     LEAST,
     MOST,
     USUAL,
     Allowance,
+    Progressed,
     counterpart,
     foreseen,
     is_another,
+    is_path_simple,
     keep,
     largest,
+    own_steps,
     stepped,
 )
-from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.method import Samples, Statistics
 from tissuec.engine.run_arrays import FLOOR
+from tissuec.kernels.records import GLANCES
 from tissuec.model.network import BodyPart, Floats, Network
+from tissuec.results.promise import LogError
 from tissuec.script.plan import Plan
+from tissuec.script.verbs import LoggedEvent
 
 FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
 FINEST_FINER = 100.0  # times: of the third run
 FALLEN = 0.25  # of the difference: what must be left of it where steps were too large
 RESOLUTION = 16.0 * np.finfo(float).eps  # of coordinates: differences that do not count
 ROUNDED = 1e4 * np.finfo(float).eps  # of coordinates: differences that roundings may add up to
-MOST_ROWS = 200
-MOST_BYTES = 2e8
+#: Of equilibria that do not depend on the way to them: steps four times as long confirm that.
+COARSER, SEVERAL, SAME_STATE = 0.5, 4, 1e-7
+ENDED = "the companion run ended before the run did"
 POLLED = 0.1  # how often a process is looked after [s]
 STARTING = 1.0  # what a process takes until it steps: a run that lasts longer pays for it [s]
 KNOWN = 0.5  # wall time of a run after which its rest is predicted [s]
 PATIENCE, LEAST_PATIENCE = 3.0, 10.0  # of the third run: times the run's own, and at least [s]
-TIMES, ROWS, METHOD, ALLOWANCE = "times.npy", "rows.npy", "method.txt", "allowance.txt"
+TIMES, ROWS, TABLE = "times.npy", "rows.npy", "table.npy"
+ORDER, ALLOWANCE = "order.json", "allowance.txt"
 
 Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -97,6 +112,15 @@ def read_job(folder: Path) -> Any:
     return pickle.loads((folder / JOB).read_bytes())
 
 
+class Order(Struct, frozen=True):
+    """What a companion in a process is to do; see ``stepped``."""
+
+    method: str
+    spacing: float
+    factor: float
+    every: int
+
+
 class ErrorEstimate(Struct, frozen=True, eq=False):
     """Distance of a run from its companion, compared with the tolerance.
 
@@ -111,8 +135,13 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
         seconds: Wall time that the companion took after the run [s].
         method: Of the companion; "" without one.
         differs: Whether that is of another kind than all that stepped the run.
+        steps: How many times shorter the steps of the companion are, where those of the run are
+            fixed; below 1, they are longer.
         least: What ``relative`` is relative to [m], where displacements stay below it; None
             where they do not, or where nothing moves.
+        logs: Errors of logs, by name, where they could be compared.
+        undecided: Of expectations that these errors may decide otherwise, what to say, by their
+            places in the plan.
     """
 
     state: State
@@ -125,7 +154,10 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
     seconds: float
     method: str = ""
     differs: bool = False
+    steps: float = 2.0
     least: float | None = None
+    logs: Mapping[str, LogError] = {}
+    undecided: Mapping[int, str] = {}
 
     @classmethod
     def unchecked(cls, reason: str, allowed: float) -> "ErrorEstimate":
@@ -154,7 +186,9 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
             "seconds": round(self.seconds, 3),
             "method": self.method,
             "differs": self.differs,
+            "steps": self.steps,
             "least": self.least,
+            "logs": {name: asdict(one) for name, one in self.logs.items()},
         }
 
 
@@ -178,27 +212,49 @@ class Companion:
     ):
         self.threads = threads
         self.network, self.plan, self.mode, self._launch = network, plan, mode, launch
-        times, nodes = sample_times(plan), max(network.node_count, 1)
-        most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * nodes))))
-        self.times = times[evenly(len(times), most)]
+        self.times, every = times_of_comparison(network, plan)
         self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
         kept = len(self.times) if self.is_wanted else 0
         self._own = np.full((kept, network.node_count, 3), np.nan)
         self._reach = np.zeros(kept)  # largest displacement before each of the times [m]
+        self._observed: Observations | None = None
+        if kept:
+            self._observed = Observations(Courses(network, plan, self.times, every))
+            self._theirs = self._observed.courses.table()  # what the companion observed
         self._began = _stepping_clock()
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
-        self._most = inf  # predicted cost that the companion may have [s]
+        self._most = inf  # predicted cost that all companions may have [s]
+        self._progress, self._spent = Progressed(), 0.0
         self._method = ""  # of the companion; "" for that of the plan
         self._differs = False  # from all that stepped the run
+        # The ``factor`` of the companion, and of how many times one is compared.
+        self._steps = (COARSER, SEVERAL) if is_path_simple(network, plan) else (FINER, 1)
+        self._spacing = 0.0  # at which the companion tests conditions [s]
         simulation = plan.simulation
         self.allowed = simulation.tolerance or (USUAL if simulation.step is None else np.inf)
 
     def take(self, samples: Samples) -> None:
         """Keep the run's own positions at the times of comparison."""
-        if self.is_wanted:
+        if self._observed is not None:
             places, due = keep(samples, self.times, self._own)
             self._reach[places] = samples.reach[due]
+            self._observed.passed(samples.time)
+
+    def log(self, name: str, time: Floats, rows: Floats) -> None:
+        """Keep the run's own rows of a log; see ``Observations.log``."""
+        if self._observed is not None:
+            self._observed.log(name, time, rows)
+
+    def judged(self, place: int, time: Floats | None, gaps: Floats) -> None:
+        """Keep what an expectation compared; see ``Observations.judged``."""
+        if self._observed is not None:
+            self._observed.judged(place, time, gaps)
+
+    def happened(self, logged_event: LoggedEvent) -> None:
+        """Count the events of the run."""
+        if self._observed is not None:
+            self._observed.happened(logged_event)
 
     def tick(self, time: float, ran: Statistics) -> None:
         """Start a process beside the run, if that is worth it.
@@ -207,14 +263,25 @@ class Companion:
             time: That the run has come to [s].
             ran: What it did until then.
         """
+        self._progress.note(time, ran.cost)
         if not self.is_wanted or self._process is not None or self._launch is None:
             return
         if self.mode == "process" or (
             self.mode == "auto" and self._left(time) > STARTING and permitted() > 1
         ):
             self._method = counterpart(ran, self.network, self.plan)
+            self._space(time, ran)
             if not self._is_dear(ran):
                 self._start(self._launch)
+
+    def _space(self, time: float, ran: Statistics) -> None:
+        """Have conditions tested as densely in time as in the run, however short steps are.
+
+        Args:
+            time: That the run has come to [s].
+            ran: What it did until then.
+        """
+        self._spacing = time / max(GLANCES * ran.accepted, 1)
 
     def _left(self, time: float) -> float:
         """Return the wall time that the run is predicted to take from here on [s]."""
@@ -226,7 +293,10 @@ class Companion:
         self._folder = Path(mkdtemp(prefix="tissuec-companion-"))
         np.save(self._folder / TIMES, self.times)
         np.save(self._folder / ROWS, np.full_like(self._own, np.nan))
-        (self._folder / METHOD).write_text(self._method, encoding="utf-8")
+        np.save(self._folder / TABLE, self._theirs)
+        (self._folder / ORDER).write_bytes(
+            encode(Order(self._method, self._spacing, *self._steps))
+        )
         try:
             self._process = subprocess.Popen(
                 launch(self._folder),
@@ -242,32 +312,45 @@ class Companion:
         ran: Statistics,
         interrupt: Callable[[], bool] = lambda: False,
         *,
+        failures: Sequence[Failure] = (),
         patience: float = PATIENCE,
     ) -> ErrorEstimate:
         """Wait for the companion, or step it, and compare.
 
         Args:
             ran: What the run did.
+            failures: Expectations that did not hold in it.
             interrupt: Called now and then; True ends the companion early.
             patience: How long the third run may take, in wall times of the run. Without an end,
                 the estimate depends on the run alone.
         """
         if self.mode == "off":
             return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
-        if not self.is_wanted:
+        if self._observed is None:
             return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
         self._most = max(MOST * ran.cost, LEAST)
+        ended: Any = self.times[np.isfinite(self._own).all(axis=(1, 2))]
+        self._space(float(ended.max(initial=0.0)), ran)
         took, self._began = _stepping_clock() - self._began, clock.monotonic()
         until = clock.monotonic() + max(patience * took, LEAST_PATIENCE)
         found, limit = self._by_another(ran, interrupt)
         if limit and not interrupt():
             self._method, self._differs = "", False
-            found = self._stepped(FINER, interrupt)
+            left = max(self._most - self._spent, 0.0) + own_steps(ran, FINER)
+            found = self._stepped(FINER, interrupt, most=left)
         estimate = self._compared(found, lambda: interrupt() or clock.monotonic() > until)
-        method = self._method or ran.method
-        estimate = replace(estimate, method=method, differs=self._differs)
-        if limit and estimate.state == "kept":
-            return replace(estimate, state="not checked", reason=limit)
+        failed = {one.expectation: one for one in failures}
+        estimate = replace(
+            estimate,
+            method=self._method or ran.method,
+            differs=self._differs,
+            steps=0.5 * self._steps[0],
+            logs=self._observed.log_errors(self._theirs),
+            undecided=self._observed.undecided(self._theirs, failed),
+        )
+        is_late = estimate.reason == ENDED and not interrupt()
+        if limit and (estimate.state == "kept" or is_late):
+            return replace(estimate, state="not checked", reason=limit, since=None)
         return estimate
 
     def _by_another(self, ran: Statistics, interrupt: Callable[[], bool]) -> tuple[Floats, str]:
@@ -278,13 +361,13 @@ class Companion:
         used = {change.method for change in ran.changes}
         is_fixed = self.plan.simulation.step is not None
         self._differs = is_another(self._method, used)
-        if self._process is not None and (self._differs or is_fixed):
+        if is_fixed:
+            return self._by_other_steps(interrupt), ""
+        if self._process is not None and self._differs:
             rows, is_late = self._from_process(interrupt)
             return rows, self._too_dear(ran, rows) if is_late else ""
         self._method = counterpart(ran, self.network, self.plan)
         if not self._method:
-            if is_fixed:
-                return self._stepped(FINER, interrupt), ""
             own = ", ".join(sorted(used))
             return self._own, (
                 f"no method of another kind can step this net in {MOST:g} times the time of "
@@ -299,6 +382,21 @@ class Companion:
         relative, _ = self._apart(self._own, rows, known & asked)
         is_enough = known[asked].all() or (relative > self._agreed).any()
         return rows, "" if is_enough else self._too_dear(ran, rows)
+
+    def _by_other_steps(self, interrupt: Callable[[], bool]) -> Floats:
+        """Return the positions of a companion of a run with fixed steps."""
+        if self._process is not None:
+            rows, _ = self._from_process(interrupt)
+        else:
+            rows = self._stepped(self._steps[0], interrupt, every=self._steps[1])
+        if self._steps[0] == FINER:
+            return rows
+        both: Any = np.isfinite(self._own).all(axis=(1, 2)) & np.isfinite(rows).all(axis=(1, 2))
+        relative, _ = self._apart(self._own, rows, both)
+        if both.any() and relative.max(initial=0.0) <= SAME_STATE:
+            return rows
+        self._steps = FINER, 1
+        return self._stepped(FINER, interrupt)
 
     @property
     def _agreed(self) -> float:
@@ -317,10 +415,10 @@ class Companion:
         own = ", ".join(dict.fromkeys(change.method for change in ran.changes))
         known = self.times[np.isfinite(rows).all(axis=(1, 2))]
         until = float(known.max(initial=0.0))
-        reached = f"gets no further than {until:g} s in" if until else "takes more than"
+        ended = f" (it ended at {until:g} s)" if until else ""
         return (
-            f"{self._method}, a method of another kind, {reached} {MOST:g} times the time of "
-            f"the run, and finer steps of {own} alone confirm the result"
+            f"{self._method}, a method of another kind, takes more than {MOST:g} times the "
+            f"time of the run{ended}, and finer steps of {own} alone confirm the result"
         )
 
     def _from_process(self, interrupt: Callable[[], bool]) -> tuple[Floats, bool]:
@@ -335,6 +433,7 @@ class Companion:
                 if self._ended and self._is_enough(np.load(rows, mmap_mode="r")):
                     break
             found = np.array(np.load(rows, mmap_mode="r"))
+            self._theirs = np.load(self._folder / TABLE)
         except (OSError, ValueError):
             return np.full_like(self._own, np.nan), False
         return found, self._process.poll() == 0 and not self._is_enough(found)
@@ -346,25 +445,36 @@ class Companion:
 
     def _is_enough(self, rows: Floats) -> bool:
         """Return whether the companion has come as far as the run."""
-        asked = np.flatnonzero(np.isfinite(self._own).all(axis=(1, 2)))
+        each = slice((len(self.times) - 1) % self._steps[1], None, self._steps[1])
+        asked = np.arange(len(self.times))[each]
+        asked = asked[np.isfinite(self._own[each]).all(axis=(1, 2))]
         return not len(asked) or bool(np.isfinite(rows[asked[-1]]).all())
 
     def _stepped(
-        self, factor: float, interrupt: Callable[[], bool], *, most: float = inf
+        self, factor: float, interrupt: Callable[[], bool], *, most: float = inf, every: int = 1
     ) -> Floats:
         """Return positions with smaller steps, by ``stepped``, as far as the run has come."""
-        rows = np.full_like(self._own, np.nan)
-        return stepped(
+        assert self._observed is not None
+        rows, courses = np.full_like(self._own, np.nan), self._observed.courses
+        self._theirs = courses.table()
+        allowance = Allowance(lambda: most, self._progress)
+        found = stepped(
             self.network,
             self.plan,
             self.times,
             factor,
             method=self._method,
             rows=rows,
-            allowance=Allowance(lambda: most),
+            courses=courses,
+            table=self._theirs,
+            spacing=self._spacing,
+            every=every,
+            allowance=allowance,
             interrupt=lambda: interrupt() or (self._ended and self._is_enough(rows)),
             threads=self.threads,
         )
+        self._spent += allowance.spent
+        return found
 
     def _compared(self, other: Floats, interrupt: Callable[[], bool]) -> ErrorEstimate:
         asked = np.isfinite(self._own).all(axis=(1, 2))
@@ -379,7 +489,9 @@ class Companion:
             state, reason = "not checked", "the run was resumed after the last recorded time"
         elif len(beyond):
             since = float(self.times[known][beyond[0]])
+            theirs = self._theirs
             state, reason, since, closer = self._tried(other, known, since, interrupt)
+            self._theirs = np.where(np.isnan(self._theirs), theirs, self._theirs)
             if closer is not None:  # the companion erred, and not the run
                 relative, apart = (
                     np.maximum.accumulate(np.concatenate([before[: beyond[0]], after]))
@@ -388,7 +500,7 @@ class Companion:
         elif not known[asked].all():
             last = self.times[known]
             state, since = "unknown", float(last[-1]) if len(last) else 0.0
-            reason = "the companion run ended before the run did"
+            reason = ENDED
         seconds = clock.monotonic() - self._began
         times = self.times[known]
         is_small = 0.0 < self._moved(known).max(initial=0.0) < self._floor
@@ -507,6 +619,11 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
 def threads_beside(mode: Mode) -> int:
     """Return how many threads a run may have: half of them if a companion may be beside it."""
     return max(1, permitted() // (2 if mode in ("auto", "process") else 1))
+
+
+def order_in(folder: Path) -> Order:
+    """Return what a companion in a process is to do."""
+    return decode((folder / ORDER).read_bytes(), type=Order)
 
 
 def allowance_in(folder: Path) -> Allowance:

@@ -1,5 +1,8 @@
 """Evaluation of expectations during a run."""
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -11,6 +14,10 @@ from tissuec.engine.execution.event_queue import rows_at, rows_within
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Expectation
+
+#: Takes the place of an expectation, times of samples [s], shape (row,), or None for a time
+#: between samples, and the gaps of what it compares in SI units, shape (row, comparison).
+Weigh: TypeAlias = Callable[[int, Floats | None, Floats], None]
 
 
 class Failure(Struct, frozen=True):
@@ -57,10 +64,18 @@ class ExpectationMonitor:
     Args:
         times: All times of samples [s], shape (sample,).
         near: Largest difference between times that are one [s].
+        weigh: Told by how much each expectation holds, wherever it is judged.
     """
 
-    def __init__(self, expectations: tuple[Expectation, ...], times: Floats, near: float):
+    def __init__(
+        self,
+        expectations: tuple[Expectation, ...],
+        times: Floats,
+        near: float,
+        weigh: Weigh | None = None,
+    ):
         self.expectations, self.times, self.near = expectations, times, near
+        self._weigh = weigh
         self._pinned_at = {
             time: int(np.argmax(rows_at(times, np.array([time]), near)))
             for expectation in expectations
@@ -117,14 +132,12 @@ class ExpectationMonitor:
                     0
                 )  # a copy of the state
                 memory.pinned[time] = replace(then, pinned={})
-        for number, (expectation, due) in enumerate(
-            zip(self.expectations, self._due, strict=True)
-        ):
+        for number, due in enumerate(self._due):
             places = np.flatnonzero(due[rows])
             if not len(places) or number in memory.failures:
                 continue
             ends = rows.start + places == self._last[number]
-            holds = expectation.condition.holds(snapshot.pick(places))
+            holds = self._holds(number, snapshot.pick(places))
             # The measured value is reported for the first failure, and at the end.
             for place, is_last in zip(places[~holds | ends], ends[~holds | ends], strict=True):
                 self._judge(number, snapshot.pick(int(place)), memory, ends=bool(is_last))
@@ -150,8 +163,19 @@ class ExpectationMonitor:
         if number in memory.failures:
             return
         time = float(snapshot.time)
-        if not expectation.condition(snapshot):
+        if not self._holds(number, snapshot):
             memory.held.pop(number, None)
             memory.failures[number] = Failure(number, time, expectation.describe(snapshot))
         elif ends:
             memory.held[number] = time, expectation.describe(snapshot)
+
+    def _holds(self, number: int, snapshot: Snapshot) -> NDArray[np.bool_]:
+        """Return when an expectation holds, shape (…) as a batch of snapshots."""
+        expectation, is_batch = self.expectations[number], np.ndim(snapshot.time) > 0
+        compared, condition = expectation.compared, expectation.condition
+        if self._weigh is None or compared is None:
+            return condition.holds(snapshot) if is_batch else np.asarray(condition(snapshot))
+        holds, gaps = compared.weighed(snapshot)
+        time = np.asarray(snapshot.time) if is_batch else None
+        self._weigh(number, time, np.atleast_2d(gaps))
+        return holds

@@ -12,42 +12,78 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.engine.execution.courses import Courses, counts, rows_of
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Samples, Statistics
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.plan import STATIC, Plan, Simulation, without_outputs
+from tissuec.script.measures.snapshot import EnergyBalance
+from tissuec.script.plan import EQUILIBRIUM, STATIC, Plan, Simulation, without_outputs
+from tissuec.script.verbs import LoggedEvent
 from tissuec.script.verbs.end import without_end
 
+FEW = 6  # times: fewer do not tell how the cost of a run is spread over it
+TOLD = 0.25  # of what a companion may cost: then what it will cost is told
+HOPELESS = 1.5  # times what it may cost: more is not begun
 USUAL, FINEST = 1e-4, 1e-13  # tolerance, where none is written and at the least
 
 
+class Progressed:
+    """How much of its cost a run has spent until a time, to predict what another will cost."""
+
+    def __init__(self) -> None:
+        self._times, self._costs = [0.0], [0.0]
+
+    def note(self, time: float, cost: float) -> None:
+        """Note what a run has cost until a time [s]."""
+        if time > self._times[-1]:
+            self._times.append(time)
+            self._costs.append(cost)
+
+    def part(self, time: float) -> float:
+        """Return the part of its cost that a run had spent at a time [s]; 1 if unknown."""
+        if len(self._times) < FEW or not self._costs[-1]:
+            return 1.0
+        return float(np.interp(time, self._times, self._costs)) / self._costs[-1]
+
+
 class Allowance:
-    """What a companion run may cost, by counts of operations and not by a clock.
+    """What companion runs may cost, by counts of operations and not by a clock.
 
     Args:
-        most: Returns the predicted cost at which it ends [s].
+        most: Returns the predicted cost at which they end [s].
+        progress: Of the run; a companion that falls far behind it ends early.
+
+    Attributes:
+        spent: What they have cost so far [s].
+        is_hopeless: Whether one ended early.
     """
 
-    def __init__(self, most: Callable[[], float]):
-        self._most, self._spent = most, 0.0
+    def __init__(self, most: Callable[[], float], progress: Progressed | None = None):
+        self._most, self._progress = most, progress or Progressed()
+        self.spent, self.is_hopeless = 0.0, False
 
     def watch(self, time: float, ran: Statistics) -> None:
         """Measure what a run has cost until a time [s]."""
-        self._spent = ran.cost
+        self.spent, most = ran.cost, self._most()
+        if self.spent > TOLD * most:
+            part = self._progress.part(time)
+            self.is_hopeless |= self.spent > HOPELESS * most * part
 
     @property
     def is_spent(self) -> bool:
         """Return whether the run is to end."""
-        return self._spent > self._most()
+        return self.is_hopeless or self.spent > self._most()
 
 
 def finer(plan: Plan, factor: float, method: str = "") -> Plan:
     """Return a plan with finer steps and without outputs of its own.
 
     Args:
-        factor: Factor that its tolerance is divided by; a fixed step is divided by half of it.
+        factor: Factor that its tolerance is divided by; a fixed step is divided by half of it,
+            and grows where that is below 1.
         method: Another one than that of the plan, if any.
     """
     simulation = replace(plan.simulation, integrator=method or plan.simulation.integrator)
@@ -67,6 +103,10 @@ def stepped(
     *,
     method: str = "",
     rows: Floats | None = None,
+    courses: Courses | None = None,
+    table: Floats | None = None,
+    spacing: float = 0.0,
+    every: int = 1,
     interrupt: Callable[[], bool] | None = None,
     allowance: Allowance | None = None,
     threads: int = 1,
@@ -81,6 +121,10 @@ def stepped(
         factor: See ``finer``.
         method: See ``finer``; with one, what is near is searched for otherwise, too.
         rows: Array to be filled; a new one by default.
+        courses: What else is compared.
+        table: Of these courses, to be filled.
+        spacing: See ``Method`` [s].
+        every: See ``Courses.stops``.
         interrupt: Returns whether to stop.
         allowance: What it may cost.
         threads: See ``Method``.
@@ -92,7 +136,9 @@ def stepped(
     contact = network.contact
     if method and contact is not None:
         network = network.with_blocks(replace(contact, exhaustive=True).block)
-    silent = _Silent(network, plan, times, rows)
+    silent = _Silent(network, plan, times, rows, courses, table)
+    silent.spacing = spacing
+    silent.times = times if courses is None else courses.stops(every)
     may_cost = allowance or Allowance(lambda: inf)
     run(
         network, plan, silent, watch=may_cost.watch, threads=threads,
@@ -102,17 +148,45 @@ def stepped(
 
 
 class _Silent(Recorder):
-    """A recorder that keeps positions and writes nothing."""
+    """A recorder that keeps positions and courses at times, and writes nothing."""
 
     takes_notes = False
 
-    def __init__(self, network: Network, plan: Plan, times: Floats, rows: Floats):
+    def __init__(
+        self,
+        network: Network,
+        plan: Plan,
+        times: Floats,
+        rows: Floats,
+        courses: Courses | None,
+        table: Floats | None,
+    ):
         super().__init__(network, plan, MemoryRecording())
-        self._kept = rows
-        self.times = times
+        self._asked, self._kept, self._events = times, rows, 0
+        self._courses, self._table = courses, table
+
+    def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
+        super().enter(state, ruptured, ledger)
+        kept = self._state
+        if kept is not None and kept.contact is not None:
+            # What is measured need not search everywhere: positions tell what a search missed.
+            kept.put(replace(kept.contact, exhaustive=False).block)
+
+    def happened(self, time: float, logged_event: LoggedEvent) -> None:
+        self._events += counts(logged_event)
 
     def record(self, samples: Samples) -> None:
-        keep(samples, self.times, self._kept)
+        keep(samples, self._asked, self._kept)
+        if self._courses is None or self._table is None or self._state is None:
+            return
+        snapshot = self._snapshot(samples, self._state)
+        for number, time in enumerate(samples.time.tolist()):
+            if (asked := self._courses.pinned.get(time)) is not None:
+                then = snapshot.pick(np.array([number])).pick(0)  # a copy
+                self.memory.pinned[asked] = replace(then, pinned={})
+        rows, _ = rows_of(self._asked, samples.time)
+        self._table[rows, 0] = self._events
+        self._courses.sample(snapshot, rows, self._table)
 
 
 def keep(samples: Samples, times: Floats, rows: Floats) -> tuple[Indices, NDArray[np.bool_]]:
@@ -124,13 +198,11 @@ def keep(samples: Samples, times: Floats, rows: Floats) -> tuple[Indices, NDArra
         rows: Positions [m], shape (time, node, 3), changed in place.
 
     Returns:
-        Which rows were set, shape (n,), and whether each sample is one of them, shape
-        (sample,).
+        As of ``rows_of``.
     """
-    places = np.searchsorted(times, samples.time)
-    due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == samples.time)
-    rows[places[due]] = samples.position[due]
-    return places[due], due
+    places, due = rows_of(times, samples.time)
+    rows[places] = samples.position[due]
+    return places, due
 
 
 def largest(vectors: Floats) -> Floats:
@@ -147,6 +219,20 @@ COARSE = 1e-6  # tolerance down to which steps of order 2 are not too many
 #: How many times the predicted cost of the run its companion may have, and what it may always
 #: cost [s]. That is less than what starting a process takes.
 MOST, LEAST = 4.0, 0.1
+
+
+def is_path_simple(network: Network, plan: Plan) -> bool:
+    """Return whether a run consists of equilibria that hardly depend on the way to them.
+
+    So it is by statics without contact and without anything that remembers how it was deformed,
+    but where the net snaps.
+    """
+    return (
+        plan.simulation.integrator == EQUILIBRIUM
+        and network.contact is None
+        and network.memory.start == network.node_count
+        and not plan.breakable
+    )
 
 
 def kind_of(method: str) -> str:
@@ -234,3 +320,13 @@ def foreseen(method: str, ran: Statistics, tolerance: float, finer: float) -> fl
         return 1.0
     theirs = two.evaluations * (tolerance / finer) ** (-1.0 / two.order)
     return theirs / (one.evaluations * tolerance ** (-1.0 / one.order))
+
+
+def own_steps(ran: Statistics, finer: float) -> float:
+    """Return what a run with finer steps of the same method costs, by its order [s].
+
+    Args:
+        ran: What the run did.
+        finer: How many times as fine the tolerance is.
+    """
+    return ran.cost * finer ** (1.0 / INTEGRATORS[ran.method].order)

@@ -130,6 +130,26 @@ class Writer(Protocol):
         ...
 
 
+class Tap(Protocol):
+    """What is shown all that a recorder records, beside the writer."""
+
+    def take(self, samples: Samples) -> None:
+        """Take a batch of samples."""
+        ...
+
+    def log(self, name: str, time: Floats, rows: Floats) -> None:
+        """Take rows of a log, shape (row, column), at times [s], shape (row,)."""
+        ...
+
+    def judged(self, place: int, time: Floats | None, gaps: Floats) -> None:
+        """Take what an expectation compared; see ``ExpectationMonitor``."""
+        ...
+
+    def happened(self, logged_event: LoggedEvent) -> None:
+        """Take an event."""
+        ...
+
+
 class _Observed(NamedTuple):
     """What makes a row of a log at a snapshot, and what takes both sides of an event."""
 
@@ -148,16 +168,18 @@ class Recorder:
     """Receives samples and events of one run and records what the plan requests.
 
     Args:
-        tap: Shown every batch of samples as well.
+        tap: Shown what is recorded as well.
 
     Attributes:
         takes_notes: Whether notes in the event log and doubts, which change nothing, are
             looked for.
+        spacing: See ``Method`` [s].
         times: When samples are wanted [s], ascending, shape (sample,).
         memory: What is needed to continue after an interruption.
     """
 
     takes_notes: ClassVar[bool] = True
+    spacing: float = 0.0
 
     def __init__(
         self,
@@ -165,7 +187,7 @@ class Recorder:
         plan: Plan,
         writer: Writer,
         *,
-        tap: Callable[[Samples], None] | None = None,
+        tap: Tap | None = None,
     ):
         self.network, self.plan, self.writer, self._tap = network, plan, writer, tap
         # Below, energies are made of rounding, and no balance is judged by them.
@@ -185,7 +207,8 @@ class Recorder:
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
         self.times = sample_times(plan)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
-        self._judge = ExpectationMonitor(plan.expectations, self.times, near)
+        weigh = None if tap is None else tap.judged
+        self._judge = ExpectationMonitor(plan.expectations, self.times, near, weigh)
         self._watcher = Watcher(network, plan)
         self._effects = EffectWatcher(network, plan)
         self._sampler = FieldSampler(network, plan)
@@ -271,6 +294,8 @@ class Recorder:
         springs = tuple(int(spring) for spring in logged_event.springs)
         place = logged_event.span.place
         self.writer.event(time, logged_event.kind, springs, logged_event.cause, place)
+        if self._tap is not None:
+            self._tap.happened(logged_event)
 
     def state(self) -> RecorderState:
         """Return the input of `bring_back` other than the memory."""
@@ -304,7 +329,7 @@ class Recorder:
         """Process a batch of samples, the next ones of ``times``."""
         assert self._state is not None, "enter comes first"
         if self._tap is not None:
-            self._tap(samples)
+            self._tap.take(samples)
         first = self.memory.next
         rows = slice(first, first + len(samples.time))
         self.memory.next = rows.stop
@@ -428,7 +453,10 @@ class Recorder:
         for log in self.plan.output.logs:
             if (snapshot := part(log.every)) is not None:
                 rows = log.measure.sample(log.subjects, snapshot)
-                self.writer.log(log.name, np.asarray(snapshot.time), rows)
+                time = np.asarray(snapshot.time)
+                self.writer.log(log.name, time, rows)
+                if self._tap is not None:
+                    self._tap.log(log.name, time, rows)
 
     def _write_energies(self, part: Part) -> None:
         if (snapshot := part(self.plan.output.energy)) is not None:

@@ -272,6 +272,7 @@ def _make_engine(
         watch_strength=plan.breakable,
         choices=simulation.choices,
         threads=threads,
+        spacing=recorder.spacing,
     )
     if method.name == RELAXATION:
         from tissuec.engine.quasistatic import Relaxations

@@ -49,7 +49,8 @@ class Measure(Protocol):
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
     What is 0 wherever contact is off has ``of_contact = True``, and what can be measured of
-    scissors ``feels_blades = True``.
+    scissors ``feels_blades = True``. What needs the energies of the run has ``needs_ledger =
+    True``.
     """
 
     form: str

@@ -89,6 +89,7 @@ class EnergyDrift(ScalarMeasure):
     dimension = units.NUMBER
     subjects = 0
     takes = "any"
+    needs_ledger = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -1,0 +1,296 @@
+"""What two runs are compared by beside positions: logs, and what expectations compare.
+
+The error of positions does not bound that of a logged force: viscous forces follow velocities,
+and stiff springs turn small errors of positions into large ones of forces. So the rows of logs,
+and the numbers that expectations compare, are compared themselves.
+
+An event that comes a moment earlier in one of the runs is no error of what it changes. Where
+only a single time of comparison lies between both, it is left out.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.arrays import evenly
+from tissuec.core.units import show, si_unit
+from tissuec.engine.execution.event_queue import SAME, rows_at, rows_within
+from tissuec.engine.execution.expectations import Failure
+from tissuec.engine.execution.recorder import sample_times
+from tissuec.model.network import Floats, Network
+from tissuec.results.promise import LogError
+from tissuec.script.measures.snapshot import Snapshot
+from tissuec.script.plan import ComparedCondition, LogRequest, Plan, times_every
+from tissuec.script.verbs import LoggedEvent
+
+MOST_ROWS, MOST_BYTES = 200, 2e8  # of positions
+COURSE_ROWS = 32  # of each log: all would cost more than the steps of many a companion
+MOST_COLUMNS = 1024  # of a log: larger ones, such as tensions of a whole body, are left out
+#: The companion has errors, too: the true error is at most so many times the difference, unless
+#: both runs err alike. It is more than the 4/3 of errors that shrink with the tolerance, since
+#: forces of stiff nets may not.
+UNKNOWN = 2.0
+
+
+def times_of_comparison(network: Network, plan: Plan) -> tuple[Floats, Floats]:
+    """Return when runs are compared, and all times of samples [s], both ascending.
+
+    Positions are compared at some of all samples, evenly spread, and logs at some of their
+    rows; whatever expectations name is among these.
+    """
+    every = sample_times(plan)
+    most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * max(network.node_count, 1)))))
+    rows = [
+        rows_of_expectations(plan, every),
+        *(rows_of_log(log, plan, every) for log in plan.output.logs),
+    ]
+    due = np.logical_or.reduce(rows)
+    due[evenly(len(every), most)] = True
+    return every[due], every
+
+
+def rows_of_expectations(plan: Plan, every: Floats) -> NDArray[np.bool_]:
+    """Return at which of all times of samples expectations are compared, shape (sample,)."""
+    near = SAME * plan.simulation.duration
+    due = np.zeros(len(every), dtype=bool)
+    for one in plan.expectations:
+        within = np.flatnonzero(rows_within(every, one.start, one.stop, near))
+        due[within[evenly(len(within), COURSE_ROWS)]] = True
+        due |= rows_at(every, np.array(one.pinned), near)
+    return due
+
+
+def rows_of_log(log: LogRequest, plan: Plan, every: Floats) -> NDArray[np.bool_]:
+    """Return at which of all times of samples a log is compared, shape (sample,)."""
+    rows = times_every(log.every, plan.simulation.duration)
+    some = rows[evenly(len(rows), COURSE_ROWS)]
+    return rows_at(every, some, SAME * plan.simulation.duration)
+
+
+class Course(Struct, frozen=True, eq=False):
+    """Numbers over time.
+
+    Attributes:
+        columns: Where they are in a table.
+        due: At which times of comparison they are known, shape (row,).
+        sample: Returns them for snapshots, in SI units, shape (…, column).
+    """
+
+    columns: slice
+    due: NDArray[np.bool_]
+    sample: Callable[[Snapshot], Floats]
+
+
+class Courses:
+    """All that the runs of a plan are compared by.
+
+    Args:
+        network, plan: Of the run.
+        times: Times of comparison [s], some of ``every``, shape (row,).
+        every: All times of samples [s], shape (sample,).
+
+    Attributes:
+        logs: By the place of the log in the plan.
+        expectations: By the place of the expectation in the plan.
+        pinned: Times that expectations look back to [s], by the times of comparison.
+        width: Number of columns of a table.
+    """
+
+    def __init__(self, network: Network, plan: Plan, times: Floats, every: Floats):
+        self.plan, self.times = plan, times
+        near = SAME * plan.simulation.duration
+        chosen = np.searchsorted(every, times)
+        self._is_expected = rows_of_expectations(plan, every)[chosen]
+        is_of_logs = self._is_expected.copy()
+        self.logs: dict[int, Course] = {}
+        self.expectations: dict[int, Course] = {}
+        self.width = 1  # the number of events until then
+        start = Snapshot.of(plan.start(network)) if plan.output.logs else None
+        for place, log in enumerate(plan.output.logs):
+            if start is None or not _is_compared(log):
+                continue
+            due = rows_of_log(log, plan, every)[chosen]
+            is_of_logs |= due
+            columns = self._next(len(log.measure.columns(log.subjects, start)))
+            self.logs[place] = Course(columns, due, partial(log.measure.sample, log.subjects))
+        pinned = list[float]()
+        for place, one in enumerate(plan.expectations):
+            compared = one.compared
+            if compared is None or compared.needs_ledger:
+                continue
+            due = is_of_logs & rows_within(times, one.start, one.stop, near)
+            columns = self._next(len(compared.comparisons))
+            self.expectations[place] = Course(columns, due, partial(_gaps, compared))
+            pinned += one.pinned
+        self.pinned = {
+            float(row): time
+            for time in pinned
+            for row in times[rows_at(times, np.array([time]), near)]
+        }
+
+    def _next(self, columns: int) -> slice:
+        first, self.width = self.width, self.width + columns
+        return slice(first, self.width)
+
+    def stops(self, every: int) -> Floats:
+        """Return some of the times [s]: from the last one back, and what expectations name."""
+        stops = self._is_expected.copy()
+        stops[::-1][::every] = True
+        return self.times[stops]
+
+    def table(self) -> Floats:
+        """Return a table in which nothing is known yet, NaN of shape (row, width)."""
+        return np.full((len(self.times), self.width), np.nan)
+
+    def sample(self, snapshot: Snapshot, rows: NDArray[np.int64], table: Floats) -> None:
+        """Enter what is known at a batch of snapshots into some rows of a table."""
+        for course in (*self.logs.values(), *self.expectations.values()):
+            due = np.flatnonzero(course.due[rows])
+            if len(due):
+                part = snapshot if len(due) == len(rows) else snapshot.pick(due)
+                table[rows[due], course.columns] = course.sample(part)
+
+
+def _is_compared(log: LogRequest) -> bool:
+    """Return whether a log is small enough, and what a companion can tell."""
+    columns = (len(one.springs) for one in log.subjects if log.measure.takes == "springs")
+    return max(columns, default=0) <= MOST_COLUMNS and not needs_ledger(log)
+
+
+def needs_ledger(log: LogRequest) -> bool:
+    """Return whether a log needs the energies of the run, which a companion does not keep."""
+    return getattr(log.measure, "needs_ledger", False)
+
+
+def _gaps(compared: ComparedCondition, snapshot: Snapshot) -> Floats:
+    return compared.weighed(snapshot)[1]
+
+
+class Observations:
+    """What a run told of its courses, as a ``Tap`` takes it.
+
+    Attributes:
+        table: At the times of comparison, shape (row, width); NaN where nothing is known.
+    """
+
+    def __init__(self, courses: Courses):
+        self.courses, self.table = courses, courses.table()
+        self._events = 0
+        self._largest: dict[int, float] = {}
+        self._gaps: dict[int, list[Floats]] = {}
+        self._places = {log.name: n for n, log in enumerate(courses.plan.output.logs)}
+
+    def happened(self, logged_event: LoggedEvent) -> None:
+        """Count an event."""
+        self._events += counts(logged_event)
+
+    def passed(self, time: Floats) -> None:
+        """Note how many events came before times [s], shape (sample,)."""
+        rows, _ = rows_of(self.courses.times, time)
+        self.table[rows, 0] = self._events
+
+    def log(self, name: str, time: Floats, rows: Floats) -> None:
+        """Take rows of a log, shape (row, column), at times [s], shape (row,)."""
+        place = self._places[name]
+        if (course := self.courses.logs.get(place)) is None or not rows.size:
+            return
+        known, due = rows_of(self.courses.times, time)
+        self.table[known, course.columns] = rows[due]
+        largest = float(np.abs(rows[np.isfinite(rows)]).max(initial=0.0))
+        self._largest[place] = max(largest, self._largest.get(place, 0.0))
+
+    def judged(self, place: int, time: Floats | None, gaps: Floats) -> None:
+        """Take gaps of an expectation.
+
+        Args:
+            place: Of the expectation in the plan.
+            time: Times of samples [s], shape (row,); None for times between samples.
+            gaps: In SI units, shape (row, comparison).
+        """
+        course = self.courses.expectations.get(place)
+        if course is None:
+            return
+        self._gaps.setdefault(place, []).append(gaps)
+        if time is not None:
+            known, due = rows_of(self.courses.times, time)
+            self.table[known, course.columns] = gaps[due]
+
+    def log_errors(self, other: Floats) -> dict[str, LogError]:
+        """Return the errors of all logs that could be compared, by name.
+
+        Args:
+            other: The table of the companion.
+        """
+        found: dict[str, LogError] = {}
+        for place, course in self.courses.logs.items():
+            apart = self._apart(course, other)
+            if not len(apart):
+                continue
+            log, largest = self.courses.plan.output.logs[place], self._largest[place]
+            worst = float(apart.max())
+            error = worst / largest if largest else float(worst > 0.0)
+            found[log.name] = LogError(error, worst, largest, si_unit(log.measure.dimension))
+        return found
+
+    def undecided(self, other: Floats, failures: Mapping[int, Failure]) -> dict[int, str]:
+        """Return what is said of expectations that errors may decide otherwise, by place.
+
+        Args:
+            other: The table of the companion.
+            failures: Of the run, by place.
+        """
+        found: dict[int, str] = {}
+        for place, course in self.courses.expectations.items():
+            compared = self.courses.plan.expectations[place].compared
+            apart = self._apart(course, other)
+            if compared is None or not len(apart) or place not in self._gaps:
+                continue
+            errors, gaps = apart.max(axis=0), np.concatenate(self._gaps[place])
+            may_hold, may_fail = compared.possible(gaps, errors)
+            is_open = may_hold & may_fail
+            if place in failures:
+                found_so, _ = compared.possible(gaps, np.zeros_like(errors))
+                is_open &= ~found_so & may_hold.all()
+            if not is_open.any():
+                continue
+            near = np.where(errors > 0.0, np.abs(gaps[is_open]), np.inf)
+            near /= np.where(errors > 0.0, errors, 1.0)
+            row, column = divmod(int(near.argmin()), near.shape[1])
+            dimension = compared.comparisons[column].dimension
+            by = show(float(abs(gaps[is_open][row, column])), dimension)
+            error = show(float(errors[column]), dimension)
+            verb = "fails" if place in failures else "holds"
+            found[place] = f"{verb} by {by}, but the error is {error}"
+        return found
+
+    def _apart(self, course: Course, other: Floats) -> Floats:
+        """Return bounds of errors where both runs are known, shape (row, column)."""
+        one, two = self.table[:, course.columns], other[:, course.columns]
+        known = np.isfinite(one).all(axis=1) & np.isfinite(two).all(axis=1)
+        differ = self.table[:, 0] != other[:, 0]
+        agrees_beside = ~np.append(differ[1:], True) & ~np.append(True, differ[:-1])
+        known &= ~(differ & agrees_beside)
+        return UNKNOWN * np.abs(one[known] - two[known])
+
+
+def counts(logged_event: LoggedEvent) -> bool:
+    """Return whether an event may change what is compared; companions take no notes."""
+    return logged_event.kind != "note"
+
+
+def rows_of(times: Floats, asked: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return which of some times are asked for, and which of those asked for they are.
+
+    Args:
+        times: Ascending [s], shape (row,).
+        asked: Times [s], shape (sample,).
+
+    Returns:
+        Rows, shape (n,), and whether each sample is one of them, shape (sample,).
+    """
+    places = np.searchsorted(times, asked)
+    due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == asked)
+    return places[due], due
