@@ -72,8 +72,8 @@ def _code(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
         return exit_code(outcome.signal)
     if outcome.kind != "done":
         return STOPPED
-    is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
-    is_off |= strict and any(one["undecided"] for one in facts["expectations"])
+    undecided = any(one["undecided"] for one in facts["expectations"])
+    is_off = strict and (Promise.of(facts).since is not None or outcome.doubts or undecided)
     return FAILED if outcome.failures or outcome.unreached or is_off else DONE
 
 
