@@ -86,7 +86,7 @@ class ComparedCondition(Protocol):
     """
 
     @property
-    def comparisons(self) -> Sequence["Comparison"]: ...
+    def comparisons(self) -> Sequence["ComparedPair"]: ...
 
     @property
     def needs_ledger(self) -> bool: ...
@@ -110,7 +110,7 @@ class ComparedCondition(Protocol):
         ...
 
 
-class Comparison(NamedTuple):
+class ComparedPair(NamedTuple):
     """Two numbers that a condition compares, or one with zero.
 
     Attributes:

@@ -18,7 +18,7 @@ from tissuec.scene.reading.values import Value
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.common import DirectedMeasure
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.plan import Comparison
+from tissuec.script.plan import ComparedPair
 
 Place = tuple[int, int]  # where a node of a condition begins and ends in its text
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
@@ -72,7 +72,7 @@ class MeasureScope(InnerScope):
         super().__init__(constants)
         self.readings = readings
         self.snapshot = snapshot
-        self.comparisons: list[Comparison] = []
+        self.comparisons: list[ComparedPair] = []
 
     def name(self, name: s.Name) -> Value:
         measured = place_of(name) in self.readings
@@ -92,13 +92,13 @@ class MeasureScope(InnerScope):
             reading = self.readings.get(place_of(node))
             if reading is not None and getattr(reading.measure, "counts", False):
                 count = self._measured(node)
-                self.comparisons.append(Comparison("!=", count.amount, count.dimension))
+                self.comparisons.append(ComparedPair("!=", count.amount, count.dimension))
                 return np.asarray(count.amount != 0.0)
         return super().test(node)
 
     def _compared(self, left: Value, sign: str, right: Value) -> Truth:
         gap = left.amount - right.amount
-        self.comparisons.append(Comparison(sign, gap, left.dimension))
+        self.comparisons.append(ComparedPair(sign, gap, left.dimension))
         return super()._compared(left, sign, right)
 
     def _measured(self, node: s.Call | s.Name) -> Value:
@@ -138,7 +138,7 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         return float(scope.number(more).amount) - float(scope.number(less).amount)
 
     @property
-    def comparisons(self) -> tuple[Comparison, ...]:
+    def comparisons(self) -> tuple[ComparedPair, ...]:
         """Return what it compares, without the gaps of a run."""
         scope = MeasureScope(self.readings, self.constants, None)
         scope.decide(self.condition)

@@ -112,7 +112,7 @@ def read_job(folder: Path) -> Any:
     return pickle.loads((folder / JOB).read_bytes())
 
 
-class Order(Struct, frozen=True):
+class CompanionOrder(Struct, frozen=True):
     """What a companion in a process is to do; see ``stepped``."""
 
     method: str
@@ -295,7 +295,7 @@ class Companion:
         np.save(self._folder / ROWS, np.full_like(self._own, np.nan))
         np.save(self._folder / TABLE, self._theirs)
         (self._folder / ORDER).write_bytes(
-            encode(Order(self._method, self._spacing, *self._steps))
+            encode(CompanionOrder(self._method, self._spacing, *self._steps))
         )
         try:
             self._process = subprocess.Popen(
@@ -621,9 +621,9 @@ def threads_beside(mode: Mode) -> int:
     return max(1, permitted() // (2 if mode in ("auto", "process") else 1))
 
 
-def order_in(folder: Path) -> Order:
+def order_in(folder: Path) -> CompanionOrder:
     """Return what a companion in a process is to do."""
-    return decode((folder / ORDER).read_bytes(), type=Order)
+    return decode((folder / ORDER).read_bytes(), type=CompanionOrder)
 
 
 def allowance_in(folder: Path) -> Allowance:

@@ -36,7 +36,7 @@ UNKNOWN = 2.0
 
 
 def times_of_comparison(network: Network, plan: Plan) -> tuple[Floats, Floats]:
-    """Return when runs are compared, and all times of samples [s], both ascending.
+    """Return when runs are compared, and all times of samples [s], shapes (row,), (sample,).
 
     Positions are compared at some of all samples, evenly spread, and logs at some of their
     rows; whatever expectations name is among these.
@@ -53,7 +53,12 @@ def times_of_comparison(network: Network, plan: Plan) -> tuple[Floats, Floats]:
 
 
 def rows_of_expectations(plan: Plan, every: Floats) -> NDArray[np.bool_]:
-    """Return at which of all times of samples expectations are compared, shape (sample,)."""
+    """Return when expectations are compared, shape (sample,).
+
+    Args:
+        plan: Of the run.
+        every: All times of samples [s], shape (sample,).
+    """
     near = SAME * plan.simulation.duration
     due = np.zeros(len(every), dtype=bool)
     for one in plan.expectations:
@@ -64,13 +69,19 @@ def rows_of_expectations(plan: Plan, every: Floats) -> NDArray[np.bool_]:
 
 
 def rows_of_log(log: LogRequest, plan: Plan, every: Floats) -> NDArray[np.bool_]:
-    """Return at which of all times of samples a log is compared, shape (sample,)."""
+    """Return when a log is compared, shape (sample,).
+
+    Args:
+        log: The log.
+        plan: Of the run.
+        every: All times of samples [s], shape (sample,).
+    """
     rows = times_every(log.every, plan.simulation.duration)
     some = rows[evenly(len(rows), COURSE_ROWS)]
     return rows_at(every, some, SAME * plan.simulation.duration)
 
 
-class Course(Struct, frozen=True, eq=False):
+class ComparedCourse(Struct, frozen=True, eq=False):
     """Numbers over time.
 
     Attributes:
@@ -105,8 +116,8 @@ class Courses:
         chosen = np.searchsorted(every, times)
         self._is_expected = rows_of_expectations(plan, every)[chosen]
         is_of_logs = self._is_expected.copy()
-        self.logs: dict[int, Course] = {}
-        self.expectations: dict[int, Course] = {}
+        self.logs: dict[int, ComparedCourse] = {}
+        self.expectations: dict[int, ComparedCourse] = {}
         self.width = 1  # the number of events until then
         start = Snapshot.of(plan.start(network)) if plan.output.logs else None
         for place, log in enumerate(plan.output.logs):
@@ -115,7 +126,9 @@ class Courses:
             due = rows_of_log(log, plan, every)[chosen]
             is_of_logs |= due
             columns = self._next(len(log.measure.columns(log.subjects, start)))
-            self.logs[place] = Course(columns, due, partial(log.measure.sample, log.subjects))
+            self.logs[place] = ComparedCourse(
+                columns, due, partial(log.measure.sample, log.subjects)
+            )
         pinned = list[float]()
         for place, one in enumerate(plan.expectations):
             compared = one.compared
@@ -123,7 +136,7 @@ class Courses:
                 continue
             due = is_of_logs & rows_within(times, one.start, one.stop, near)
             columns = self._next(len(compared.comparisons))
-            self.expectations[place] = Course(columns, due, partial(_gaps, compared))
+            self.expectations[place] = ComparedCourse(columns, due, partial(_gaps, compared))
             pinned += one.pinned
         self.pinned = {
             float(row): time
@@ -136,17 +149,23 @@ class Courses:
         return slice(first, self.width)
 
     def stops(self, every: int) -> Floats:
-        """Return some of the times [s]: from the last one back, and what expectations name."""
+        """Return some times [s], shape (n,): from the last one back, and of expectations."""
         stops = self._is_expected.copy()
         stops[::-1][::every] = True
         return self.times[stops]
 
     def table(self) -> Floats:
-        """Return a table in which nothing is known yet, NaN of shape (row, width)."""
+        """Return a table of numbers in SI units, all unknown: NaN of shape (row, width)."""
         return np.full((len(self.times), self.width), np.nan)
 
     def sample(self, snapshot: Snapshot, rows: NDArray[np.int64], table: Floats) -> None:
-        """Enter what is known at a batch of snapshots into some rows of a table."""
+        """Enter what is known at a batch of snapshots into some rows of a table.
+
+        Args:
+            snapshot: The batch.
+            rows: Where its times are in ``times``, shape (sample,).
+            table: Numbers in SI units, shape (row, width), changed in place.
+        """
         for course in (*self.logs.values(), *self.expectations.values()):
             due = np.flatnonzero(course.due[rows])
             if len(due):
@@ -222,7 +241,7 @@ class Observations:
         """Return the errors of all logs that could be compared, by name.
 
         Args:
-            other: The table of the companion.
+            other: The table of the companion, in SI units, shape (row, width).
         """
         found: dict[str, LogError] = {}
         for place, course in self.courses.logs.items():
@@ -239,7 +258,7 @@ class Observations:
         """Return what is said of expectations that errors may decide otherwise, by place.
 
         Args:
-            other: The table of the companion.
+            other: The table of the companion, in SI units, shape (row, width).
             failures: Of the run, by place.
         """
         found: dict[int, str] = {}
@@ -266,7 +285,7 @@ class Observations:
             found[place] = f"{verb} by {by}, but the error is {error}"
         return found
 
-    def _apart(self, course: Course, other: Floats) -> Floats:
+    def _apart(self, course: ComparedCourse, other: Floats) -> Floats:
         """Return bounds of errors where both runs are known, shape (row, column)."""
         one, two = self.table[:, course.columns], other[:, course.columns]
         known = np.isfinite(one).all(axis=1) & np.isfinite(two).all(axis=1)

@@ -142,7 +142,13 @@ class Tap(Protocol):
         ...
 
     def judged(self, place: int, time: Floats | None, gaps: Floats) -> None:
-        """Take what an expectation compared; see ``ExpectationMonitor``."""
+        """Take what an expectation compared.
+
+        Args:
+            place: Of the expectation in the plan.
+            time: Times of samples [s], shape (row,); None for a time between samples.
+            gaps: In SI units, shape (row, comparison).
+        """
         ...
 
     def happened(self, logged_event: LoggedEvent) -> None:
