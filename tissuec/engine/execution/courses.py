@@ -72,7 +72,6 @@ def rows_of_log(log: LogRequest, plan: Plan, every: Floats) -> NDArray[np.bool_]
     """Return when a log is compared, shape (sample,).
 
     Args:
-        log: The log.
         plan: Of the run.
         every: All times of samples [s], shape (sample,).
     """
