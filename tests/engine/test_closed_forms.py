@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.engine.running import BACKENDS, Bench, chain, pair
+from tests.engine.running import Bench, chain, pair
 from tests.hand_net import make_net
+from tissuec.engine.backends import BACKENDS
 from tissuec.model.profiles import TimeProfile
 
 

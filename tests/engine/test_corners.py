@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.engine.running import BACKENDS, Bench
+from tests.engine.running import Bench
 from tests.hand_net import make_net
+from tissuec.engine.backends import BACKENDS
 from tissuec.laws import LINEAR, SPRING_LAWS, C, D, E, Law, W
 from tissuec.laws.code import sides
 from tissuec.laws.formula import apply

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, brakes, those
-from tests.engine.running import BACKENDS, Bench, block, chain, lifted_tube, pair, set_pace
+from tests.engine.running import Bench, block, chain, lifted_tube, pair, set_pace
 from tests.hand_net import make_net
-from tissuec.engine.backends import default_backend
+from tissuec.engine.backends import BACKENDS, default_backend
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.profiles import TimeProfile
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, those
-from tests.engine.running import BACKENDS, Bench, block, chain, pair
+from tests.engine.running import Bench, block, chain, pair
 from tests.hand_net import make_net
+from tissuec.engine.backends import BACKENDS
 from tissuec.engine.step_events import AcceptedStep
 from tissuec.model.profiles import TimeProfile
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csr_matrix, diags
 
 from tests.derivatives import slopes
-from tests.engine.running import BACKENDS, Bench
+from tests.engine.running import Bench
 from tests.hand_net import span
 from tests.matter.elastic import drawn_out, moved, quarters, stiffness, volumes
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
@@ -17,6 +17,7 @@ from tests.validate.scenes import quantity, silent
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.backends import BACKENDS
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.model.profiles import TimeProfile

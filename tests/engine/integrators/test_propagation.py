@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.engine.running import BACKENDS, Bench, lifted_tube, pair
+from tests.engine.running import Bench, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_plan import carry_out, make_plan
+from tissuec.engine.backends import BACKENDS
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.procedures import PropagationChoices
