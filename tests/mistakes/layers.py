@@ -58,7 +58,7 @@ output {
 }
 expect force(forceps A along (0, 0, 1)) > 1 mN at 0.3 s
 expect count(pieces of strip) == 2 at 0.45 s
-expect position(right edge) < 2 * side over run
+expect distance(left edge, right edge) < 2 * side over run
 
 """
 
