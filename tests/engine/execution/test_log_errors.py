@@ -208,6 +208,10 @@ def test_rows_of_every_rate_are_compared():
 def test_large_logs_are_not_compared(monkeypatch):
     text = scene().replace("kinetic energy(block)", "tension(block)")
     text = text.replace("made of elements", "made of springs")
+    text = text.replace(
+        "mesh is lattice {",
+        "mesh is lattice { kind is sodium chloride; reach is second neighbours;",
+    )
     assert len(observed(text).courses.logs) == 2
     monkeypatch.setattr(courses, "MOST_COLUMNS", 20)
     assert observed(text).courses.logs.keys() == {0}
