@@ -211,3 +211,34 @@ def test_a_strain_needs_a_rest_length():
     found = refused("tissue special like plain { spring law is toe { strain = 3 % } }", first=0)
     assert found.code == "TIS309"
     assert "no rest length" in found.message
+
+
+def test_points_of_a_curve_in_compression_are_held_against_the_solid():
+    """The closed form has the stress of the solid; bars follow all points and are silent."""
+    from tissuec.analysis.lab.closed_form import LawCurve
+    from tissuec.pipeline import check_request
+    from tissuec.scene.tissues.known_curves import COMPRESSION
+
+    def found(strains, stresses, mesh):
+        text = f"""language 1
+tissue disc {{ spring law is stress curve {{ strains = {strains}; stresses = {stresses} }}
+  density = 1000 kg/m^3; retardation time = 1 ms }}
+body pad {{ mesh is {mesh}; tissue is disc }}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 1 ms }}
+"""
+        compiled, warnings = check_request(Request(Source("disc.tis", text)))
+        tissue = compiled.scene.bodies["pad"].tissue
+        pressed = -float(LawCurve.of(tissue).stress(COMPRESSION, [0.2])[0])
+        return [one.message for one in warnings if one.code == "W215"], pressed
+
+    block = "lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, 10) mm }"
+    bar = "thread { line from (0, 0, 0) mm to (20, 0, 0) mm; pieces = 2; thickness = 2 mm }"
+    bent = "[-20 %, 0, 20 %]", "[-10 kPa, 0 Pa, 1 kPa]"
+    (message,), pressed = found(*bent, block)
+    assert "at a strain of -20 % it says -10 kPa" in message
+    said = float(message.rpartition("has ")[2].split()[0])
+    assert 1e3 * said == pytest.approx(pressed, rel=1e-2)  # of three digits that are shown
+    assert found(*bent, bar)[0] == []
+    # What agrees with the solid within 20 % is no contradiction.
+    assert found("[-20 %, 0, 20 %]", "[-1.5 kPa, 0 Pa, 1 kPa]", block)[0] == []

@@ -1,10 +1,12 @@
 """Checks of the laws of solids."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
+from tissuec.core.units import PRESSURE, show
 from tissuec.scene.tissues.laws import SOLID_LAW
 
 
@@ -40,3 +42,49 @@ def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
                 "choose numbers with which stress keeps rising, such as a larger third number "
                 "of yeoh, or keep strains below",
             )
+
+
+APART = 0.2  # of the stress: a contradiction, far above the errors of curves
+
+
+@check
+def pressed_curves(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W215: points of curves in compression, where elements follow from tension.
+
+    The solid has an energy of I1 alone: at the stretch λ, its nominal stress is
+    2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ (``laws.uniaxial``).
+    """
+    made = [body for body in compiled.scene.bodies.values() if body.elements is not None]
+    tissues = {tissue.name: tissue for body in made for tissue in body.tissues}
+    for tissue in tissues.values():
+        curve = tissue.laws.get("spring law")
+        if (
+            curve is None
+            or curve.law is None
+            or min(getattr(curve.law, "strains", (0.0,))) >= 0
+        ):
+            continue
+        from tissuec.compiler.elements.bodies import law_of
+        from tissuec.laws.derivatives import by_first
+        from tissuec.laws.uniaxial import OfTension
+
+        law, place = law_of(tissue)
+        assert isinstance(law, OfTension)
+        points: Any = curve.law  # a curve of stress
+        for strain, written in zip(points.strains, points.stresses, strict=True):
+            if not -1.0 < strain < 0.0:
+                continue
+            stretch = 1.0 + strain
+            slope = by_first(law).at({"i1": stretch**2 + 2.0 / stretch, "i2": 3.0})
+            solid = law.modulus * 2.0 / 3.0 * (stretch - stretch**-2) * float(slope)
+            if abs(written - solid) <= APART * max(abs(written), abs(solid)):
+                continue
+            said, has = (show(one, PRESSURE) for one in (written, solid))
+            yield Diagnostic(
+                "W215",
+                f"elements follow the curve of {tissue.name} in tension only: at a strain of "
+                f"{100.0 * strain:.3g} % it says {said}, and the solid has {has}",
+                place,
+                "for a solid that was compressed, fit a solid law to both parts, such as ogden",
+            )
+            break
