@@ -20,7 +20,8 @@ from tissuec.core.signals import (
 )
 from tissuec.core.source import Source
 from tissuec.engine.execution import run as running
-from tissuec.engine.execution.finer_run import _Silent
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.stepper import PAUSE, Stepper
 from tissuec.pipeline import compile_request
@@ -74,8 +75,7 @@ def scene_of(name: str) -> str:
 def outcome_of(name, interrupt):
     compiled, _ = compile_request(Request(Source("a.tis", scene_of(name)), ()))
     network, plan = compiled.network, compiled.plan
-    rows = np.zeros((1, network.node_count, 3))
-    return run(network, plan, _Silent(network, plan, np.zeros(1), rows), interrupt=interrupt)
+    return run(network, plan, Recorder(network, plan, MemoryRecording()), interrupt=interrupt)
 
 
 @pytest.fixture(autouse=True)
