@@ -72,6 +72,7 @@ from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import (
     DERIVATIVES,
     Derivative,
+    at_invariants,
     by_first,
     by_second,
     energy,
@@ -342,7 +343,7 @@ class SolidElements(MaterialField, frozen=True):
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
-            stored = own.shear[:, None] * own._of_laws(own._elastic(strain), energy)
+            stored = own.shear[:, None] * own._of_laws(own._elastic(strain), energy)[0]
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
             for part_of in own._besides():
                 stored += part_of.energy(strain)
@@ -603,7 +604,7 @@ class SolidElements(MaterialField, frozen=True):
         """Return the derivatives of the energy at all points, shape (element, point)."""
         weight = self.drawn.volume[self.row]
         mean = (weight * strain.j).sum(axis=-1) / weight.sum(axis=-1)
-        of_law = [self.shear[:, None] * self._of_laws(strain, each) for each in DERIVATIVES]
+        of_law = [*(self.shear[:, None] * self._of_laws(strain, *DERIVATIVES))]
         pressure = self.bulk[:, None] * (mean[:, None] - 1.0)
         pressure = pressure + self.local[:, None] * (strain.j - 1.0)
         local = np.broadcast_to(self.local[:, None], strain.j.shape)
@@ -611,26 +612,27 @@ class SolidElements(MaterialField, frozen=True):
 
     def _slopes_at(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
         """Return the derivatives of energies by both invariants [Pa], of their shape."""
-        by = (self._at_invariants(first, second, each) for each in DERIVATIVES[:2])
-        one, other = (self.shear[:, None] * slope for slope in by)
+        by = self._at_invariants(first, second, *DERIVATIVES[:2])
+        one, other = self.shear[:, None] * by
         return one, other
 
-    def _of_laws(self, strain: "SolidStrain", what: Derivative) -> Floats:
-        """Return a function of laws at points, shape (…, element, point); see below."""
-        return self._at_invariants(strain.first, strain.second, what)
+    def _of_laws(self, strain: "SolidStrain", *each: Derivative) -> Floats:
+        """Return functions of laws at points, shape (function, …, element, point)."""
+        return self._at_invariants(strain.first, strain.second, *each)
 
-    def _at_invariants(self, first: Floats, second: Floats, what: Derivative) -> Floats:
-        """Return a function of laws at points, shape (…, element, point).
+    def _at_invariants(self, first: Floats, second: Floats, *each: Derivative) -> Floats:
+        """Return functions of laws at points, shape (function, …, element, point).
 
         Args:
             first, second: Isochoric invariants there, dimensionless.
-            what: Returns the formula of a law.
+            each: Returns the formula of a law.
         """
-        found = np.empty(first.shape)
+        found = np.empty((len(each), *first.shape))
         for number in np.unique(self.law):
             own = self.law == number
-            values = {"i1": first[..., own, :], "i2": second[..., own, :]}
-            found[..., own, :] = what(self.laws[int(number)]).at(values)
+            found[..., own, :] = at_invariants(
+                self.laws[int(number)], each, first[..., own, :], second[..., own, :]
+            )
         return found
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from tissuec.forces.membrane_memory import PlasticPlane, RelaxingPlane
 from tissuec.forces.membranes_kernel import CLOSE, LEAST_SQUARE, LONGEST, ROUNDS
 from tissuec.forces.solid_strain import EnergySlopes, SolidFibres
-from tissuec.laws.derivatives import DERIVATIVES, Derivative, energy
+from tissuec.laws.derivatives import DERIVATIVES, Derivative, at_invariants, energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
@@ -158,7 +158,7 @@ class MembraneStrain:
     def energy(self) -> Floats:
         """Return the energy per volume as drawn [Pa], shape (…, triangle)."""
         wall, (i1, i2, j) = self._wall, self._invariants(self.root)
-        stored = wall.shear * self._of_laws(energy, i1[0], i2[0])
+        stored = wall.shear * self._of_laws(i1[0], i2[0], energy)[0]
         stored = stored + 0.5 * wall.bulk * (j[0] - 1.0) ** 2
         k1, k2 = wall.fibres.stiffness, wall.fibres.stiffening
         whole = self._whole(self.root, i1)[0]
@@ -174,7 +174,7 @@ class MembraneStrain:
     def of_laws(self) -> EnergySlopes:
         """Return the derivatives of laws by both invariants [Pa], shape (…, triangle)."""
         i1, i2, _ = self._invariants(self.root)
-        slopes = [self._wall.shear * self._of_laws(each, i1[0], i2[0]) for each in DERIVATIVES]
+        slopes = [*(self._wall.shear * self._of_laws(i1[0], i2[0], *DERIVATIVES))]
         none = np.zeros_like(self.root)
         return EnergySlopes.of(slopes, none, none)
 
@@ -252,8 +252,8 @@ class MembraneStrain:
         """Return ∂W/∂u, shape (…, triangle, u), and ∂²W/∂u∂u, shape (…, triangle, u, u)."""
         wall, (i1, i2, j) = self._wall, self._invariants(root)
         shear = wall.shear
-        first, second, first_twice, both, second_twice = (
-            shear * self._of_laws(each, i1[0], i2[0]) for each in DERIVATIVES
+        first, second, first_twice, both, second_twice = shear * self._of_laws(
+            i1[0], i2[0], *DERIVATIVES
         )
         slopes = _rows(first, i1[1]) + _rows(second, i2[1])
         slopes += _rows(wall.bulk * (j[0] - 1.0), j[1])
@@ -369,13 +369,13 @@ class MembraneStrain:
             second[..., places[other], places[one]] = part
         return value, first, second
 
-    def _of_laws(self, what: Derivative, i1: Floats, i2: Floats) -> Floats:
-        """Return a function of laws, shape (…, triangle), of both invariants."""
-        found = np.empty(i1.shape)
+    def _of_laws(self, i1: Floats, i2: Floats, *each: Derivative) -> Floats:
+        """Return functions of laws, shape (function, …, triangle), of both invariants."""
+        found = np.empty((len(each), *i1.shape))
         for number in np.unique(self._wall.law):
             own = self._wall.law == number
-            values = {"i1": i1[..., own], "i2": i2[..., own]}
-            found[..., own] = what(self._wall.laws[int(number)]).at(values)
+            law = self._wall.laws[int(number)]
+            found[..., own] = at_invariants(law, each, i1[..., own], i2[..., own])
         return found
 
 

@@ -1,11 +1,15 @@
 """Derivatives of the energies of solids by their invariants, each made once for a law."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 
-from tissuec.laws.formula import Formula
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.laws.formula import Formula, values_at
 from tissuec.laws.solid import SolidLaw
 
+_POINTS = 2048  # at a time: the values of all parts of formulas are in memory
 Derivative = Callable[[SolidLaw], Formula]
 
 
@@ -49,3 +53,27 @@ def by_second_twice(law: SolidLaw) -> Formula:
 DERIVATIVES: tuple[Derivative, ...] = (
     by_first, by_second, by_first_twice, by_both, by_second_twice,
 )  # fmt: skip
+
+
+def at_invariants(
+    law: SolidLaw,
+    each: Sequence[Derivative],
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return derivatives of the energy of a law, or the energy, shape (derivative, …).
+
+    Args:
+        each: What is returned of the law.
+        first, second: Isochoric invariants, dimensionless, shape (…).
+    """
+    formulas = [what(law) for what in each]
+    i1, i2 = first.ravel(), second.ravel()
+    found = np.empty((len(formulas), first.size))
+    for start in range(0, first.size, _POINTS):
+        part = slice(start, start + _POINTS)
+        for row, value in zip(
+            found, values_at(formulas, {"i1": i1[part], "i2": i2[part]}), strict=True
+        ):
+            row[part] = value
+    return found.reshape(len(formulas), *first.shape)

@@ -4,7 +4,7 @@ Numbers are in SI units; dimensions were checked where the formula was written. 
 formed node by node (A. Griewank, A. Walther, Evaluating Derivatives, 2008).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,6 +13,8 @@ from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 Values: TypeAlias = Mapping[str, Any]
+#: Returns the value of a part of a formula.
+PartValues: TypeAlias = "Callable[[Formula], Any]"
 
 # A function of one argument: on arrays, in code, and its derivative as a formula.
 _ARRAYS: dict[str, Any] = {
@@ -34,6 +36,15 @@ class Formula(Struct, frozen=True):
 
     def at(self, values: Values) -> Any:
         """Return the value where variables have these values, broadcast."""
+        return values_at((self,), values)[0]
+
+    def from_parts(self, values: Values, of: "PartValues") -> Any:
+        """Return the value; see ``at``.
+
+        Args:
+            values: Of variables.
+            of: Returns the value of a part.
+        """
         raise NotImplementedError
 
     def slope(self, name: str) -> "Formula":
@@ -78,7 +89,7 @@ class Formula(Struct, frozen=True):
 class Constant(Formula, frozen=True):
     value: float
 
-    def at(self, values: Values) -> Any:
+    def from_parts(self, values: Values, of: PartValues) -> Any:
         return self.value
 
     def slope(self, name: str) -> Formula:
@@ -91,7 +102,7 @@ class Constant(Formula, frozen=True):
 class Variable(Formula, frozen=True):
     name: str
 
-    def at(self, values: Values) -> Any:
+    def from_parts(self, values: Values, of: PartValues) -> Any:
         return values[self.name]
 
     def slope(self, name: str) -> Formula:
@@ -110,8 +121,8 @@ class Sum(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return self.left, self.right
 
-    def at(self, values: Values) -> Any:
-        left, right = self.left.at(values), self.right.at(values)
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        left, right = of(self.left), of(self.right)
         return left - right if self.minus else left + right
 
     def slope(self, name: str) -> Formula:
@@ -129,8 +140,8 @@ class Product(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return self.left, self.right
 
-    def at(self, values: Values) -> Any:
-        return self.left.at(values) * self.right.at(values)
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        return of(self.left) * of(self.right)
 
     def slope(self, name: str) -> Formula:
         return self.left.slope(name) * self.right + self.left * self.right.slope(name)
@@ -147,8 +158,8 @@ class Quotient(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return self.above, self.below
 
-    def at(self, values: Values) -> Any:
-        return self.above.at(values) / self.below.at(values)
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        return of(self.above) / of(self.below)
 
     def slope(self, name: str) -> Formula:
         inner = self.below.slope(name)
@@ -169,9 +180,9 @@ class Power(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return (self.base,)
 
-    def at(self, values: Values) -> Any:
+    def from_parts(self, values: Values, of: PartValues) -> Any:
         # A plain number would raise where an array has no value.
-        return np.asarray(self.base.at(values), dtype=float) ** self.exponent
+        return np.asarray(of(self.base), dtype=float) ** self.exponent
 
     def slope(self, name: str) -> Formula:
         return self.exponent * self.base ** (self.exponent - 1.0) * self.base.slope(name)
@@ -192,8 +203,8 @@ class VariablePower(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return self.base, self.exponent
 
-    def at(self, values: Values) -> Any:
-        return np.asarray(self.base.at(values), dtype=float) ** self.exponent.at(values)
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        return np.asarray(of(self.base), dtype=float) ** of(self.exponent)
 
     def slope(self, name: str) -> Formula:
         outer = self.exponent * self.base ** (self.exponent - 1.0) * self.base.slope(name)
@@ -218,8 +229,8 @@ class Applied(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return (self.argument,)
 
-    def at(self, values: Values) -> Any:
-        return _ARRAYS[self.function](self.argument.at(values))
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        return _ARRAYS[self.function](of(self.argument))
 
     def slope(self, name: str) -> Formula:
         inner = self.argument.slope(name)
@@ -256,11 +267,11 @@ class Choice(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return self.test, self.above, self.below
 
-    def at(self, values: Values) -> Any:
+    def from_parts(self, values: Values, of: PartValues) -> Any:
         # What is not chosen may have no value, such as the root of a negative number.
         with np.errstate(all="ignore"):
-            above, below = self.above.at(values), self.below.at(values)
-        return _chosen(self.test.at(values) >= 0.0, above, below)
+            above, below = of(self.above), of(self.below)
+        return _chosen(of(self.test) >= 0.0, above, below)
 
     def slope(self, name: str) -> Formula:
         above, below = self.above.slope(name), self.below.slope(name)
@@ -289,8 +300,8 @@ class Spline(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return (self.argument,)
 
-    def at(self, values: Values) -> Any:
-        x, places = np.asarray(self.argument.at(values), dtype=float), np.array(self.places)
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        x, places = np.asarray(of(self.argument), dtype=float), np.array(self.places)
         piece = np.maximum(np.searchsorted(places, x, side="right") - 1, 0)
         value, slope, bend, twist = np.array(self.pieces)[piece].transpose(-1, *range(x.ndim))
         z = x - places[piece]
@@ -312,6 +323,22 @@ class Spline(Formula, frozen=True):
 
 ZERO, ONE = Constant(0.0), Constant(1.0)
 _SMALLEST = 1e-300  # whose logarithm is taken
+
+
+def values_at(formulas: Sequence[Formula], values: Values) -> list[Any]:
+    """Return the values of formulas; what several have a part in is evaluated once.
+
+    Args:
+        values: Of variables.
+    """
+    known: dict[int, Any] = {}  # by identity, as formulas keep their parts
+
+    def of(formula: Formula) -> Any:
+        if id(formula) not in known:
+            known[id(formula)] = formula.from_parts(values, of)
+        return known[id(formula)]
+
+    return [of(formula) for formula in formulas]
 
 
 def as_formula(value: "Formula | float") -> Formula:

@@ -26,7 +26,7 @@ from math import cos, floor, gamma, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.laws.formula import ZERO, Constant, Formula, Values, apply
+from tissuec.laws.formula import ZERO, Constant, Formula, PartValues, Values, apply
 from tissuec.laws.solid import I1, I2
 
 _POINTS = 32  # of Gauss's quadrature
@@ -49,7 +49,7 @@ class PrincipalSum(Formula, frozen=True):
     def parts(self) -> tuple[Formula, ...]:
         return I1, I2
 
-    def at(self, values: Values) -> NDArray[np.float64]:
+    def from_parts(self, values: Values, of: PartValues) -> NDArray[np.float64]:
         squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
         if self.exponent == 0.0:
             return np.real(0.25 * np.log(squares) ** 2).sum(axis=0)
