@@ -520,7 +520,7 @@ def rinsed(*, tool=NOZZLE, script=SWEEP, duration="40 ms", method="tolerance = 1
 
 def test_a_run_that_is_resumed_under_a_jet_gives_the_same_bytes():
     compiled = compiled_scene(rinsed())
-    _, (first, _) = same_when_resumed(compiled, "force of rim", 4)
+    _, (first, _) = same_when_resumed(compiled, "force of rim", 5)
     assert 0.005 < first.state.time < 0.035
 
 

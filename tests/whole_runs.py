@@ -29,12 +29,8 @@ def carried_out(compiled, **options):
 
 
 def every_array(log, *recordings):
-    """Return all rows of one recording, or of several one behind the other.
-
-    All but the last are those of interrupted runs: their last rows show where they stopped.
-    """
+    """Return all rows of one recording, or of several one behind the other."""
     tables = [[*r.frame_arrays(), *r.log_arrays(log), *r.energy_arrays()] for r in recordings]
-    tables[:-1] = [[column[:-1] for column in columns] for columns in tables[:-1]]
     return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
 
 

@@ -168,11 +168,11 @@ class FluidCavities(KeptVolumes, frozen=True):
             "...k,...k->...", x[..., 0, :], cross(x[..., 1, :], x[..., 2, :])
         )
         fall = (x.sum(axis=-2) * self.gravity).sum(axis=-1)
+        parts = np.stack([six / 6.0, six * fall / 24.0])
         sums = np.zeros((2, *position.shape[:-2], self.item_count))
         for number in range(self.item_count):
-            own = cavity == number
-            sums[0, ..., number] = six[..., own].sum(axis=-1) / 6.0
-            sums[1, ..., number] = (six * fall)[..., own].sum(axis=-1) / 24.0
+            # In order in memory, so that sums do not depend on how many there are.
+            sums[..., number] = np.ascontiguousarray(parts[..., cavity == number]).sum(axis=-1)
         volume = sums[0]
         middle = np.divide(sums[1], volume, out=np.zeros_like(volume), where=volume != 0.0)
         return volume, middle + (origin * self.gravity).sum(axis=-1)

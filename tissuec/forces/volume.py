@@ -367,7 +367,8 @@ def _spans(position: Floats, corners: Indices, first: Indices) -> Sequence[Float
 
 def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
     s, p, q = _spans(position, corners, first)
-    parts = np.einsum("...k,...k->...", s, cross(p, q)) / 24.0
+    # In the order of faces in memory, so that a sum does not depend on how many there are.
+    parts = np.ascontiguousarray(np.einsum("...k,...k->...", s, cross(p, q)) / 24.0)
     return np.add.reduceat(parts, first[:-1], axis=-1)
 
 

@@ -218,24 +218,20 @@ class RunLoop:
         assert self.ending is not None, "the run ends"
         if self.ending[0] == "done" and self.recorder.awaits_jumps:
             self.handler.record_jumps(*self.sums())
-        self.record_end()
+        self._record_end()
         if self.recorder.takes_notes:
             self.handler.look_for_doubts(always=True)
 
-    def record_end(self) -> None:
+    def _record_end(self) -> None:
         """Record the state with which the run ends early, in every table.
 
-        A net without inertia that failed is not in equilibrium: its last state is none.
+        A net without inertia that failed is not in equilibrium: its last state is none. A run
+        that is interrupted does not end: it continues from its checkpoint.
         """
         state = self.run_state.state
-        match self.ending:
-            case ("done", _):
-                is_wanted = state.time < self.plan.simulation.duration
-            case ("diverged" | "stuck", _):
-                is_wanted = not self._is_static
-            case _:
-                is_wanted = True
-        if is_wanted:
+        assert self.ending is not None, "the run ends"
+        is_done = self.ending[0] == "done"
+        if state.time < self.plan.simulation.duration if is_done else not self._is_static:
             self.recorder.record_end(self.engine.sample(state))
 
     def _is_watched(self) -> bool:
@@ -460,7 +456,6 @@ def _finish(loop: RunLoop, progress: Progress, stop: StopRequest) -> tuple[Kind,
         loop.is_saved = True
         kept = clock.monotonic()
         if stop():
-            loop.record_end()  # after the checkpoint: a resumed run comes to its next sample
             return "interrupted", _interrupted(loop, stop)
     return loop.ending
 
