@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.engine.running import lifted_tube
+from tests.engine.running import Bench, lifted_tube, pair
 from tissuec.engine import watching
 
 NODE = 100  # of the waist, which is lifted by 3 mm
@@ -88,4 +88,48 @@ def test_looking_into_some_of_many_short_steps_changes_nothing(method):
     assert np.array_equal(one.position, other.position)
     # Once for ten steps, and four times for each of those before the condition holds.
     assert len(some) < 0.5 * len(every_time)
-    assert (np.diff(np.sort(some)) < 2.0 * spacing).all()
+    # A stretch without a state ends with the first step after the distance.
+    longest = one.engine.statistics.largest
+    assert (np.diff(np.sort(some)) < spacing + 2.0 * longest).all()
+
+
+def swinging(*, since, spacing, until=1.0, strength=np.inf):
+    """Return why a swinging pair stops, and when, if a condition holds from some time on.
+
+    Args:
+        since: That time [s].
+        until: When it stops otherwise [s].
+    """
+    net = pair(stretch=-0.1, strength=strength)
+    bench = Bench(net, 1.0, method="rkn4", tolerance=1e-8, ruptures=True)
+    bench.engine.method = replace(bench.engine.method, spacing=spacing)
+
+    def watch(time, position, velocity):
+        return time > since
+
+    def survey(time, position, velocity):
+        return bool((time > since).any())
+
+    end = bench.engine.advance(bench.state, until, watch, None, survey)
+    return end.kind, end.time
+
+
+@pytest.mark.parametrize("spacing", [0.0, 0.1])
+def test_a_condition_that_holds_at_the_end_of_a_stretch_is_seen_there(spacing):
+    since = 0.5 * (1.0 - 1e-6)  # within the last step
+    assert swinging(since=since, spacing=spacing, until=0.5) == (
+        "triggered",
+        pytest.approx(since, rel=1e-6),
+    )
+
+
+def test_a_condition_just_before_a_rupture_is_seen_in_a_step_without_states():
+    rupture = swinging(since=1.0, spacing=0.0, strength=6.0)
+    assert rupture[0] == "ruptured"
+    # Of half a step, a hundredth of the distance between two states.
+    before = rupture[1] * (1.0 - 1e-4)
+    for spacing in (0.0, 0.1):
+        assert swinging(since=1.0, spacing=spacing, strength=6.0) == rupture
+        kind, time = swinging(since=before, spacing=spacing, strength=6.0)
+        assert kind == "triggered"
+        assert time == pytest.approx(before, rel=1e-6)

@@ -388,8 +388,8 @@ class Engine:
         if together == 1 or stepper.progress.time < self._closely:
             return stepper.call(1, limit)
         kept = Standpoint(stepper)
-        reason = stepper.call(together, limit)
-        if may_happen(stepper, survey, self._loads, kept, spacing):
+        reason = stepper.call(together, limit, spacing)
+        if may_happen(stepper, survey, self._loads, kept):
             if spacing:
                 self._densely = stepper.progress.end
             else:

@@ -228,6 +228,7 @@ def new_task(
         until=0.0,
         evaluations=0,
         hold=0,
+        spacing=0.0,
         viewed=inf,
         fixed=0,
         longest=inf,

@@ -320,7 +320,7 @@ def examine(now: Progress, near: bool, task: Task, work: Work, net: Net, buffer:
     if net.ledger:
         balance(now, task, work, net)
     if task.hold > 0:
-        glance(now, work, net, buffer)
+        glance(now, task, work, net, buffer)
     suspect = net.watched and near
     if now.prepared == 0 and (suspect or is_due(now, buffer)):
         prepare(now.time, now.end, now.current, work, net)
@@ -329,5 +329,5 @@ def examine(now: Progress, near: bool, task: Task, work: Work, net: Net, buffer:
         return SURPASSED
     if now.end >= task.viewed:
         return VIEWED
-    is_held = task.hold > 0 and now.glanced >= GLANCES * task.hold
+    is_held = task.hold > 0 and now.glanced > GLANCES * (task.hold - 1)
     return HELD if is_held else NO_REASON

@@ -95,19 +95,29 @@ def deliver(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> 
             refine(first, now, work, buffer, net)
 
 
-def glance(now: Progress, work: Work, net: Net, buffer: Buffer) -> None:
+def glance(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> None:
     """Copy states within an accepted step, and at its end, into the buffer.
 
-    They are interpolated from both ends of the step without evaluating forces, accurately
-    enough to see whether a closer test is needed.
+    Within the step, they are interpolated from both ends without evaluating forces, accurately
+    enough to see whether a closer test is needed. Of steps that are shorter than
+    ``task.spacing``, only some ends are copied, and that at which the loop lands.
     """
-    time, end, current = now.time, now.end, now.current
-    for look in range(GLANCES):
-        part, row = (look + 1) / GLANCES, now.glanced + look
-        buffer.glance_time[row] = end if look + 1 == GLANCES else time + part * (end - time)
+    time, end, current, looks = now.time, now.end, now.current, GLANCES
+    if end - time < task.spacing:
+        is_near = now.glanced > 0 and end - buffer.glance_time[now.glanced - 1] < task.spacing
+        if is_near and end < task.until:
+            return
+        looks = 1
+    for look in range(1, looks):
+        part, row = look / looks, now.glanced + look - 1
         x, v = buffer.glance_position[row], buffer.glance_velocity[row]
+        buffer.glance_time[row] = time + part * (end - time)
         look_within(part, time, end - time, current, x, v, work, net)
-    now.glanced += GLANCES
+    now.glanced += looks
+    last = now.glanced - 1
+    buffer.glance_time[last] = end
+    scale(1.0, work.x[1 - current], buffer.glance_position[last])
+    scale(1.0, work.v[1 - current], buffer.glance_velocity[last])
 
 
 def balance(now: Progress, task: Task, work: Work, net: Net) -> None:

@@ -199,14 +199,17 @@ class Stepper:
         """
         return self.asked + self._allowed
 
-    def call(self, hold: int, evaluations: int) -> int:
+    def call(self, hold: int, evaluations: int, spacing: float = 0.0) -> int:
         """Run the loop over steps once; return why it returned.
 
         Args:
             hold: As in ``Task``.
             evaluations: Likewise.
+            spacing: Likewise [s].
         """
-        task = self.task._replace(until=self.inputs.until, evaluations=evaluations, hold=hold)
+        task = self.task._replace(
+            until=self.inputs.until, evaluations=evaluations, hold=hold, spacing=spacing
+        )
         net = self.acting()  # which may give other places to nodes
         self.buffer.make_room(hold)
         work, buffer = self.work, self.buffer.buffer

@@ -135,7 +135,7 @@ def may_break(loads: Loads, stepper: Stepper, start: Floats, steps: int) -> bool
 
 # Steps that are examined together for conditions, and coordinates of states in them, at most.
 MOST_TOGETHER, GLANCED = 16, 200_000
-SPARSELY = 240  # evaluations: the same where only some of these states are tested
+SPARSELY = 32  # the same where only some steps are looked into; in between, more are made
 
 
 def steps_together(stepper: Stepper, *, sparsely: bool = False) -> int:
@@ -145,22 +145,17 @@ def steps_together(stepper: Stepper, *, sparsely: bool = False) -> int:
     ``Work``, with which the run could not go back.
 
     Args:
-        sparsely: Whether only some states are tested, so that more steps are made.
+        sparsely: Whether only some steps are looked into, so that more are made.
     """
     needed = stepper.inputs.features
     if needed.touched or needed.reeled or needed.inelastic:
         return 1
-    many = SPARSELY // stepper.integrator.evaluations if sparsely else 0
-    most = max(MOST_TOGETHER, many)
+    most = SPARSELY if sparsely else MOST_TOGETHER
     return min(most, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
 
 
 def may_happen(
-    stepper: Stepper,
-    survey: Survey | None,
-    loads: Loads | None,
-    kept: "Standpoint",
-    spacing: float = 0.0,
+    stepper: Stepper, survey: Survey | None, loads: Loads | None, kept: "Standpoint"
 ) -> bool:
     """Return whether something may interrupt in the steps of the last call.
 
@@ -169,32 +164,22 @@ def may_happen(
         survey: Tells whether a condition may hold.
         loads: Of elements that may break.
         kept: Where the call began.
-        spacing: See ``Method`` [s].
     """
-    if survey is not None and _may_hold(stepper, survey, spacing):
+    if survey is not None and _may_hold(stepper, survey):
         return True
     steps = stepper.progress.glanced // GLANCES
     return loads is not None and steps > 0 and may_break(loads, stepper, kept.position, steps)
 
 
-def _may_hold(stepper: Stepper, survey: Survey, spacing: float) -> bool:
+def _may_hold(stepper: Stepper, survey: Survey) -> bool:
     """Return whether a condition may hold in the steps of the last call."""
     buffer, inputs = stepper.buffer.buffer, stepper.inputs
-    glanced = stepper.progress.glanced
-    if not glanced:
+    found = slice(stepper.progress.glanced)
+    if not stepper.progress.glanced:
         return False
-    found = _spaced(buffer.glance_time[:glanced], spacing) if spacing else slice(glanced)
     position = inputs.positions(buffer.glance_position[found])
     velocity = inputs.outwards(buffer.glance_velocity[found])
     return survey(buffer.glance_time[found], position, velocity)
-
-
-def _spaced(times: Floats, spacing: float) -> Indices:
-    """Return which times [s] are the first of intervals of a length [s], and the last one."""
-    interval = np.floor((times - times[0]) / spacing)
-    is_first = np.append(True, np.diff(interval) > 0.0)
-    is_first[-1] = True
-    return np.flatnonzero(is_first)
 
 
 class Standpoint:
@@ -265,22 +250,17 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
         return watch(when, positions(x), outwards(v))
 
     before, buffer = within.start, stepper.buffer.buffer
-    last = stepper.progress.glanced
+    resolution = max(RESOLUTION * (stop - before), 1e-15 * stepper.method.duration)
+    times: Floats = buffer.glance_time[: stepper.progress.glanced]
     stepper.update(glanced=0)
-    for row in range(last - GLANCES, last):
-        when = float(buffer.glance_time[row])
-        x, v = buffer.glance_position[row], buffer.glance_velocity[row]
+    # Of many short steps, others have states here, and this one may have none.
+    for row in np.flatnonzero((times > before) & (times < stop)):
+        when, x, v = float(times[row]), buffer.glance_position[row], buffer.glance_velocity[row]
         # A glance is cheap and a little wrong; what it finds is examined closely.
-        seen = when < stop and watch(when, positions(x), outwards(v))
-        when = min(when, stop)
-        if (seen or when == stop) and holds(when):
-            finest = 1e-15 * stepper.method.duration
-            resolution = max(RESOLUTION * (stop - within.start), finest)
+        if watch(when, positions(x), outwards(v)) and holds(when):
             return bisect(holds, before, when, resolution)
         before = when
-        if when == stop:
-            break
-    return None
+    return bisect(holds, before, stop, resolution) if holds(stop) else None
 
 
 def cut_step(stepper: Stepper, within: AcceptedStep, stop: float) -> None:

@@ -369,8 +369,9 @@ class Task(NamedTuple):
     until: float  # land here [s]
     evaluations: int  # come back at the first step's start with so many in all
     # Come back after so many accepted steps, before the samples of the last one are taken, with
-    # states within them; 0: do not
+    # states within them; 0: do not. After more, if only some of several steps have such states.
     hold: int
+    spacing: float  # at which steps have such states, if several are made at once [s]
     viewed: float  # come back likewise with the step that ends here or later [s]
     fixed: int  # 1: keep the size of the steps
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
