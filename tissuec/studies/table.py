@@ -274,6 +274,8 @@ class StudyTable(Struct, frozen=True, eq=False):
         Only rows are compared that differ in one factor alone, and have finished.
         """
         rows = np.flatnonzero(self.finished)
+        if not len(rows):
+            return ()
         singles = np.array([one.numbers[rows] for one in self.measures]).T.reshape(
             len(rows), -1
         )

@@ -93,10 +93,11 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
 
     A scene does not have to use all params of files, unless they are set.
     """
-    constants, replaced = compiled.scene.constants, _replaced(compiled)
+    constants = compiled.scene.constants
+    used = constants.used | _replaced(compiled)
     for key, declared in compiled.scene.declarations.of("let").items():
         is_own = declared.item.span.source is compiled.scene.source
-        if is_own and isinstance(declared.item, s.Assign) and key not in constants.used:
+        if is_own and isinstance(declared.item, s.Assign) and key not in used:
             yield Diagnostic(
                 "W501",
                 f'"{declared.name.text}" is never used',
@@ -105,7 +106,7 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
             )
     for key, declared in compiled.scene.declarations.of("param").items():
         is_own = declared.item.span.source is compiled.scene.source
-        if key not in constants.used | replaced and (is_own or key in constants.overrides):
+        if key not in used and (is_own or key in constants.overrides):
             yield Diagnostic(
                 "W501",
                 f'the param "{declared.name.text}" is never used',
