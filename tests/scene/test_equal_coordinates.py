@@ -1,8 +1,11 @@
 """Comparisons of drawn coordinates: equal to within rounding, and each node on one side."""
 
+import re
+
 import numpy as np
 import pytest
 
+import tissuec
 from tests.every import every
 from tests.validate.scenes import compiled_scene
 
@@ -112,3 +115,58 @@ def test_regions_on_both_sides_of_a_plane_have_each_node_once():
     regions += "region high where z > 0.3 mm { tissue is gel }\ninterface is mean"
     drawing = springs_of("sodium chloride", inside=regions).groups.bodies["block"].drawing
     assert np.bincount(drawing.part).tolist() == [0, 16, 28]
+
+
+SET = re.compile(r"^set (\w+) =", re.MULTILINE)
+
+
+def said_of(text):
+    """Return the warnings of a scene about parts that select nothing: marked text, and hint."""
+    found = tissuec.check(
+        f"{text}\nscript {{ at 0 s: fix [{', '.join(['block', *SET.findall(text)])}] }}\n"
+    )
+    return [(one.span.one_line, one.hint) for one in found if one.code == "W311"]
+
+
+@every(
+    ("condition", "idle"),
+    {
+        "z == 0.3 mm or z == 0.35 mm": "z == 0.35 mm",
+        "x == 0 mm and (z == 0.3 mm or z > 2 mm)": "z > 2 mm",
+        "not (z == 0.1 mm or z < -1 mm)": "z < -1 mm",
+        "z == 0.3 mm or x == 0 mm and (z == 0.35 mm or y == 0 mm)": "z == 0.35 mm",
+        "z == 0.3 mm or z between 0.31 mm and 0.69 mm": "",
+        "z == 0.3 mm or z > 0.9 mm": "",
+    }.items(),
+)
+def test_alternatives_that_select_nothing_are_reported(condition, idle):
+    text = SCENE.format(
+        cell=0.1, long=1, moved="", sets=f"set chosen = nodes of block where {condition}"
+    )
+    assert [marked for marked, _ in said_of(text)] == [idle] * bool(idle)
+
+
+def test_the_nearest_coordinates_are_named():
+    text = SCENE.format(
+        cell=0.1, long=1, moved="",
+        sets="set marks = nodes of block where z == 0.3 mm or z == 0.35 mm or z == 2 mm",
+    )  # fmt: skip
+    between, beyond = (hint for _, hint in said_of(text))
+    assert between == "the nearest have z == 300 um and z == 400 um"
+    assert beyond.endswith("z runs from 0 m to 1 mm")
+
+
+def test_an_alternative_for_one_of_several_bodies_selects_something():
+    text = SCENE.format(
+        cell=1, long=10, moved="", sets="set ends = nodes of [block, other] where z == 10 mm"
+        " or z == 30 mm\nbody other like block { moved by (0, 0, 20) mm }",
+    )  # fmt: skip
+    assert not said_of(text)
+
+
+def test_alternatives_of_regions_are_reported_too():
+    text = SCENE.format(
+        cell=1, long=10, sets="tissue hard like gel { density = 1 g/cm^3 }",
+        moved="region ends where z < 1 mm or z > 10 mm { tissue is hard }",
+    )  # fmt: skip
+    assert [marked for marked, _ in said_of(text)] == ["z > 10 mm"]

@@ -1,6 +1,6 @@
 """Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Literal, TypeAlias
 
@@ -225,6 +225,72 @@ class PointScope(InnerScope):
             )
         inside = self.groups[alike[0]]
         return ~inside if node.phrase.kind == "not" else inside
+
+
+def idle_alternatives(
+    condition: s.Expression, points: Sequence[PointScope]
+) -> Iterator[s.Expression]:
+    """Yield the operands of ``or`` in a condition that no point meets.
+
+    Args:
+        condition: What is written after ``where``.
+        points: All that it selects from.
+    """
+    match condition:
+        case s.Or(operands=operands):
+            for one in operands:
+                if any(some.select(one).any() for some in points):
+                    yield from idle_alternatives(one, points)
+                else:
+                    yield one
+        case s.And(operands=operands):
+            for one in operands:
+                yield from idle_alternatives(one, points)
+        case s.Not(operand=operand):
+            yield from idle_alternatives(operand, points)
+        case _:
+            pass
+
+
+def warn_of_idle_alternatives(
+    condition: s.Expression, points: Sequence[PointScope], *, missing: str, of: str
+) -> None:
+    """W311: parts of a condition that select nothing, while others do.
+
+    Args:
+        condition: What is written after ``where``.
+        points: All that it selects from.
+        missing: What has no such place, for the message: "no node of block has".
+        of: What the condition belongs to, such as "the set marks".
+    """
+    for one in idle_alternatives(condition, points):
+        points[0].findings.add(
+            "W311",
+            f"{missing} {one.span.one_line}: this part of {of} selects nothing",
+            one.span,
+            hint=places_near(one, points),
+        )
+
+
+def places_near(condition: s.Expression, points: Sequence[PointScope]) -> str:
+    """Return where points are, for messages: beside a coordinate that none has, or in all.
+
+    Args:
+        condition: What no point meets.
+        points: Those it was to select from.
+    """
+    position = np.concatenate([one.position for one in points])
+    match condition:
+        case s.Compare(left=s.Name(key="x" | "y" | "z") as axis, sign="==", right=right):
+            wanted = points[0].number(right).amount
+            column = position[:, "xyz".index(axis.key)]
+            below, above = column[column < wanted], column[column > wanted]
+            if len(below) and len(above):
+                first, last = (units.show(one, LENGTH) for one in (below.max(), above.min()))
+                return f"the nearest have {axis.key} == {first} and {axis.key} == {last}"
+        case _:
+            pass
+    return extents(position)
 
 
 def surface_mask(mesh: Mesh) -> Mask | None:

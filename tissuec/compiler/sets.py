@@ -9,7 +9,12 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing, points_of
-from tissuec.compiler.selections import extents
+from tissuec.compiler.selections import (
+    PointScope,
+    extents,
+    places_near,
+    warn_of_idle_alternatives,
+)
 from tissuec.core.arrays import distinct
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
@@ -308,27 +313,43 @@ class Groups:
             return self._union(said)
         of_springs = isinstance(said, ChosenSprings)
         placed = [self._named_part(name, of_springs=of_springs) for name in said.of]
-        found = [self._chosen_of(one, said) for one in placed]
+        points = [points_of(one.drawing, self.scope, of_springs=of_springs) for one in placed]
+        found = [
+            self._chosen_of(one, own, said) for one, own in zip(placed, points, strict=True)
+        ]
+        names = " or ".join(one.drawing.body.name for one in placed)
+        missing = f"no {said.kind[:-1]} of {names} has"
         if not any(map(len, found)):
-            wanted = "such an id" if said.where is None else said.where.span.one_line
-            names = " or ".join(one.drawing.body.name for one in placed)
+            hint = extents(np.concatenate([one.drawing.mesh.position for one in placed]))
+            wanted = "such an id"
+            if said.where is not None:
+                wanted = said.where.span.one_line
+                hint = hint if of_springs else places_near(said.where, points)
             self.findings.reject(
                 "TIS302",
-                f'the set "{said.name.text}" is empty: no {said.kind[:-1]} of {names} has '
-                f"{wanted}",
+                f'the set "{said.name.text}" is empty: {missing} {wanted}',
                 said.name.span,
-                hint=extents(np.concatenate([one.drawing.mesh.position for one in placed])),
+                hint=hint,
             )
+        if said.where is not None:
+            of = f"the set {said.name.text}"
+            warn_of_idle_alternatives(said.where, points, missing=missing, of=of)
         return NamedSet(Group(said.name.text, distinct(np.concatenate(found))), of_springs)
 
     def _chosen_of(
-        self, placed: PlacedBody | PlacedJoint, said: ChosenNodes | ChosenSprings
+        self,
+        placed: PlacedBody | PlacedJoint,
+        points: PointScope,
+        said: ChosenNodes | ChosenSprings,
     ) -> Indices:
-        """Return the nodes or springs of a body or joint that a set contains."""
+        """Return the nodes or springs of a body or joint that a set contains.
+
+        Args:
+            points: All nodes or springs of it.
+        """
         of_springs = isinstance(said, ChosenSprings)
         is_joint = isinstance(placed, PlacedJoint)
         part = placed.springs if is_joint or of_springs else placed.nodes
-        points = points_of(placed.drawing, self.scope, of_springs=of_springs)
         chosen = np.ones(len(part), dtype=bool)
         if said.where is not None:
             chosen &= points.select(said.where)

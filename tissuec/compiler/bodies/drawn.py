@@ -16,6 +16,7 @@ from tissuec.compiler.selections import (
     group_masks,
     largest_side,
     surface_mask,
+    warn_of_idle_alternatives,
 )
 from tissuec.core.errors import Note, counted
 from tissuec.core.fields import UnfitEntries
@@ -328,6 +329,10 @@ def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
                 region.span,
                 hint=extents(mesh.position),
             )
+        warn_of_idle_alternatives(
+            region.where, [points], missing=f"no node of {body.name} has",
+            of=f"the region {region.name}",
+        )  # fmt: skip
         for other, nodes in zip(body.regions, chosen.values(), strict=False):
             if common := int((inside & nodes).sum()):
                 scope.findings.reject(

@@ -19,6 +19,7 @@ from tissuec.compiler.selections import (
     group_masks,
     largest_side,
     surface_mask,
+    warn_of_idle_alternatives,
 )
 from tissuec.core.errors import Note, counted
 from tissuec.core.names import key_of
@@ -48,9 +49,14 @@ def regions_of_elements(
         count = sum(len(one.nodes) for one in mesh.elements)
         return np.zeros(count, dtype=np.int64), np.zeros(len(mesh.position), dtype=np.int64), {}
     conditions = [region.where for region in body.regions]
-    parts = [chosen(_centres(mesh, one, scope), conditions) for one in mesh.elements]
-    inside_of = np.concatenate(parts, axis=1)
+    centres = [_centres(mesh, one, scope) for one in mesh.elements]
+    inside_of = np.concatenate([chosen(one, conditions) for one in centres], axis=1)
     _check(body, mesh, inside_of, scope)
+    for region in body.regions:
+        warn_of_idle_alternatives(
+            region.where, centres, missing=f"no centre of an element of {body.name} has",
+            of=f"the region {region.name}",
+        )  # fmt: skip
     number = np.zeros(inside_of.shape[1], dtype=np.int64)
     for row, inside in enumerate(inside_of, start=1):
         number[inside] = row
