@@ -370,6 +370,16 @@ def test_ruptures_of_what_cannot_rupture_are_reported():
     assert "W404" not in warnings("breaking strain = 30 %")
 
 
+def test_a_limit_that_is_set_of_what_cannot_rupture_is_reported():
+    entry = "strength of gel = 5 kPa"
+    text = BAR.format(
+        limit="", rupture="not allowed", width=5, body="", script="", method="", ramp="0.2 s",
+        output="force(high) every 1 ms", more="",
+    ).replace("rupture is not allowed;", "")  # fmt: skip
+    found = check_request(Request(Source("bar.tis", text), overrides=(entry,)))[1]
+    assert ("W404", entry) in [(one.code, one.span.one_line) for one in found]
+
+
 def test_strains_that_no_tissue_bears_are_reported():
     found = warnings("breaking strain = 30")["W209"]
     assert found.message == "elements of strip break only at 31 times their length"

@@ -103,6 +103,17 @@ def test_pressure_is_known_of_what_is_pressed_and_of_nothing_else():
         assert answered(measure, "net", f"at 0 s: {order}")[0] == set()
 
 
+@pytest.mark.parametrize(
+    ("pressed", "zero"),
+    [("solid", False), ("face", True), ("wall", True), ("inside of wall", True)],
+)
+def test_an_applied_pressure_is_known_of_what_the_script_names(pressed, zero):
+    order = f"at 0 s: press {pressed} with 1 kPa"
+    assert answered(MEASURES["applied pressure"], "solid", order)[0] == (
+        {"W703"} if zero else set()
+    )
+
+
 SOLID = """language 1
 tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3 }
 tissue cord { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 50 mg }

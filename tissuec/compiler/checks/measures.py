@@ -91,6 +91,12 @@ def _is_pressed(compiled: Compiled, subject: Subject) -> bool:
     return any(group is not None and bool(inside[group.indices].any()) for group in groups)
 
 
+def _is_loaded(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether an order presses a subject by its name, as the measure finds it."""
+    actions = (event.action for event in compiled.plan.every_event)
+    return any(isinstance(one, Press) and one.group.name == subject.name for one in actions)
+
+
 def _pressed_by(action: Action) -> Group | None:
     """Return what an action presses, or whose volume it keeps."""
     return action.group if isinstance(action, Press | Preserve | Inflate) else None
@@ -145,6 +151,7 @@ def _yields(compiled: Compiled, subject: Subject) -> bool:
 _FOUND: Mapping[str, Callable[[Compiled, Subject], bool]] = {
     "faces": _has_faces,
     "pressure": _is_pressed,
+    "load": _is_loaded,
     "support": _is_supported,
     "energy": _stores_energy,
     "yielding": _yields,

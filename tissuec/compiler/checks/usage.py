@@ -22,6 +22,7 @@ from tissuec.lang.walk import names_in, walk
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 from tissuec.scene.model import Tissue
+from tissuec.scene.overrides.entries import SET
 from tissuec.scene.overrides.idle import idle_overrides, tissues_in_use
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.tissues.quantities import (
@@ -232,7 +233,8 @@ def limits_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
             given = tissue.given.get(name)
             if given is None or given.how != "written" or tissue.name in able:
                 continue
-            if given.span.source is scene.source and np.isfinite(given.value):
+            is_own = given.span.source is scene.source or given.span.source.name == SET
+            if is_own and np.isfinite(given.value):
                 yield Diagnostic(
                     "W404",
                     f"nothing made of {tissue.name} may rupture, so its {name} has no effect",

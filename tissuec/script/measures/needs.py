@@ -65,6 +65,11 @@ NEEDS: Mapping[str, Need] = {
         absent="nothing presses A or preserves its volume",
         hint="for example: at 0 s: press inside of A with 2 kPa",
     ),
+    "load": Need(
+        dict.fromkeys(KINDS, "if it is pressed"),
+        absent="no order presses A by this name",
+        hint="name what the script presses",
+    ),
     "support": Need(
         {"net": _OUTSIDE, "thread": _OUTSIDE, "wall": _OUTSIDE, "solid": _OUTSIDE,
          "nodes of a set": YES, "tool": YES},

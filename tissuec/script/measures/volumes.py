@@ -84,6 +84,7 @@ class AppliedPressure(ScalarMeasure):
     dimension = units.PRESSURE
     subjects = 1
     takes = "nodes"
+    needs = ("load",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
