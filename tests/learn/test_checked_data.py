@@ -4,6 +4,7 @@ import pytest
 
 from tests.every import every
 from tissuec.core.errors import CompileError, as_dict
+from tissuec.learn.fit.misfit import mistakes
 from tissuec.learn.fit.session import prepare
 from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
@@ -84,3 +85,37 @@ def test_good_data_is_checked_in_silence_and_only_where_there_is_time(tmp_path):
     quick = check(documents, path, thorough=False)
     assert quick.diagnostics == () and not quick.is_thorough
     assert [one.code for one in check(documents, path).diagnostics] == ["TIS313"]
+
+
+def _prepared(folder, *replaced):
+    path = _put(folder)
+    text = path.read_text()
+    for old, new in replaced:
+        text = text.replace(old, new)
+    path.write_text(text)
+    request = Request.file(path)
+    compiled, _ = compile_request(request)
+    return prepare(compiled, compiled.fit_problems[0], request)
+
+
+def test_data_with_the_opposite_sign_is_named_with_its_way_out(tmp_path):
+    turned = [("force(top)", "force(top along (-1, 0, 0))")]
+    (said,) = mistakes(_prepared(tmp_path, *turned).problem)
+    assert said == (
+        "the data of force(top along (-1, 0, 0)) has the opposite sign of the first "
+        "prediction: turn the direction after along, or change the sign of the data"
+    )
+    back = [("force(top)", "force(top along (1, 0, 0))")]
+    assert mistakes(_prepared(tmp_path, *back).problem) == []
+
+
+def test_a_quantity_that_another_one_stands_for_is_named(tmp_path):
+    """Springs have a constant in place of a modulus; the hint is followed."""
+    old = "adjust spring constant of gum"
+    with pytest.raises(CompileError) as raised:
+        _prepared(tmp_path, (old, "adjust Young's modulus of gum"))
+    (one,) = raised.value.diagnostics
+    assert one.message == "gum has no Young's modulus as a number"
+    assert one.hint == "gum has the spring constant: adjust spring constant"
+    (edit,) = one.hint.edits
+    _prepared(tmp_path, (old, f"adjust {edit.text} of gum"))

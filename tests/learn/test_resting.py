@@ -7,12 +7,14 @@ import pytest
 from scipy.optimize import least_squares
 
 from tissuec.core.errors import CompileError
+from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.derivatives.static_model import StaticModel
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
+from tissuec.learn.fit.session import prepare
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.measurements.reading import read_experiment
 from tissuec.pipeline import compile_request
@@ -354,6 +356,24 @@ def test_a_negative_displacement_without_a_line_is_refused_with_the_way_out(mode
 def test_nodes_that_nothing_moves_are_refused(model):
     with pytest.raises(CompileError, match="TIS703"):
         forces(model, f"{HELD}\nat 0 s: fix right", [0.0])
+
+
+def test_what_has_no_exact_derivatives_is_fitted_by_differences(tmp_path):
+    """Springs in a row share the stretch, as where there are exact derivatives."""
+    u = np.array([0.0, 1.0, 2.5])
+    (tmp_path / "data.csv").write_text(csv(u))
+    path = tmp_path / "scene.tis"
+    script = f"{PULLED}\nwhen force(right) > 1 N: release right"
+    path.write_text(chain(script, f"{DISPLACED}; {FORCE}; adjust spring constant of gum"))
+    request = Request.file(path)
+    compiled, _ = compile_request(request)
+    (trial,) = prepare(compiled, compiled.fit_problems[0], request).learning
+    assert isinstance(trial.model, FiniteDifferenceModel)
+    assert "the script waits for a condition" in trial.model.notes[0]
+    force = C * 1e-3 * u / SPRINGS
+    # Equilibria are found to 1e-9; differences are wrong by the square of a step of 1.4e-3.
+    assert trial.model.predict(np.zeros(1)) == pytest.approx(force, rel=1e-8, abs=1e-11)
+    assert trial.model.jacobian(np.zeros(1))[:, 0] == pytest.approx(force, rel=1e-5, abs=1e-9)
 
 
 def test_a_net_that_nothing_holds_has_no_equilibrium(model):

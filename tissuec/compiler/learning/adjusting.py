@@ -182,12 +182,16 @@ class AdjustReader:
         constants = constants_of(tissue, self.scene)
         if key in QUANTITIES and not (given is None and key in constants):
             if given is None or np.isinf(given.value):
-                reason = tissue.missing.get(key, "")
+                reason, called = tissue.missing.get(key, ""), QUANTITIES[key].name
+                hint: Hint | str = f"write {called} = … in the tissue as the initial value"
+                if (instead := _given_instead(tissue, key)) is not None:
+                    text = f"{tissue.name} has the {instead}: adjust {instead}"
+                    hint = Hint(text, Edit(instead, name.span))
                 self.findings.reject(
                     "TIS801",
-                    f"{tissue.name} has no {key} as a number" + (reason and f": {reason}"),
+                    f"{tissue.name} has no {called} as a number" + (reason and f": {reason}"),
                     name.span,
-                    hint=f"write {key} = … in the tissue as the initial value",
+                    hint=hint,
                 )
             if (one := graded_by(self.scene.bodies.values(), tissue.name, key)) is not None:
                 self.findings.reject(
@@ -295,6 +299,17 @@ class AdjustReader:
             hint = Hint("remove it: one factor then applies to all", edit)
             self.findings.reject("TIS801", message, per.span, hint=hint)
         return cast(Per, per.key)
+
+
+def _given_instead(tissue: Tissue, key: str) -> str | None:
+    """Return what a tissue gives as a number in place of a quantity, if there is anything."""
+    array = QUANTITIES[key].array
+    names = (
+        one.quantity.name
+        for one in tissue.given.values()
+        if array and one.quantity.array == array and np.isfinite(one.value)
+    )
+    return next(names, None)
 
 
 def _clause(word: str, name: s.Name) -> Span:

@@ -19,7 +19,7 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.bootstrap import MOST_FAILED, Resampled
 from tissuec.learn.fit.identifiability import SHOWN, Identifiability, half_widths, judge
 from tissuec.learn.fit.linearised import LinearisedFit, linearised
-from tissuec.learn.fit.misfit import misfit, remarks, too_coarse, units
+from tissuec.learn.fit.misfit import misfit, mistakes, remarks, too_coarse
 from tissuec.learn.fit.noise import NoiseDraws, chains_of, noise_of
 from tissuec.learn.fit.optimiser import LEAST_SQUARES
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
@@ -64,7 +64,7 @@ def assess(
     failure, doubts = _doubts(near, theta, names[0], session)
     failure = too_coarse(stepping_error) or failure
     notes = (
-        *(units(problem) if failure or sureness.blind else ()),
+        *(mistakes(problem) if failure or sureness.blind else ()),
         *doubts,
         *filter(None, [_of_intervals(session, resampled)]),
         *_notes(session, theta, stepping_error),

@@ -15,6 +15,7 @@ from tissuec.model.network import Floats
 NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, which is 1
 STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
 WRONG_UNIT = 300.0  # times as large, or as small, as predicted
+OPPOSITE = -0.8  # cosine of data and prediction, below which they have opposite signs
 COARSE = 0.05  # error of steps from which on a fit is none
 TOLD = 0.02  # size from which on they are reported
 
@@ -99,10 +100,10 @@ def remarks(problem: Problem, theta: Floats, structure: ResidualStructure) -> It
         )
 
 
-def units(problem: Problem) -> list[str]:
-    """Return which fits are measured so large or small that their unit may be wrong.
+def mistakes(problem: Problem) -> list[str]:
+    """Return which fits are measured so that their unit or their sign may be wrong.
 
-    Sizes of the data are compared with those of the first prediction.
+    The data is compared with the first prediction.
     """
     theta = np.zeros(problem.size)
     try:
@@ -120,6 +121,16 @@ def units(problem: Problem) -> list[str]:
             found.append(
                 f"the data of {fit.text} is {ratio:.1g} times as large as the first "
                 "prediction: check its unit"
+            )
+        both = data[mine], predicted[mine] - problem.zero(theta, k)
+        lengths = float(np.linalg.norm(both[0]) * np.linalg.norm(both[1]))
+        if both[0] @ both[1] < OPPOSITE * lengths:
+            way_out = "change the sign of the data"
+            if " along " in fit.text:
+                way_out = f"turn the direction after along, or {way_out}"
+            found.append(
+                f"the data of {fit.text} has the opposite sign of the first prediction: "
+                f"{way_out}"
             )
     return found
 

@@ -11,10 +11,7 @@ from tissuec.scene.reading.entries import Entry, with_choices
 from tissuec.scene.tissues.quantities import (
     CUTTING_RESISTANCE,
     FIBRE_DISPERSION,
-    FIBRE_MODULUS,
-    FIBRE_STIFFENING,
     FRICTION,
-    POISSONS_RATIO,
     QUANTITIES,
 )
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
@@ -84,10 +81,7 @@ DIMENSIONS = {
     START_VELOCITY: units.VELOCITY,
 }
 #: Quantities of matter that are not adjusted.
-NOT_LEARNT = (
-    *BREAKING, POISSONS_RATIO, FIBRE_MODULUS, FIBRE_STIFFENING, FIBRE_DISPERSION, FRICTION,
-    CUTTING_RESISTANCE,
-)  # fmt: skip
+NOT_LEARNT = (*BREAKING, FIBRE_DISPERSION, FRICTION, CUTTING_RESISTANCE)
 #: What can be adjusted, beside constants of laws, params and numbers of forces.
 ADJUSTED = (
     *(key for key in QUANTITIES if key not in NOT_LEARNT),
