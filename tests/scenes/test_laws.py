@@ -232,6 +232,16 @@ simulate {{ duration = 1 ms }}
         pressed = -float(LawCurve.of(tissue).stress(COMPRESSION, [0.2])[0])
         return [one.message for one in warnings if one.code == "W215"], pressed
 
+    def of_formula(formula, mesh):
+        text = f"""language 1
+tissue disc {{ {formula}; density = 1000 kg/m^3; retardation time = 1 ms }}
+body pad {{ mesh is {mesh}; tissue is disc }}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 1 ms }}
+"""
+        _, warnings = check_request(Request(Source("disc.tis", text)))
+        return [one.message for one in warnings if one.code == "W215"]
+
     block = "lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, 10) mm }"
     bar = "thread { line from (0, 0, 0) mm to (20, 0, 0) mm; pieces = 2; thickness = 2 mm }"
     bent = "[-20 %, 0, 20 %]", "[-10 kPa, 0 Pa, 1 kPa]"
@@ -240,5 +250,10 @@ simulate {{ duration = 1 ms }}
     said = float(message.rpartition("has ")[2].split()[0])
     assert 1e3 * said == pytest.approx(pressed, rel=1e-2)  # of three digits that are shown
     assert found(*bent, bar)[0] == []
+    formula = "stress of strain = 5 kPa * max(strain, 0)"
+    assert "at a strain of -5 % it says 0 Pa" in of_formula(formula, block)[0]
+    assert of_formula(formula, bar) == []
+    # One that distinguishes nothing says nothing special of compression.
+    assert of_formula("stress of strain = 5 kPa * strain", block) == []
     # What agrees with the solid within 20 % is no contradiction.
     assert found("[-20 %, 0, 20 %]", "[-1.5 kPa, 0 Pa, 1 kPa]", block)[0] == []

@@ -1,12 +1,17 @@
 """Checks of the laws of solids."""
 
 from collections.abc import Iterator
-from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
 from tissuec.core.units import PRESSURE, show
+from tissuec.laws import stress_in
+from tissuec.laws.formula import Choice, every
+from tissuec.scene.model import WrittenLaw
 from tissuec.scene.tissues.laws import SOLID_LAW
 
 
@@ -47,6 +52,26 @@ def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
 APART = 0.2  # of the stress: a contradiction, far above the errors of curves
 
 
+#: Compressions at which a formula that distinguishes tension is held against the solid.
+PRESSED = np.array([-0.05, -0.1, -0.2, -0.3])
+
+
+def _pressed_strains(curve: WrittenLaw) -> NDArray[np.float64]:
+    """Return where a curve of stress says something of compression, shape (strain,)."""
+    if curve.law is not None:
+        strains = np.array(getattr(curve.law, "strains", ()))
+        return strains[(strains > -1.0) & (strains < 0.0)]
+    stress = stress_in(curve.formula)
+    if stress is None:
+        return np.zeros(0)
+    tests = (part.test for part in every(stress) if isinstance(part, Choice))
+    signs = (
+        [np.asarray(test.at({"e": at, "rest": 1.0})) >= 0.0 for at in (PRESSED, -PRESSED)]
+        for test in tests
+    )
+    return PRESSED if any((one != other).any() for one, other in signs) else np.zeros(0)
+
+
 @check
 def pressed_curves(compiled: Compiled) -> Iterator[Diagnostic]:
     """W215: points of curves in compression, where elements follow from tension.
@@ -58,11 +83,7 @@ def pressed_curves(compiled: Compiled) -> Iterator[Diagnostic]:
     tissues = {tissue.name: tissue for body in made for tissue in body.tissues}
     for tissue in tissues.values():
         curve = tissue.laws.get("spring law")
-        if (
-            curve is None
-            or curve.law is None
-            or min(getattr(curve.law, "strains", (0.0,))) >= 0
-        ):
+        if curve is None or not len(strains := _pressed_strains(curve)):
             continue
         from tissuec.compiler.elements.bodies import law_of
         from tissuec.laws.derivatives import by_first
@@ -70,10 +91,9 @@ def pressed_curves(compiled: Compiled) -> Iterator[Diagnostic]:
 
         law, place = law_of(tissue)
         assert isinstance(law, OfTension)
-        points: Any = curve.law  # a curve of stress
-        for strain, written in zip(points.strains, points.stresses, strict=True):
-            if not -1.0 < strain < 0.0:
-                continue
+        whole = law.stress.at({"strain": strains})
+        stresses = np.broadcast_to(np.asarray(whole, dtype=float), strains.shape)
+        for strain, written in zip(strains.tolist(), stresses.tolist(), strict=True):
             stretch = 1.0 + strain
             slope = by_first(law).at({"i1": stretch**2 + 2.0 / stretch, "i2": 3.0})
             solid = law.modulus * 2.0 / 3.0 * (stretch - stretch**-2) * float(slope)
