@@ -282,6 +282,52 @@ def test_an_oblique_plane_is_refused_with_a_perpendicular_one(facing, angle, pro
     assert "at an angle of" not in str(caught.value)
 
 
+def test_what_is_proposed_for_gravity_across_a_plane_bears_the_weight(tmp_path):
+    """The block of 10 mm by 20 mm by 20 mm lies on it; equilibria keep 1e-6 of the forces."""
+    base = "symmetric about plane through (0, 0, 0) mm facing (0, 0, 1)"
+    text = cube("x", script="").replace("at 0 s: fix base", "at 0 s: settle")
+    crossed = text.replace(PLANES["x"], f"{PLANES['x']}; {base}")
+    found = finding_of(compiled_scene, crossed)
+    assert found.message == "gravity is not parallel to a plane of symmetry"
+    tool, entry = re.findall(r"write (tool .*\}) and, in environment, (.*)", found.hint)[0]
+    lying = crossed.replace(base, entry) + tool + "\n"
+    lying = lying.replace("force of top", "force of floor").replace(PLANES["x"], "")
+    lying = lying.replace("duration = 20 ms; tolerance = 1e-9; integrator is dop853", STATICS)
+    run = tissuec.run(lying, out=tmp_path / "lying.vtkhdf", companion="off")
+    weight = 1000 * 9.81 * 10e-3 * 20e-3 * 20e-3
+    assert abs(run.logs["force of floor"].value[-1, 2]) == pytest.approx(weight, rel=1e-5)
+
+
+JOINED = """language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3 }
+tissue cord { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 mg }
+body low {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (5, 10, 10) mm }; tissue is gel
+}
+body high {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 20) mm to (5, 10, 25) mm }; tissue is gel
+}
+set top = nodes of low where z == 10 mm
+set under = nodes of high where z == 20 mm
+joint link { springs from top to under; tissue is cord }
+environment {
+  gravity = (0, 0, 0) m/s^2; symmetric about plane through (0, 0, 0) mm facing (0, 1, 0)
+}
+simulate { duration = 1 ms }
+"""
+
+
+def test_a_joint_goes_with_a_plane_once_its_nodes_are_left_out():
+    found = finding_of(compiled_scene, JOINED)
+    assert found.message.startswith("springs of link lie within this plane")
+    assert "leave nodes on the plane out of one of the sets that link joins" in found.hint
+    beside = JOINED.replace("z == 10 mm", "z == 10 mm and y > 0 mm")
+    network = compiled_scene(beside).network
+    assert network.joints[0].springs.stop - network.joints[0].springs.start == 4
+    network = compiled_scene(beside.replace("from top to under", "from under to top")).network
+    assert network.of_kind("symmetry")
+
+
 def test_planes_beside_a_body_that_cannot_be_drawn_are_not_reported():
     wrong = "box from (0, 0, 0) mm to (7, 20, 20) mm"
     text = re.sub(r"box from [^;}]*", wrong, cube("x"), count=1)

@@ -12,7 +12,7 @@ from tissuec.core.units import LENGTH, show
 from tissuec.forces.contact import Contact
 from tissuec.forces.symmetry import SymmetryPlanes
 from tissuec.model.blocks import SYMMETRY, FieldBlock
-from tissuec.model.network import Floats, Indices, MirrorPlane, Network
+from tissuec.model.network import BodyPart, Floats, Indices, MirrorPlane, Network
 from tissuec.scene.environment import EnvironmentEntries
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings
@@ -24,6 +24,7 @@ from tissuec.script.verbs.move import Move, Turn
 from tissuec.script.verbs.push import Push
 
 ON_PLANE = 1e-6  # of the size of the scene: as far from a plane, a node is on it
+GRAVITY = "gravity"  # in messages
 ASLANT = 1e-9  # component across a plane, relative to the size of a vector, that is none
 
 
@@ -66,7 +67,7 @@ def symmetry_block(
         plan: What the script does to nodes on planes, and gravity.
     """
     for one in planes:
-        _refuse_aslant(one, plan.gravity, "gravity", one.span, findings)
+        _refuse_aslant(one, plan.gravity, GRAVITY, one.span, findings)
         _refuse_motion(one, network, findings)
         for span, vectors, what in _acting(one, plan):
             for vector in vectors:
@@ -157,12 +158,16 @@ def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> 
     acts = (springs.stiffness > 0.0) | (springs.law > 0)
     within = np.flatnonzero(acts & np.isin(springs.ends, one.nodes).all(axis=1))
     if len(within):
+        owner = network.owner(int(within[0]))
         findings.reject(
             "TIS309",
-            f"springs of {network.owner(int(within[0])).name} lie within this plane and would "
-            "count for both halves",
+            f"springs of {owner.name} lie within this plane and would count for both halves",
             one.span,
-            hint="let the plane cross only elements, or ends of springs",
+            hint="draw the whole body, or give its tissue a Young's modulus: a plane can cross "
+            "elements"
+            if isinstance(owner, BodyPart)
+            else f"leave nodes on the plane out of one of the sets that {owner.name} joins; "
+            "springs can end on the plane",
         )
     for wall in network.of_kind("membranes"):
         if np.isin(wall.nodes, one.nodes).all(axis=1).any():
@@ -198,13 +203,27 @@ def _refuse_aslant(
     """Report a vector that is not parallel to a plane."""
     across = abs(float(vector @ one.plane.normal))
     if across > ASLANT * float(np.linalg.norm(vector)):
+        rest = _floor(one.plane) if what == GRAVITY else f": {one.span.one_line}"
         with findings.item():
             findings.reject(
                 "TIS306",
                 f"{what} is not parallel to a plane of symmetry",
                 span,
-                hint=f"the mirror image would need the opposite: {one.span.one_line}",
+                hint=f"the mirror image would need the opposite{rest}",
             )
+
+
+def _floor(plane: Blade) -> str:
+    """Return how the floor is written that a plane across gravity is meant to be."""
+    point, normal = (
+        ", ".join(f"{part:.6g}" for part in vector + 0.0)
+        for vector in (1e3 * plane.origin, plane.normal)
+    )
+    return (
+        "; for a smooth floor instead of the plane, write tool floor { kind is plane; "
+        f"point = ({point}) mm; normal = ({normal}) }} and, in environment, "
+        "contact is tools only"
+    )
 
 
 def _refuse_motion(one: WrittenPlane, network: Network, findings: Findings) -> None:
@@ -215,11 +234,11 @@ def _refuse_motion(one: WrittenPlane, network: Network, findings: Findings) -> N
 
 def _acting(one: WrittenPlane, plan: Plan) -> Iterator[tuple[Span, Sequence[Floats], str]]:
     """Yield the actions of the script on nodes of a plane, which must be parallel to it."""
-    events = [*plan.events, *(e for trigger in plan.triggers for e in trigger.events)]
+    events = plan.every_event
     for event in events:
         match event.action:
             case ChangeSurroundings(gravity=gravity, span=span) if gravity is not None:
-                yield span, [gravity], "gravity"
+                yield span, [gravity], GRAVITY
             case Push(group=group, force=force, span=span) if _any(one, group.indices):
                 yield span, [force], "a force on nodes of this plane"
             case Move(vectors=vectors, span=span) if _any(one, _moved(event, events)):
