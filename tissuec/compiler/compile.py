@@ -594,5 +594,6 @@ def _plan(
         from tissuec.compiler.output.frame_fields import check_fields  # where there are any
 
         kinds = {force.kind for force in scene.forces.values()}
-        check_fields(outputs.asked, network, plan, kinds, findings)
+        touched = scene.environment.touched
+        check_fields(outputs.asked, network, plan, kinds, touched, findings)
     return plan

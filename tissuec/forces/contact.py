@@ -91,6 +91,20 @@ class Sunk(NamedTuple):
     depth: Floats
 
 
+class Extent(NamedTuple):
+    """How much of faces is in contact, for each of some states.
+
+    Attributes:
+        area: Of the points on faces that are touched, as the faces are now [m²], shape (…).
+        depth: The largest one [m], shape (…).
+        force: Sum of the normal forces on these points, without damping [N], shape (…).
+    """
+
+    area: Floats
+    depth: Floats
+    force: Floats
+
+
 class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     """Nodes and shapes that can touch, with the stiffness of contact.
 
@@ -225,8 +239,8 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         body = self.owner[self.points[pairs.shape[own], 0]]
         return Sunk(owner, body, depth)
 
-    def extent_at(self, nodes: Indices, position: Floats) -> tuple[Floats, Floats]:
-        """Return the area and the depth of contact of shapes that some nodes carry.
+    def extent_at(self, nodes: Indices, position: Floats) -> Extent:
+        """Return the extent of contact of shapes that some nodes carry.
 
         Shapes of tools and threads, and nodes and points on faces, count if all of their
         carriers are among the nodes.
@@ -234,22 +248,82 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         Args:
             nodes: Indices, shape (n,).
             position: Of all nodes [m], shape (…, node, 3).
+        """
+        on, by, below = self._carried(nodes, position.shape[-2])
+        found: list[tuple[float, float, float]] = []
+        states = in_line(position)
+        for state, (pairs, place) in zip(states, self._pressed_in(states), strict=True):
+            own = (on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0)
+            touched = np.unique(pairs.node[own])
+            # Both sides of a gap have points, each of which presses on the other side too.
+            times = (on[pairs.node] | by[pairs.shape]) + 1.0 * below[pairs.shape]
+            force = times * pairs.weight * self.pressure(pairs, place.depth)
+            force = force[self._on_faces(pairs.node)[0]].sum()
+            deepest = place.depth[own].max(initial=0.0)
+            found.append((self._areas(touched, state), float(deepest), float(force)))
+        each = np.reshape(found, (*position.shape[:-2], 3))
+        return Extent(each[..., 0], each[..., 1], each[..., 2])
+
+    def pressures(self, position: Floats) -> Floats:
+        """Return the pressure of contact at the nodes of faces [Pa].
+
+        Σ p_a A_a is the sum of all normal forces on faces, where A_a is a third of the present
+        area of each touched triangle around a node; of each triangle if none has a point that
+        is touched, as below a thin tool. Damping of contact is no part of the forces.
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
 
         Returns:
-            The drawn area of the points that are touched [m²], and the largest depth [m], each
-            of shape (…).
+            Shape (…, node).
         """
-        on, by = self._carried(nodes, position.shape[-2])
-        area = np.zeros(len(self.nodes))
-        if self.between is not None:
-            area[len(area) - len(self.between.corners) :] = self.between.areas
-        found: list[tuple[float, float]] = []
-        for pairs, place in self._pressed_in(in_line(position)):
-            own = np.flatnonzero((on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0))
-            touched = np.unique(pairs.node[own])
-            found.append((float(area[touched].sum()), float(place.depth[own].max(initial=0.0))))
-        both = np.reshape(found, (*position.shape[:-2], 2))
-        return both[..., 0], both[..., 1]
+        found = np.zeros(position.shape[:-1])
+        points = self.between
+        if points is None:
+            return found
+        states, rows = in_line(position), found.reshape(-1, position.shape[-2])
+        for state, row, (pairs, place) in zip(
+            states, rows, self._pressed_in(states), strict=True
+        ):
+            on, own = self._on_faces(pairs.node)
+            force = pairs.weight * self.pressure(pairs, place.depth)
+            _add(row, points.corners[own], points.shares[own] * force[on, None])
+            below = self.kind[pairs.shape] == TRIANGLE
+            weights = place.weights[below] * force[below, None]
+            _add(row, self.points[pairs.shape[below]], weights)
+            third = np.repeat(points.drawn * points.stretch(state) / 3.0, 3).reshape(-1, 3)
+            touched = np.unique(points.face[own[pairs.weight[on] > 0.0]])
+            area, every = np.zeros((2, len(row)))
+            _add(area, points.triangles[touched], third[touched])
+            _add(every, points.triangles, third)
+            area = np.where(area > 0.0, area, every)
+            row /= np.where(area > 0.0, area, np.inf)
+        return found
+
+    def _on_faces(self, points: Indices) -> tuple[NDArray[np.bool_], Indices]:
+        """Return which of some nodes and points are on faces, and their numbers among points.
+
+        Args:
+            points: Numbers of nodes and points of contact, shape (n,).
+        """
+        if self.between is None:
+            return np.zeros(len(points), dtype=bool), points[:0]
+        own = points - (len(self.nodes) - len(self.between.corners))
+        on = (own >= 0) & (self.between.face[own] != NO_FACE)
+        return on, own[on]
+
+    def _areas(self, touched: Indices, position: Floats) -> float:
+        """Return the present area that some nodes and points represent [m²].
+
+        Args:
+            touched: Their numbers, shape (n,).
+            position: Of all nodes [m], shape (node, 3).
+        """
+        _, own = self._on_faces(touched)
+        points = self.between
+        if points is None or not len(own):
+            return 0.0
+        return float(points.areas[own] @ points.stretch(position)[points.face[own]])
 
     def comes_near(self, nodes: Indices, position: Floats, within: float) -> bool:
         """Return whether shapes that some nodes carry are closer to others than a distance.
@@ -259,14 +333,14 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             position: Of all nodes [m], shape (node, 3).
             within: The distance [m].
         """
-        on, by = self._carried(nodes, len(position))
+        on, by, _ = self._carried(nodes, len(position))
         pairs = self.near(position, within)
         pairs = pairs.some(np.flatnonzero(on[pairs.node] | by[pairs.shape]))
         place = self._places(self._with_points(position), pairs)
         return bool((place.depth > -within).any())
 
     def _carried(self, nodes: Indices, count: int) -> tuple[NDArray[np.bool_], ...]:
-        """Return which points and which shapes are carried by some nodes alone.
+        """Return which points, shapes of tools, and triangles are carried by some nodes alone.
 
         Args:
             nodes: Indices, shape (n,).
@@ -274,13 +348,13 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         """
         carries = np.zeros(count, dtype=bool)
         carries[nodes] = True
-        by = carries[self.points].all(axis=1) & (self.kind != TRIANGLE)
+        all_, is_face = carries[self.points].all(axis=1), self.kind == TRIANGLE
         on, own = np.zeros(len(self.nodes), dtype=bool), len(self.nodes)
         if self.between is not None:
             own -= len(self.between.corners)
             on[own:] = carries[self.between.corners].all(axis=1)
         on[:own] = carries[self.nodes[:own]]
-        return on, by
+        return on, all_ & ~is_face, all_ & is_face
 
     def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, and where they are."""
@@ -672,6 +746,11 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
 def _touching(contact: Contact, position: bytes) -> tuple[ContactPairs, NearestPlace]:
     """Return the pairs that touch with nodes at some positions, and where they are."""
     return next(contact.touching(np.frombuffer(position).reshape(1, -1, 3)))
+
+
+def _add(to: Floats, nodes: Indices, values: Floats) -> None:
+    """Add values of any unit at nodes; all are of shape (n, 3) but ``to``, of shape (node,)."""
+    to += np.bincount(nodes.ravel(), values.ravel(), len(to))
 
 
 def _sums(row: Indices, values: Floats, count: int) -> Floats:

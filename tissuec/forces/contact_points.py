@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import cross, norm
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Floats, Indices
 
@@ -33,6 +34,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         bonds: Springs of which one must be there for a point to touch, -1 for none, shape
             (point, 2).
         triangles: Nodes of the triangles that have points, shape (triangle, 3).
+        drawn: Their areas as drawn [m²], shape (triangle,).
         marks: Springs that mark the elements of these, see ``SupportedTriangles``.
         ends: Nodes of all springs, shape (spring, 2).
     """
@@ -43,6 +45,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     face: Indices
     bonds: Indices
     triangles: Indices
+    drawn: Floats
     marks: Indices | None
     ends: NDArray[np.int32]
 
@@ -104,6 +107,15 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         there, bound = self._supported.whole(alive), self.bonds >= 0
         holds = (alive[self.bonds] & bound).any(axis=1) | ~bound.any(axis=1)
         return np.where(self.face == NO_FACE, holds, there[self.face])
+
+    def stretch(self, position: Floats) -> Floats:
+        """Return the area of each triangle over its drawn one, shape (triangle,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        a, b, c = np.moveaxis(position[self.triangles], 1, 0)
+        return 0.5 * norm(cross(b - a, c - a)) / self.drawn
 
     @cached_property
     def _supported(self) -> SupportedTriangles:

@@ -107,6 +107,14 @@ class Environment(Struct, frozen=True, eq=False):
         """The entries as the law of contact; None if nothing touches."""
         return self.entries if self.entries.contact != "off" else None
 
+    @property
+    def touched(self) -> str:
+        """Return where contact acts: on "faces", on those of "elements", on "nodes"; or ""."""
+        law = self.contact
+        if law is None:
+            return ""
+        return law.contact_places or ("nodes" if law.contact_stiffness else "elements")
+
     @classmethod
     def empty(cls, main: s.Module) -> "Environment":
         """The environment in place of a wrong one: nothing acts."""

@@ -335,6 +335,7 @@ def face_points(
         face=np.concatenate([own.face, np.full(len(lengths), NO_FACE)]),
         bonds=np.concatenate([np.full((len(own.face), 2), -1), *(a.bonds for a in both)]),
         triangles=triangles,
+        drawn=np.concatenate(areas),
         marks=None if network.skin_marks is None else network.skin_marks[every],
         ends=network.springs.ends,
     )

@@ -18,6 +18,13 @@ _WHAT: dict[Place, str] = {
     "cell": "cell of a preserved volume",
 }  # fmt: skip
 
+#: Why a field is always 0, by what it needs.
+_LACKING = {
+    "elements": "the trajectory contains no elements",
+    "springs": "the trajectory contains no springs but edges of elements",
+    "faces": "nothing touches faces of elements",
+}
+
 #: What follows from positions, and need not be recorded.
 _DERIVED = {
     name: f"it follows from the positions: tissuec view --field {name} shows it, and a blocks "
@@ -57,6 +64,7 @@ def check_fields(
     network: Network,
     plan: Plan,
     kinds: Collection[str],
+    touched: str,
     findings: Findings,
 ) -> None:
     """Report fields that are about nothing that the frames show.
@@ -65,6 +73,7 @@ def check_fields(
         asked: Fields by name, with their places.
         plan: Of the run.
         kinds: Of the forces of the scene.
+        touched: Where contact acts: on "faces", on those of "elements" only, on "nodes", or "".
         findings: Takes the errors.
     """
     shown = np.zeros(network.node_count, dtype=bool)
@@ -79,7 +88,11 @@ def check_fields(
     for field in network.elements:
         elements[field.nodes] = True
     bears = shown[network.springs.ends].all(axis=1) & network.shown_springs & ~network.edges
-    has = {"elements": bool((shown & elements).any()), "springs": bool(bears.any())}
+    has = {
+        "elements": bool((shown & elements).any()),
+        "springs": bool(bears.any()),
+        "faces": touched == "faces" or (touched == "elements" and bool(elements.any())),
+    }
     for name, span in asked.items():
         at, kind = FIELDS[name].at, FIELDS[name].of_force
         if kind and kind not in kinds:
@@ -101,8 +114,7 @@ def check_fields(
         elif lacking := next((one for one in FIELDS[name].needs if not has[one]), ""):
             findings.add(
                 "TIS304",
-                f"{name} is always 0: the trajectory contains no "
-                f"{'elements' if lacking == 'elements' else 'springs but edges of elements'}",
+                f"{name} is always 0: {_LACKING[lacking]}",
                 span,
                 hint="omit it",
             )

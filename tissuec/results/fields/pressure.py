@@ -1,4 +1,6 @@
-"""Pressures in the cells of preserved volumes."""
+"""Pressures: in the cells of preserved volumes, and of contact on faces."""
+
+import numpy as np
 
 from tissuec.core import units
 from tissuec.model.network import Floats
@@ -22,3 +24,22 @@ class PressureField(FrameField):
         return over_cells(
             snapshot, lambda cells: cells.pressures(snapshot.time, snapshot.position)
         )
+
+
+@FIELDS.member("contact pressure")
+class ContactPressureField(FrameField):
+    at = "node"
+    dimension = units.PRESSURE
+    text = "pressure of contact on the faces around each node"
+    remark = (
+        "It is 0 where contact acts on nodes, and without contact. Normal forces of the faces "
+        "around a node are divided by their present areas."
+    )
+    needs = ("faces",)
+
+    @staticmethod
+    def sample(snapshot: Snapshot) -> Floats:
+        contact = snapshot.state.touching
+        if contact is None:
+            return np.zeros(snapshot.position.shape[:-1])
+        return contact.pressures(snapshot.position)

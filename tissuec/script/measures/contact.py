@@ -1,8 +1,9 @@
 """Contact: its area and its depth."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from numpy.typing import ArrayLike
+import numpy as np
 
 from tissuec.core import units
 from tissuec.model.network import Floats
@@ -10,11 +11,14 @@ from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
+if TYPE_CHECKING:
+    from tissuec.forces.contact import Extent
+
 
 @MEASURES.member("contact area")
 class ContactArea(ScalarMeasure):
-    """The drawn area of faces that the tool A touches, or of those of the body A that anything
-    touches; 0 where contact acts on nodes.
+    """The present area of faces that the tool A touches, or of those of the body A that
+    anything touches; 0 where contact acts on nodes.
     """
 
     form = "contact area(A)"
@@ -26,17 +30,40 @@ class ContactArea(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        return one_column(contact_extent(subjects[0], snapshot)[0], snapshot)
+        return one_column(contact_extent(subjects[0], snapshot).area, snapshot)
 
 
-def contact_extent(subject: Subject, snapshot: Snapshot) -> tuple[ArrayLike, ArrayLike]:
-    """Return the area [m²] and the depth [m] of contact of what a subject carries.
+@MEASURES.member("contact pressure")
+class ContactPressure(ScalarMeasure):
+    """The mean pressure over `contact area(A)`: the sum of the normal forces on these faces,
+    divided by their present area; 0 without contact.
 
-    Each is of shape (…), or 0 where nothing can touch.
+    Damping of contact is no part of it, nor are points on thin tools and threads. The field
+    `contact pressure` shows where it is high.
     """
+
+    form = "contact pressure(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "nodes"
+    needs = ("faces",)
+    of_contact = True
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        found = contact_extent(subjects[0], snapshot)
+        area = np.where(found.area > 0.0, found.area, np.inf)
+        return one_column(found.force / area, snapshot)
+
+
+def contact_extent(subject: Subject, snapshot: Snapshot) -> "Extent":
+    """Return the extent of contact of what a subject carries; 0 where nothing can touch."""
+    from tissuec.forces.contact import Extent
+
     contact = snapshot.state.touching
     if contact is None:
-        return 0.0, 0.0
+        none = np.zeros(np.shape(snapshot.time))
+        return Extent(none, none, none)
     return contact.extent_at(snapshot.nodes(subject), snapshot.position)
 
 
@@ -54,4 +81,4 @@ class Penetration(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        return one_column(contact_extent(subjects[0], snapshot)[1], snapshot)
+        return one_column(contact_extent(subjects[0], snapshot).depth, snapshot)
