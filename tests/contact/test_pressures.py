@@ -26,8 +26,9 @@ output {
   trajectory with [contact pressure] every 50 ms
 }
 """
+PLATE = "tool plate { kind is plane; point = (0, 0, 10.1) mm; normal = (0, 0, -1) }"
 STACKED = (
-    PRESSED.replace("tool plate { kind is plane; point = (0, 0, 10.1) mm; normal = (0, 0, -1) }",
+    PRESSED.replace(PLATE,
                     "tissue firm like gel { Young's modulus = 60 kPa }\n"
                     "body plate { mesh is lattice { cell = 5 mm; "
                     "box from (0, 0, 10) mm to (10, 10, 20) mm }; tissue is firm }\n"
