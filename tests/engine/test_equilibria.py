@@ -362,3 +362,35 @@ def test_a_body_that_is_moved_without_load_is_no_reason_for_short_steps(tmp_path
     run_ = tissuec.run(tmp_path / "free.tis", companion="off")
     assert run_.manifest["statistics"]["accepted"] < 30
     assert np.abs(run_.logs["force of top"].value).max() < 1e-12
+
+
+APART = """language 1
+tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.45; density = 1000 kg/m^3 }
+body block {
+  mesh is lattice { cell = 10 mm; box from (0, 0, 0) mm to (20, 20, 20) mm }; tissue is gel
+}
+set base = nodes of block where z == 0 mm
+set top = nodes of block where z == 20 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+script {
+  at 0 s: fix base
+  from 0 s to 0.3 s: move top by (0, 0, -2) mm using constant speed
+  from 0.3 s to 0.7 s: move top by (0, 0, 1) mm using constant speed
+}
+simulate { duration = 1 s; integrator is equilibrium; step = 0.1 s }
+output { force(top) every 0.1 s }
+"""
+
+
+def test_times_that_differ_by_rounding_are_one():
+    """Three times 0.1 s is 0.30000000000000004 s, which is no step after 0.3 s."""
+    run = tissuec.run(APART, companion="off")
+    statistics = run.manifest["statistics"]
+    assert statistics["smallest"] > 0.099
+    # Ten steps, and once more after what happens at 0 s, 0.3 s and 0.7 s.
+    assert statistics["accepted"] == 10 + 3
+    force = run.logs["force of top"].value[:, 2]
+    assert len(force) == 11
+    half = [force[time] for time in (7, 8, 9, 10)]
+    # At rest from 0.7 s on: the residual of settling is far below.
+    np.testing.assert_allclose(half, half[0], rtol=1e-6)
