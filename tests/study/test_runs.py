@@ -171,6 +171,8 @@ def test_the_end_of_the_run_is_told_from_that_of_a_motion():
     ).table  # fmt: skip
     assert table.outcome == ("done", "ended")
     assert table.column("ended").numbers == pytest.approx([np.nan, 0.075], nan_ok=True)
+    assert table.end == pytest.approx([0.2, 0.075])
+    assert "0.075" not in table.reason[1] and "75 ms" not in table.reason[1]
     assert table.column("moved").numbers == pytest.approx([0.1, np.nan], nan_ok=True)
 
 

@@ -55,13 +55,23 @@ def test_doubts_are_written_and_read(tmp_path, name):
     assert read_table(path).doubts == ("", "", "inside out", "")
 
 
-def test_tables_of_the_first_format_are_read_without_doubts(tmp_path):
+@pytest.mark.parametrize(("number", "lacks"), [(1, ",doubts,end [s]"), (2, ",end [s]")])
+def test_tables_of_earlier_formats_are_read_without_what_they_lack(tmp_path, number, lacks):
     path = tmp_path / "table.csv"
     first, names, *lines = as_csv(HEAD, ROWS).splitlines()
-    first = first.replace('"format": 2', '"format": 1')
-    shorter = [names.removesuffix(",doubts"), *(line.removesuffix(",") for line in lines)]
+    first = first.replace('"format": 3', f'"format": {number}')
+    commas = "," * lacks.count(",")
+    shorter = [names.removesuffix(lacks), *(line.removesuffix(commas) for line in lines)]
     path.write_text("\n".join([first, *shorter, ""]), "utf-8")
     assert_equal(read_table(path), table())
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.h5"])
+def test_ends_are_written_and_read(tmp_path, name):
+    path = tmp_path / name
+    known = StudyTable.of(HEAD, [replace(row, end=0.1 * n) for n, row in enumerate(ROWS)])
+    (known.to_csv if name.endswith("csv") else known.to_hdf5)(path)
+    assert read_table(path).end.tolist() == [0.1 * n for n in range(4)]
 
 
 def test_lines_in_any_order_give_one_table(tmp_path):
@@ -105,7 +115,7 @@ def test_a_column_is_found_by_name_and_knows_its_kind():
     ("text", "message"),
     [
         ("lift,pull\n1,2\n", "not a table of a study"),
-        (head_lines(HEAD).replace('"format": 2', '"format": 9'), "another version"),
+        (head_lines(HEAD).replace('"format": 3', '"format": 9'), "another version"),
         (
             head_lines(HEAD) + "0,2,soft\n",
             "damaged table: line 3: the row of run 0 has 3 cells",

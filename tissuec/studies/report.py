@@ -24,7 +24,7 @@ from tissuec.core.report import (
 from tissuec.scene.study.model import called
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.study import RUNS, PreparedStudy, StudyResult
-from tissuec.studies.table import ENDED_AT, Column, StudyTable, title
+from tissuec.studies.table import Column, StudyTable, title
 
 MOST_REASONS = 5  # of failed runs that are listed
 
@@ -77,7 +77,7 @@ def study_report(
 def _said(result: StudyResult) -> Iterator[Part]:
     table, verdicts = result.table, result.verdicts
     yield from (Fact(name, str(count)) for name, count in Counter(table.outcome).items())
-    reasons = Counter(reason.split(ENDED_AT)[0] for reason in table.reason if reason)
+    reasons = Counter(reason for reason in table.reason if reason)
     for reason, count in reasons.most_common(MOST_REASONS):
         yield FactSection("", [Fact(counted(count, "run"), reason)])
     promises = Counter(promise.split(" ")[0] for promise in table.promise)

@@ -1,5 +1,6 @@
 """The table of a study: one row for each run, with its values, measures and outcome."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Self
 
@@ -19,7 +20,6 @@ from tissuec.scene.study.model import Cell
 DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED = (
     "done", "ended", "diverged", "stuck", "refused", "died",
 )  # fmt: skip
-ENDED_AT = ", at "  # between why and when a run ended
 OUTCOMES = (DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED)
 
 
@@ -89,6 +89,7 @@ class Row(Struct, frozen=True):
         error: Estimated error of positions, relative to displacements; NaN if not known.
         digest: Of all that the row follows from.
         doubts: Kinds of what makes its numbers doubtful, such as "inside out"; "" for none.
+        end: When it ended [s]; NaN for a run that failed.
     """
 
     run: int
@@ -100,6 +101,7 @@ class Row(Struct, frozen=True):
     error: float
     digest: str = ""
     doubts: str = ""
+    end: float = math.nan
 
 
 def title(name: str, unit: str) -> str:
@@ -200,6 +202,7 @@ class StudyTable(Struct, frozen=True, eq=False):
             if not known.
         digests: Of all that each row follows from.
         doubts: Kinds of what makes the numbers of each row doubtful, "" for none.
+        end: When each run ended [s], shape (row,); NaN for one that failed.
     """
 
     head: StudyHead
@@ -213,6 +216,7 @@ class StudyTable(Struct, frozen=True, eq=False):
     error: NDArray[np.float64]
     digests: tuple[str, ...]
     doubts: tuple[str, ...]
+    end: NDArray[np.float64]
 
     @property
     def shown(self) -> Self:
@@ -248,6 +252,7 @@ class StudyTable(Struct, frozen=True, eq=False):
             error=np.array([row.error for row in ordered], dtype=float),
             digests=tuple(row.digest for row in ordered),
             doubts=tuple(row.doubts for row in ordered),
+            end=np.array([row.end for row in ordered], dtype=float),
         )
 
     def __len__(self) -> int:
@@ -331,6 +336,7 @@ def rows_of(table: StudyTable) -> Iterator[Row]:
             float(table.error[n]),
             table.digests[n],
             table.doubts[n],
+            float(table.end[n]),
         )
 
 

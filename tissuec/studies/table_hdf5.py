@@ -44,6 +44,8 @@ def _write(table: StudyTable, file: h5py.File) -> None:
     file["runs"], file["error"] = table.runs, table.error
     for name in _TEXTS:
         _add_texts(file, name, getattr(table, name))
+    file["end"] = table.end
+    file["end"].attrs["unit"] = "s"
     if any(table.doubts):
         _add_texts(file, "doubts", table.doubts)
     for kind in ("factors", "measures", "curves"):
@@ -103,6 +105,7 @@ def _read(file: Any, path: Path) -> StudyTable:
         head=head,
         runs=runs,
         error=_numbers(file["error"], count, 1),
+        end=_numbers(file["end"], count, 1) if "end" in file else np.full(count, np.nan),
         factors=tuple(
             _column(file["factors"], f.name, count, is_text=f.is_text) for f in head.factors
         ),
@@ -147,7 +150,7 @@ def to_pandas(table: StudyTable) -> "pandas.DataFrame":
     """Return a table; see `view.study_table.StudyTable.to_pandas`."""
     columns: dict[str, Any] = {column.title: column.values for column in table.columns}
     columns |= {"outcome": table.outcome, "reason": table.reason, "promise": table.promise}
-    columns |= {"doubts": table.doubts}
+    columns |= {"doubts": table.doubts, "end [s]": table.end}
     index = package("pandas", "to_pandas").Index(table.runs, name=RUN)
     frame = package("pandas", "to_pandas").DataFrame(columns | {"error": table.error}, index)
     frame.attrs.update(_about(table))
@@ -182,6 +185,7 @@ def to_xarray(table: StudyTable) -> "xarray.Dataset":
         data[curve.name] = ([*axes, along], values, {"units": curve.unit})
     for name in ("outcome", "reason", "promise", "error", "doubts"):
         data[name] = (axes, np.array(getattr(table, name)).reshape(shape))
+    data["end of run"] = (axes, table.end.reshape(shape), {"units": "s"})
     return xarray.Dataset(data, coordinates, _about(table))
 
 

@@ -22,11 +22,11 @@ from tissuec.results import ResultError
 from tissuec.scene.study.model import Cell
 from tissuec.studies.table import MeasureHead, Row, StudyHead, StudyTable, rows_of, title
 
-FORMAT = 2
-READABLE = (1, FORMAT)  # the first format has no doubts
+FORMAT = 3
+LATER = {1: 2, 2: 1, FORMAT: 0}  # columns that formats lack: doubts, end
 MARK = "# tissuec study "
 _LONGEST = (1 << 31) - 1  # characters of a cell that every system allows
-_LAST = ("outcome", "reason", "promise", "error", "digest", "doubts")
+_LAST = ("outcome", "reason", "promise", "error", "digest", "doubts", "end [s]")
 
 
 def write_csv(table: StudyTable, path: Path) -> None:
@@ -59,7 +59,7 @@ def row_line(row: Row) -> str:
     """Return the line of a run."""
     values = map(_written, (*row.values, *row.measures))
     last = (row.outcome, row.reason, row.promise, _written(row.error), row.digest, row.doubts)
-    return _line([str(row.run), *values, *last])
+    return _line([str(row.run), *values, *last, _written(row.end)])
 
 
 def read_csv(path: Path) -> StudyTable:
@@ -108,7 +108,7 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
     try:
         facts: dict[str, Any] = json.loads(first.removeprefix(MARK))
         written = facts.pop("format", None)
-        if written not in READABLE:
+        if written not in LATER:
             raise ResultError(f'"{path}" was written by another version of tissuec')
         head = msgspec.convert(facts, StudyHead)
     except Exception as error:  # whatever damaged data make of JSON
@@ -118,7 +118,7 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
     lines = csv.reader(io.StringIO(rest, newline=""))
     try:
         next(lines, None)
-        more = [] if written == FORMAT else [""]
+        more = [""] * LATER[written]
         return head, [_row(head, [*cells, *more]) for cells in lines]
     except Exception as error:
         raise ResultError(
@@ -135,7 +135,7 @@ def _row(head: StudyHead, cells: Sequence[str]) -> Row:
         raise ValueError(f"there is no run {cells[0]} of {head.planned}")
     values = zip(head.factors, cells[1:], strict=False)
     measured = zip(head.measures, cells[1 + factors :], strict=False)
-    outcome, reason, promise, error, digest, doubts = cells[1 + factors + measures :]
+    outcome, reason, promise, error, digest, doubts, end = cells[1 + factors + measures :]
     return Row(
         int(cells[0]),
         tuple(cell if factor.is_text else _number(cell) for factor, cell in values),
@@ -146,6 +146,7 @@ def _row(head: StudyHead, cells: Sequence[str]) -> Row:
         _number(error),
         digest,
         doubts,
+        _number(end),
     )
 
 

@@ -20,7 +20,6 @@ from tissuec.compiler.recompiling import Recompiler
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.signals import asked_to_stop, interruption
-from tissuec.core.units import TIME, show
 from tissuec.core.workers.workers import CommonCache
 from tissuec.engine.execution.event_queue import SAME, rows_at
 from tissuec.engine.execution.memory_recorder import MemoryRecording
@@ -32,7 +31,7 @@ from tissuec.scene.reading.findings import Findings
 from tissuec.scene.request import Request
 from tissuec.scene.study.model import Cell, WrittenMeasure
 from tissuec.script.plan import Plan, times_every
-from tissuec.studies.table import DIVERGED, DONE, ENDED, ENDED_AT, REFUSED, STUCK, Row
+from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate
@@ -281,8 +280,7 @@ def _run(
     ended = outcome.ended if outcome.kind == DONE else None
     reason = "" if outcome.kind == DONE else outcome.message
     if ended is not None:
-        at = show(outcome.state.time, TIME, digits=6)
-        reason = f"{ended.cause} ({ended.span.place}){ENDED_AT}{at}"
+        reason = f"{ended.cause} ({ended.span.place})"
     events = [(time, event.kind, event.springs) for time, event in outcome.logged_events]
     return Row(
         planned.run,
@@ -294,6 +292,7 @@ def _run(
         _NOTHING if estimate is None or estimate.error is None else estimate.error,
         planned.digest,
         kinds(outcome.doubts),
+        outcome.state.time if is_over else _NOTHING,
     )
 
 
