@@ -88,9 +88,27 @@ def test_looking_into_some_of_many_short_steps_changes_nothing(method):
     assert np.array_equal(one.position, other.position)
     # Once for ten steps, and four times for each of those before the condition holds.
     assert len(some) < 0.5 * len(every_time)
-    # A stretch without a state ends with the first step after the distance.
+    # A stretch without a state ends with the first step after the distance; in steps that are
+    # not twice as long, only the end is looked into.
     longest = one.engine.statistics.largest
-    assert (np.diff(np.sort(some)) < spacing + 2.0 * longest).all()
+    assert (np.diff(np.sort(some)) < 2.0 * spacing + longest).all()
+
+
+@pytest.mark.parametrize(("spacing", "looks"), [(0.0, 4), (0.4, 2), (0.6, 1), (1.5, 0.5)])
+def test_looks_into_steps_are_as_dense_as_was_asked(spacing, looks):
+    every_time = []
+    step = 0.3 / 2048
+    bench = lifted_tube(0.3, method="velocity verlet", step=step)
+    bench.engine.method = replace(bench.engine.method, spacing=spacing * step)
+
+    def survey(time, position, velocity):
+        every_time.extend(time.tolist())
+        return False
+
+    bench.engine.advance(bench.state, 0.3, lambda *_: False, None, survey)
+    # Calls begin with a state, and stretches end with one.
+    assert len(every_time) == pytest.approx(2048 * looks, rel=0.02)
+    assert every_time[-1] == 0.3
 
 
 def swinging(*, since, spacing, until=1.0, strength=np.inf):

@@ -99,15 +99,15 @@ def glance(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> N
     """Copy states within an accepted step, and at its end, into the buffer.
 
     Within the step, they are interpolated from both ends without evaluating forces, accurately
-    enough to see whether a closer test is needed. Of steps that are shorter than
-    ``task.spacing``, only some ends are copied, and that at which the loop lands.
+    enough to see whether a closer test is needed. With ``task.spacing``, states that are much
+    nearer to each other are left out, but for that at which the loop lands.
     """
     time, end, current, looks = now.time, now.end, now.current, GLANCES
-    if end - time < task.spacing:
+    if task.spacing > 0.0:
         is_near = now.glanced > 0 and end - buffer.glance_time[now.glanced - 1] < task.spacing
         if is_near and end < task.until:
             return
-        looks = 1
+        looks = max(1, int(min(1.0 * GLANCES, (end - time) / task.spacing)))
     for look in range(1, looks):
         part, row = look / looks, now.glanced + look - 1
         x, v = buffer.glance_position[row], buffer.glance_velocity[row]
