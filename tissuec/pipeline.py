@@ -218,6 +218,10 @@ def _check_data(compiled: Compiled, request: Request) -> None:
                 own, problem = set_for(compiled, fit_problem, data, request)
                 experiment = read_experiment(data, problem, own.network)
                 check_times(experiment, own.plan.simulation.duration)
+                if problem.axis.nodes is not None:
+                    from tissuec.compiler.learning.displacements import rows_of
+
+                    rows_of(own, experiment.series, problem.axis)
             except CompileError as error:
                 for one in error.diagnostics:
                     found.setdefault(one.span, one)

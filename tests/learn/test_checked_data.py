@@ -45,6 +45,14 @@ WRONG = {
 }  # fmt: skip
 
 
+OVER = 'displacement of top along (1, 0, 0) using column "t_s" in mm\n  fit'
+#: The same where rows have displacements in place of times.
+UNREACHED = {
+    "too far": ("(depth, 0 mm, 0 mm)", "(0.1, 0, 0) mm", "a row has a displacement of 200 um"),
+    "no motion": ("top by", "base by", "the script does not move the nodes"),
+}
+
+
 def _put(folder, old="", new=""):
     path = folder / "pull.tis"
     path.write_text(SCENE.replace(old, new) if old else SCENE)
@@ -119,3 +127,14 @@ def test_a_quantity_that_another_one_stands_for_is_named(tmp_path):
     assert one.hint == "gum has the spring constant: adjust spring constant"
     (edit,) = one.hint.edits
     _prepared(tmp_path, (old, f"adjust {edit.text} of gum"))
+
+
+@every("name", UNREACHED)
+def test_displacements_that_the_script_does_not_reach_are_reported_as_by_a_learning(
+    name, tmp_path
+):
+    old, new, words = UNREACHED[name]
+    replaced = [("fit", OVER), (old, new), ("  at 0 s: fix base", "")]
+    said = _said(tmp_path, lambda: _prepared(tmp_path, *replaced))
+    assert said[0]["message"].startswith(words)
+    assert said == _said(tmp_path, lambda: check_request(Request.file(tmp_path / "pull.tis")))

@@ -16,7 +16,7 @@ from tissuec.core.source import Source
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.parameters.substitution import UsePlace, recompiled
 from tissuec.learn.presets.preset import compose, place
-from tissuec.pipeline import compile_request, read_words
+from tissuec.pipeline import check_request, compile_request, read_words
 from tissuec.scene.learning.entries import ADJUSTED
 from tissuec.scene.request import Request
 from tissuec.scene.tissues.quantities import QUANTITIES
@@ -212,3 +212,5 @@ def test_tissue_that_flows_is_not_fitted_over_a_displacement(tmp_path):
     text = cube("yeoh", 0, block("yeoh", DISPLACED)).replace("density", flows, 1)
     with pytest.raises(CompileError, match="elements that yield need time"):
         fitted(tmp_path, text)
+    with pytest.raises(CompileError, match="elements that yield need time"):
+        check_request(Request.file(tmp_path / "scene.tis"))

@@ -59,7 +59,7 @@ PRESSED = np.array([-0.05, -0.1, -0.2, -0.3])
 def _pressed_strains(curve: WrittenLaw) -> NDArray[np.float64]:
     """Return where a curve of stress says something of compression, shape (strain,)."""
     if curve.law is not None:
-        strains = np.array(getattr(curve.law, "strains", ()))
+        strains = np.array(getattr(curve.law, "strains", ()), dtype=np.float64)
         return strains[(strains > -1.0) & (strains < 0.0)]
     stress = stress_in(curve.formula)
     if stress is None:

@@ -15,6 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from msgspec.structs import replace
 
+from tissuec.compiler.learning.displacements import rows_of
 from tissuec.core.errors import TissueError
 from tissuec.core.signals import interruption
 from tissuec.engine.execution.event_queue import SAME, join_times
@@ -23,7 +24,6 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.method import Samples
-from tissuec.learn.derivatives.displacements import rows_of
 from tissuec.learn.derivatives.equilibria import Unbalanced
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged

@@ -12,9 +12,9 @@ import numpy as np
 from msgspec import Struct
 from scipy import sparse
 
+from tissuec.compiler.learning.displacements import rows_of
 from tissuec.core.units import LENGTH, show
 from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
-from tissuec.learn.derivatives.displacements import rows_of
 from tissuec.learn.derivatives.equilibria import (
     EquilibriumStage,
     StaticResponse,

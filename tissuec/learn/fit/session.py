@@ -193,8 +193,6 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         axis = fit_problem.axis if fit_problem.axis.nodes is not None else None
         reason = refusal(shaping, at_rest=axis is not None)
         if len(known) < len(looks) or reason or (plan.simulation.is_static and axis is None):
-            if axis is not None:
-                self._refuse_yielding()
             from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 
             return FiniteDifferenceModel(shaping, series, axis)
@@ -213,15 +211,6 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         )
         first = chosen(self.compiled.network, plan)
         return DynamicModel(shaping, series, known, *first, chosen)
-
-    def _refuse_yielding(self) -> None:
-        """Reject elements that yield where there is no time in which they could flow."""
-        fields = [block.field for block in self.compiled.network.blocks]
-        if all(getattr(field, "yielding", None) is None for field in fields):
-            return
-        message = "elements that yield need time: they cannot be fitted over a displacement"
-        hint = "fit them over time: remove the displacement, and write a column of times"
-        raise CompileError([Diagnostic("TIS802", message, self.fit_problem.axis.span, hint)])
 
     def _refuse_method(self) -> None:
         """Reject a method that would not step what springs remember, or contact."""

@@ -203,8 +203,10 @@ def rows_of(
         axis: The moved nodes whose displacement rows have.
 
     Raises:
-        CompileError: The script does not move the nodes, or not as far as a row says.
+        CompileError: The script does not move the nodes, or not as far as a row says, or
+            elements yield.
     """
+    _refuse_yielding(compiled.network, axis)
     nodes = axis.nodes
     assert nodes is not None  # without, there is a time
     travel = TravelledDistance(compiled.network, compiled.plan, nodes, axis.along)
@@ -225,6 +227,15 @@ def rows_of(
         for one in series
     ]
     return known, rows
+
+
+def _refuse_yielding(network: Network, axis: DataAxis) -> None:
+    """Reject elements that yield where there is no time in which they could flow."""
+    if all(getattr(block.field, "yielding", None) is None for block in network.blocks):
+        return
+    message = "elements that yield need time: they cannot be fitted over a displacement"
+    hint = "fit them over time: remove the displacement, and write a column of times"
+    raise CompileError([Diagnostic("TIS802", message, axis.span, hint)])
 
 
 def _unreached(
