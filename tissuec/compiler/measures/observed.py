@@ -122,10 +122,11 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         """Return when the condition holds, shape (…) as a batch of snapshots."""
         return np.asarray(self._at(snapshots).decide(self.condition))
 
-    def margin(self, snapshot: Snapshot) -> float | None:
+    def margin(self, snapshots: Snapshot) -> Floats | None:
         """Return how far a comparison is from being true, in the unit of its sides.
 
-        It is None of conditions of several parts, and of those that compare nothing.
+        It has the shape (…) as a batch of snapshots. It is None of conditions of several parts,
+        and of those that compare nothing.
         """
         match self.condition:
             case s.Compare(sign=">" | ">=", left=left, right=right):
@@ -134,8 +135,9 @@ class CompiledCondition(Struct, frozen=True, eq=False):
                 more, less = left, right
             case _:
                 return None
-        scope = self._at(snapshot)
-        return float(scope.number(more).amount) - float(scope.number(less).amount)
+        scope = self._at(snapshots)
+        gap = np.subtract(scope.number(more).amount, scope.number(less).amount)
+        return np.broadcast_to(gap, np.shape(snapshots.time))
 
     @property
     def comparisons(self) -> tuple[ComparedPair, ...]:

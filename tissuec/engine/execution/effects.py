@@ -30,8 +30,8 @@ MISSED = 0.05  # of an ordered volume: a larger difference is reported
 class Comparing(Protocol):
     """A condition that may know how far it is from being true."""
 
-    def margin(self, snapshot: Snapshot) -> float | None:
-        """Return that in the unit of its sides; None where it is not known."""
+    def margin(self, snapshot: Snapshot) -> Floats | None:
+        """Return that in the unit of its sides, shape (…); None where it is not known."""
         ...
 
     def describe(self, snapshot: Snapshot) -> str:
@@ -75,6 +75,11 @@ class EffectWatcher:
         has_contact = network.contact is not None
         self._tools = [one for one in network.tools if has_contact and one.shapes]
         self._still = STILL * network.extent
+        self._comparing = {
+            number: trigger.condition
+            for number, trigger in enumerate(plan.triggers)
+            if isinstance(trigger.condition, Comparing)
+        }
 
     def enter(self, state: State, memory: EffectMemory) -> None:
         """Examine on what pushes act, after the events of a time."""
@@ -110,18 +115,24 @@ class EffectWatcher:
         memory.before = position.copy()
 
     def measure(self, snapshot: Snapshot, memory: EffectMemory) -> None:
-        """Note how close the conditions of the script are to being true in one state."""
-        for number, trigger in enumerate(self._plan.triggers):
-            condition = trigger.condition
-            if not isinstance(condition, Comparing):
+        """Note how close the conditions of the script are to being true.
+
+        Args:
+            snapshot: One state, or a batch along a single axis.
+            memory: Of the run.
+        """
+        is_batch = np.ndim(snapshot.time) > 0
+        for number, condition in self._comparing.items():
+            margin = condition.margin(snapshot)
+            if margin is None:
                 continue
-            missing = condition.margin(snapshot)
-            if missing is None or not np.isfinite(missing):
-                continue
+            missing = np.where(np.isfinite(margin), margin, np.inf)
+            row = int(missing.argmin())
+            least = float(missing.flat[row])
             known = memory.closest.get(number)
-            if known is None or missing < known[0]:
-                said = condition.describe(snapshot)
-                memory.closest[number] = missing, said, float(snapshot.time)
+            if np.isfinite(least) and (known is None or least < known[0]):
+                one = snapshot.pick(row) if is_batch else snapshot
+                memory.closest[number] = least, condition.describe(one), float(one.time)
 
     def found(
         self, state: State, waiting: Iterable[int], memory: EffectMemory

@@ -352,10 +352,13 @@ class Recorder:
         self._write_errors(samples, rows)
         self._judge.sample(snapshot, rows, self.memory)
         if self.takes_notes:
+            examined: list[int] = []
             for row, time in enumerate(samples.time.tolist()):
-                if self.plan.triggers and time >= self.memory.doubts.next:
-                    self._effects.measure(snapshot.pick(row), self.memory.effects)
-                self.look(self._state, time, samples.position[row])
+                if time >= self.memory.doubts.next:
+                    examined.append(row)
+                    self.look(self._state, time, samples.position[row])
+            if examined and self.plan.triggers:
+                self._effects.measure(snapshot.pick(np.array(examined)), self.memory.effects)
 
     def record_end(self, sample: Samples) -> None:
         """Record the state with which the run ends in the tables that do not hold it yet.

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.arrays import dot
+from tissuec.core.arrays import distinct, dot
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, VectorMeasure, one_column
@@ -94,7 +94,7 @@ def smallest_gaps(states: Floats, piece: NDArray[np.int32]) -> Floats:
         states: Points [m], shape (state, point, 3).
         piece: The piece of each, shape (point,).
     """
-    pieces = np.unique(piece)
+    pieces = distinct(piece)
     if len(pieces) < 2:
         return np.zeros(len(states))
     if len(piece) > FEW:

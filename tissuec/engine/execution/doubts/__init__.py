@@ -6,6 +6,7 @@ reports treat findings of every kind alike. Watches do not change the state.
 """
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
 from msgspec import Struct, field
@@ -142,7 +143,6 @@ class Watcher:
     def __init__(self, network: Network, plan: Plan):
         self._network, self._plan = network, plan
         self._apart = plan.simulation.duration / LOOKS
-        self._watches: list[Watch] | None = None
 
     def look(self, state: State, time: float, position: Floats, memory: DoubtMemory) -> None:
         """Check a state, with all watches but those that follow the motion.
@@ -153,9 +153,8 @@ class Watcher:
             position: Of all nodes [m], shape (node, 3).
             memory: Receives the findings.
         """
-        for watch in self._at_work():
-            if not isinstance(watch, Follower):
-                self._ask(watch, state, time, position, memory)
+        for watch in self._at_work[0]:
+            self._ask(watch, state, time, position, memory)
         memory.next = (time // self._apart + 1.0) * self._apart
 
     def follow(
@@ -176,18 +175,23 @@ class Watcher:
             memory: Receives the findings.
             always: Whether to look even if nothing has moved far.
         """
-        for watch in self._at_work():
-            if isinstance(watch, Follower):
-                watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
-                if always or watch.is_due(position):
-                    self._ask(watch, state, time, position, memory)
+        for watch in self._at_work[1]:
+            watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
+            if always or watch.is_due(position):
+                self._ask(watch, state, time, position, memory)
 
-    def _at_work(self) -> list[Watch]:
-        """Return the watches of the run."""
-        if self._watches is None:
-            made = (kind.of(self._network, self._plan) for kind in WATCHES.values())
-            self._watches = [watch for watch in made if watch is not None]
-        return self._watches
+    @cached_property
+    def _at_work(self) -> tuple[list[Watch], list[Follower]]:
+        """Return the watches of the run: those of single states, and those of the motion."""
+        made = (kind.of(self._network, self._plan) for kind in WATCHES.values())
+        lookers: list[Watch] = []
+        followers: list[Follower] = []
+        for watch in made:
+            if isinstance(watch, Follower):  # slow, as it is of a protocol: only once
+                followers.append(watch)
+            elif watch is not None:
+                lookers.append(watch)
+        return lookers, followers
 
     @staticmethod
     def _ask(
