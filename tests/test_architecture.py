@@ -51,7 +51,7 @@ RARE = (
     "tissuec.learn", "tissuec.validate", "tissuec.analysis.bench", "tissuec.view.plots",
     "tissuec.engine.integrators.derivatives_kernel",
     "tissuec.view.player", "tissuec.view.report", "tissuec.lsp", "tissuec.view.compare",
-    "scipy.sparse.csgraph", "numba",
+    "scipy.sparse.csgraph", "numba", "numpy.ma",
 )  # fmt: skip
 PLAIN = """language 1
 tissue cord { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 g }

@@ -17,7 +17,7 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     "runs_viscous": ("springs_in_runs_viscous",),
     "runs_viscous_watched": ("springs_in_runs_viscous_watched",),
     "runs_watched": ("springs_in_runs_watched",),
-    "crossing": ("find_crossings",),
+    "crossing": ("find_crossings", "place_triangles"),
     "published": ("greatest_force", "greatest_inner_force"),
     "banded": ("assemble_banded", "solve_banded"),
     "iterative": ("assemble_iterative", "solve_iterative"),

@@ -1,11 +1,101 @@
 """Edges of surfaces that go through triangles."""
 
-from math import sqrt
+from math import nan, sqrt
 
 from tissuec.kernels.records import IntegerRows, Integers, Rows
 
 #: Rows of ``cells``: where the first one begins, their sizes, and those of the largest boxes.
 BEGIN, SIZE, LARGEST = 0, 1, 2
+
+
+#: What rounding may add to a difference of coordinates, of their size; the least size of a
+#: cell, and the largest coordinates that are somewhere [m].
+ROUNDING, SMALL, HUGE = 1e-15, 1e-200, 1e300
+#: The most cells of a grid, for each triangle.
+MOST_CELLS = 16
+
+
+def place_triangles(
+    x: Rows,
+    triangles: IntegerRows,
+    unsorted: Rows,
+    cell: Integers,
+    order: Integers,
+    corners: IntegerRows,
+    boxes: Rows,
+    starts: Integers,
+    cells: Rows,
+    count: Integers,
+    bounds: Rows,
+) -> None:
+    """List triangles by the cells of a grid in which their boxes begin.
+
+    Args:
+        x: Positions [m], shape (node, 3).
+        triangles: Their corners, shape (triangle, 3).
+        unsorted, cell: Room, shapes (triangle, 6) and (triangle,).
+        order, corners, boxes, cells: Become what ``find_crossings`` takes.
+        starts: Likewise; it has room for ``MOST_CELLS`` of each triangle, and one more.
+        count: Likewise; 0 where there are no triangles, or they are nowhere.
+        bounds: Becomes where the box around all triangles begins and ends [m], shape (2, 3);
+            NaN where there is none.
+    """
+    number = triangles.shape[0]
+    is_somewhere = number > 0
+    for axis in range(3):
+        least, most, largest = x[0, axis], x[0, axis], 0.0
+        if number > 0:
+            least, most = x[triangles[0, 0], axis], x[triangles[0, 0], axis]
+        for t in range(number):
+            one, two = x[triangles[t, 0], axis], x[triangles[t, 1], axis]
+            three = x[triangles[t, 2], axis]
+            low, high = min(one, min(two, three)), max(one, max(two, three))
+            unsorted[t, 2 * axis], unsorted[t, 2 * axis + 1] = low, high
+            is_somewhere = is_somewhere & (abs(one) + abs(two) + abs(three) < HUGE)
+            least, most = min(least, low), max(most, high)
+            largest = max(largest, high - low)
+        largest += ROUNDING * max(abs(least), abs(most)) + SMALL
+        cells[BEGIN, axis], cells[SIZE, axis] = least, 0.5 * largest
+        cells[LARGEST, axis] = largest
+        bounds[0, axis], bounds[1, axis] = least, most
+    if not is_somewhere:
+        for axis in range(3):
+            count[axis] = 0
+            bounds[0, axis] = bounds[1, axis] = nan
+        return
+    while True:
+        along0 = (bounds[1, 0] - bounds[0, 0]) / cells[SIZE, 0] + 1.0
+        along1 = (bounds[1, 1] - bounds[0, 1]) / cells[SIZE, 1] + 1.0
+        along2 = (bounds[1, 2] - bounds[0, 2]) / cells[SIZE, 2] + 1.0
+        if along0 * along1 * along2 <= MOST_CELLS * number:
+            break
+        for axis in range(3):
+            cells[SIZE, axis] *= 2.0
+    count[0], count[1], count[2] = int(along0), int(along1), int(along2)
+    total = count[0] * count[1] * count[2]
+    for k in range(total + 1):
+        starts[k] = 0
+    for t in range(number):
+        i = cell_of(unsorted[t, 0], 0, cells, count)
+        j = cell_of(unsorted[t, 2], 1, cells, count)
+        k = cell_of(unsorted[t, 4], 2, cells, count)
+        cell[t] = (i * count[1] + j) * count[2] + k
+        starts[cell[t] + 1] += 1
+    for k in range(total):
+        starts[k + 1] += starts[k]
+    # From the last to the first, so that the ends of cells become their beginnings.
+    for back in range(number):
+        t = number - 1 - back
+        starts[cell[t] + 1] -= 1
+        place = starts[cell[t] + 1]
+        order[place] = t
+        for axis in range(3):
+            corners[place, axis] = triangles[t, axis]
+        for end in range(6):
+            boxes[place, end] = unsorted[t, end]
+    for k in range(total):
+        starts[k] = starts[k + 1]
+    starts[total] = number
 
 
 def find_crossings(
@@ -47,19 +137,22 @@ def find_crossings(
         i0, i1 = cells_of(low0, high0, 0, cells, count)
         j0, j1 = cells_of(low1, high1, 1, cells, count)
         k0, k1 = cells_of(low2, high2, 2, cells, count)
-        for row in range((i1 - i0 + 1) * (j1 - j0 + 1)):
-            i, j = i0 + row // (j1 - j0 + 1), j0 + row % (j1 - j0 + 1)
-            cell = (i * count[1] + j) * count[2]
-            for place in range(starts[cell + k0], starts[cell + k1 + 1]):
-                if not (
-                    meets(boxes, place, 0, low0, high0)
-                    & meets(boxes, place, 1, low1, high1)
-                    & meets(boxes, place, 2, low2, high2)
-                ):
-                    continue
-                if goes_through(x, p, q, corners, place, flat):
-                    pairs += 1
-                    least = min(least, order[place])
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                cell = (i * count[1] + j) * count[2]
+                for place in range(starts[cell + k0], starts[cell + k1 + 1]):
+                    # Counted, and not joined by "and" or "&", of which branches would be made:
+                    # nobody can guess which of these is false, but hardly ever all are true.
+                    true = (
+                        meets(boxes, place, 0, low0, high0)
+                        + meets(boxes, place, 1, low1, high1)
+                        + meets(boxes, place, 2, low2, high2)
+                        + is_apart(corners, place, p)
+                        + is_apart(corners, place, q)
+                    )
+                    if true == 5 and goes_through(x, p, q, corners, place, flat):
+                        pairs += 1
+                        least = min(least, order[place])
     found[0], found[1] = pairs, least
 
 
@@ -71,8 +164,19 @@ def meets(boxes: Rows, place: int, axis: int, low: float, high: float) -> bool:
         place: Number of the box.
         low, high: Ends of the interval [m].
     """
-    # Without a branch, as nobody can guess which of these is false.
-    return (boxes[place, 2 * axis] <= high) & (boxes[place, 2 * axis + 1] >= low)
+    return (boxes[place, 2 * axis] <= high) + (boxes[place, 2 * axis + 1] >= low) == 2
+
+
+def is_apart(corners: IntegerRows, place: int, node: int) -> bool:
+    """Return whether a node is none of the corners of a triangle.
+
+    Args:
+        corners: Of triangles, shape (triangle, 3).
+        place: Number of the triangle.
+        node: Number of the node.
+    """
+    a, b, c = corners[place, 0], corners[place, 1], corners[place, 2]
+    return (a != node) + (b != node) + (c != node) == 3
 
 
 def cells_of(
@@ -120,8 +224,6 @@ def goes_through(
         flat: Ends as near to the plane as this lie in it [m].
     """
     a, b, c = corners[place, 0], corners[place, 1], corners[place, 2]
-    if (p == a) | (p == b) | (p == c) | (q == a) | (q == b) | (q == c):
-        return False
     n0, n1, n2 = normal(x, a, b, c)
     above = n0 * (x[p, 0] - x[a, 0]) + n1 * (x[p, 1] - x[a, 1]) + n2 * (x[p, 2] - x[a, 2])
     below = n0 * (x[q, 0] - x[a, 0]) + n1 * (x[q, 1] - x[a, 1]) + n2 * (x[q, 2] - x[a, 2])

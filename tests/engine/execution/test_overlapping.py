@@ -17,6 +17,16 @@ def volumes(a, b, c, d):
     return np.einsum("...i,...i", np.cross(b - a, c - a), d - a)
 
 
+def placed(edges, triangles, x):
+    """Return a surface that was somewhere else before."""
+    position = x[::-1] + 3.0
+    made = _PlacedSurface(edges, triangles, position)
+    made.place()
+    position[...] = x
+    made.place()
+    return made
+
+
 def all_crossings(x, edges, triangles):
     """Return the triangles that edges go through, once for each edge.
 
@@ -74,8 +84,8 @@ def test_a_sheet_crosses_itself_where_all_pairs_do(shape):
     x = SHAPES[shape]
     edges = Edges.among(TRIANGLES).ends
     expected = all_crossings(x, edges, TRIANGLES)
-    made = _PlacedSurface.of(edges, TRIANGLES, x.astype(float))
-    count, triangle = made.crossings(made, x.astype(float), 0.0)
+    made = placed(edges, TRIANGLES, x.astype(float))
+    count, triangle = made.crossings(made, 0.0)
     assert count == len(expected)
     assert not count or triangle == min(expected)
     if shape.startswith(("random", "crumpled", "rolled", "far")):
@@ -92,8 +102,8 @@ def test_two_sheets_cross_where_all_pairs_do(shift):
     other = TRIANGLES + nodes
     edges = Edges.among(TRIANGLES).ends
     expected = all_crossings(x, edges, other)
-    one, two = (_PlacedSurface.of(edges, each, x.astype(float)) for each in (TRIANGLES, other))
-    count, triangle = one.crossings(two, x.astype(float), 0.0)
+    one, two = (placed(edges, each, x.astype(float)) for each in (TRIANGLES, other))
+    count, triangle = one.crossings(two, 0.0)
     assert count == len(expected) and (not count or triangle == min(expected))
     assert one.meets(two) or not count
 
@@ -147,10 +157,10 @@ def test_the_watch_finds_what_all_pairs_say(text):
 def test_what_is_torn_or_nowhere_crosses_nothing():
     x = SHAPES["random"].astype(float)
     edges = Edges.among(TRIANGLES).ends
-    whole = _PlacedSurface.of(edges, TRIANGLES, x)
-    nothing = _PlacedSurface.of(edges[:0], TRIANGLES[:0], x)
+    whole = placed(edges, TRIANGLES, x)
+    nothing = placed(edges[:0], TRIANGLES[:0], x)
     lost = x.copy()
     lost[7] = np.nan
-    for other in (nothing, _PlacedSurface.of(edges, TRIANGLES, lost)):
+    for other in (nothing, placed(edges, TRIANGLES, lost)):
         assert not whole.meets(other) and not other.meets(other)
     assert whole.meets(whole)

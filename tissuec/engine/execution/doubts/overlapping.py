@@ -8,10 +8,10 @@ those that pass through themselves as drawn. Solids that contact keeps apart at 
 watched by ``doubts.sinking``.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import combinations
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.nearest import TRIANGLE, places
 from tissuec.geometry.neighbours import in_balls
 from tissuec.geometry.sweeps import SweptSurface, boxes
-from tissuec.kernels.crossing import find_crossings
+from tissuec.kernels.crossing import MOST_CELLS, find_crossings, place_triangles
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.script.plan import Plan
@@ -84,76 +84,67 @@ TOUCHING = 0.01  # of the median edge: surfaces as near as that as drawn touch
 FLAT = 1e-6  # of the median edge: nodes as near to a plane lie in it
 
 
-MOST_CELLS = 16  # of a grid, for each triangle
+class _PlacedSurface:
+    """The intact part of a surface, where its nodes are.
 
+    Where compiled code finds all arrays is looked up once: that takes longer than a search.
 
-class _PlacedSurface(NamedTuple):
-    """A surface where it is in a state.
-
-    Attributes:
+    Args:
         edges: Their ends, shape (edge, 2).
-        grid: What ``find_crossings`` takes: order, corners, boxes, starts, cells and count.
-        low, high: Corners of the box around all triangles [m], shape (3,).
+        triangles: Their corners, shape (triangle, 3).
+        position: Of all nodes [m], shape (node, 3); ``place`` uses what it holds then.
     """
 
-    edges: Indices
-    grid: tuple[Any, ...]
-    low: Floats
-    high: Floats
+    def __init__(self, edges: Indices, triangles: Indices, position: Floats):
+        number = len(triangles)
+        self._edges, self._position = edges, position
+        self._grid = (
+            np.zeros(number, dtype=np.int64),
+            np.zeros((number, 3), dtype=np.int64),
+            np.zeros((number, 6)),
+            np.zeros(MOST_CELLS * number + 1, dtype=np.int64),
+            np.zeros((3, 3)),
+            np.zeros(3, dtype=np.int64),
+        )
+        self._bounds = np.full((2, 3), np.nan)
+        self._found = np.zeros(2, dtype=np.int64)
+        self._searches: dict[tuple[_PlacedSurface, float], Callable[[], None]] = {}
+        self._place: Callable[[], None] | None = None
+        if number:
+            room = np.zeros((number, 6)), np.zeros(number, dtype=np.int64)
+            places = position, triangles, *room, *self._grid, self._bounds
+            self._place = _compiled(place_triangles).of_first(*places)
 
-    @classmethod
-    def of(cls, edges: Indices, triangles: Indices, position: Floats) -> Self:
-        """Return the shape of a surface, given the positions of all nodes [m], (node, 3)."""
-        # One row for each axis: many operations on few long rows take a fifth of the time.
-        one, two, three = position.T.take(triangles.T, axis=1).swapaxes(0, 1)
-        low = np.minimum(np.minimum(one, two), three)
-        high = np.maximum(np.maximum(one, two), three)
-        least = low.min(axis=1, initial=np.inf)
-        most = high.max(axis=1, initial=-np.inf)
-        if not np.isfinite(most - least).all():  # nothing is left, or is anywhere
-            nowhere = np.full(3, np.nan)
-            return cls(edges, (), nowhere, nowhere)
-        # Differences are rounded.
-        largest = (high - low).max(axis=1) + 4.0 * np.spacing(np.maximum(-least, most))
-        size = 0.5 * largest
-        while True:
-            count = ((most - least) / size).astype(np.int64) + 1
-            if count.prod() <= MOST_CELLS * len(triangles):
-                break
-            size *= 2.0
-        places = ((low - least[:, None]) / size[:, None]).astype(np.int64)
-        i, j, k = np.minimum(places, count[:, None] - 1)
-        cell = (i * count[1] + j) * count[2] + k
-        order = cell.argsort(kind="stable")
-        starts = np.zeros(count.prod() + 1, dtype=np.int64)
-        np.bincount(cell, minlength=len(starts) - 1).cumsum(out=starts[1:])
-        table = np.stack([low[:, order], high[:, order]], axis=1).reshape(6, -1).T.copy()
-        cells = np.stack([least, size, largest])
-        grid = (order, triangles[order], table, starts, cells, count)
-        return cls(edges, grid, least, most)
+    def place(self) -> None:
+        """Take the nodes to be where they are now."""
+        if self._place is not None:
+            self._place()
 
     def meets(self, other: "_PlacedSurface") -> bool:
         """Return whether the boxes around both have a point in common."""
-        return bool(_meet(self.low, self.high, other.low, other.high))
+        (low, high), (least, most) = self._bounds, other._bounds
+        return bool(_meet(low, high, least, most))
 
-    def crossings(
-        self, other: "_PlacedSurface", position: Floats, flat: float
-    ) -> tuple[int, int]:
+    def crossings(self, other: "_PlacedSurface", flat: float) -> tuple[int, int]:
         """Return how often edges go through triangles of another shape, and the least of these.
 
         Args:
-            position: Of all nodes [m], shape (node, 3).
+            other: One that ``meets`` this one.
             flat: Ends as near to the plane of a triangle as this lie in it [m].
         """
-        found = np.zeros(2, dtype=np.int64)
-        _crossings()(position, self.edges, *other.grid, flat, found)
-        return int(found[0]), int(found[1])
+        search = self._searches.get((other, flat))
+        if search is None:
+            values = self._position, self._edges, *other._grid, flat, self._found
+            search = self._searches[other, flat] = _compiled(find_crossings).of_first(*values)
+        search()
+        pairs, least = self._found.tolist()
+        return pairs, least
 
 
 @cache
-def _crossings() -> Shipped:
-    """Return what finds crossings."""
-    return Shipped(find_crossings, "crossing")
+def _compiled(function: Callable[..., None]) -> Shipped:
+    """Return a compiled function of ``kernels.crossing``."""
+    return Shipped(function, "crossing")
 
 
 class _Couple(NamedTuple):
@@ -178,36 +169,28 @@ class _Couple(NamedTuple):
         pair = self.one, self.other
         return [pair] if self.is_one else [pair, (self.other, self.one)]
 
-    def crossings(
-        self, shapes: dict[int, _PlacedSurface], position: Floats
-    ) -> tuple[int, tuple[WatchedSkin, int] | None]:
-        """Return how often edges go through triangles, and the first of these triangles.
-
-        Args:
-            shapes: Of surfaces, by their identity.
-            position: Of all nodes [m], shape (node, 3).
-        """
+    def crossings(self, shapes: "_Shapes") -> tuple[int, tuple[WatchedSkin, int] | None]:
+        """Return how often edges go through triangles, and the first of these triangles."""
         count, place = 0, None
-        if shapes[id(self.one)].meets(shapes[id(self.other)]):
+        if shapes[self.one].meets(shapes[self.other]):
             for first, second in self.orders:
                 flat = FLAT * second.edge if self.is_strict else 0.0
-                shape = shapes[id(second)]
-                more, triangle = shapes[id(first)].crossings(shape, position, flat)
+                more, triangle = shapes[first].crossings(shapes[second], flat)
                 if more and place is None:
                     place = second, triangle
                 count += more
         return count, place
 
-    def touch(self, shapes: dict[int, _PlacedSurface], drawn: Floats) -> bool:
+    def touch(self, shapes: "_Shapes", drawn: Floats) -> bool:
         """Return whether the surfaces touch or cross as drawn.
 
         A single surface touches itself at all of its nodes, and is checked for crossings only.
 
         Args:
-            shapes: As drawn, by the identity of surfaces.
+            shapes: As drawn.
             drawn: Positions of all nodes [m], shape (node, 3).
         """
-        if self.crossings(shapes, drawn)[0]:
+        if self.crossings(shapes)[0]:
             return True
         if self.is_one:
             return False
@@ -225,6 +208,43 @@ class _Couple(NamedTuple):
         return False
 
 
+class _Shapes:
+    """Surfaces where they are.
+
+    Args:
+        skins: Whose surfaces.
+    """
+
+    def __init__(self, skins: Sequence[WatchedSkin]):
+        self._skins = skins
+        self._position = np.zeros((0, 3))
+        self._intact: list[tuple[Indices, Indices]] = []
+        self._shapes: dict[WatchedSkin, _PlacedSurface] = {}
+
+    def __getitem__(self, skin: WatchedSkin) -> _PlacedSurface:
+        return self._shapes[skin]
+
+    def place(self, position: Floats, alive: NDArray[np.bool_]) -> None:
+        """Take the surfaces to be as they are in a state.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            alive: Springs that are there, shape (spring,).
+        """
+        if not self._intact:
+            self._position = np.empty(position.shape)
+        self._position[...] = position
+        intact = [skin.intact(alive) for skin in self._skins]
+        if [id(one) for one in intact] != [id(one) for one in self._intact]:
+            self._intact = intact
+            self._shapes = {
+                skin: _PlacedSurface(*own, self._position)
+                for skin, own in zip(self._skins, intact, strict=True)
+            }
+        for shape in self._shapes.values():
+            shape.place()
+
+
 @WATCHES.member(KIND)
 class Overlapping:
     """Watches bodies with surfaces, and pairs of them, that are apart as drawn.
@@ -238,6 +258,8 @@ class Overlapping:
 
     def __init__(self, network: Network, couples: list[_Couple]):
         self._network, self._couples = network, couples
+        pairs = [(couple.one, couple.other) for couple in couples]
+        self._shapes = _Shapes(list(dict.fromkeys(skin for pair in pairs for skin in pair)))
         self._is_held = {
             is_one: _is_held_apart(network, is_one=is_one) for is_one in (False, True)
         }
@@ -249,8 +271,9 @@ class Overlapping:
         skins = [WatchedSkin(network, body) for body in bodies]
         pairs = [*combinations(skins, 2), *((skin, skin) for skin in skins)]
         pairs = [pair for pair in pairs if not _are_kept_apart(network, *pair)]
-        drawn = np.ascontiguousarray(network.position)
-        shapes = _placed(skins, drawn, network.present)
+        drawn = network.position
+        shapes = _Shapes(skins)
+        shapes.place(drawn, network.present)
         couples = [_Couple(one, other, is_strict=one is other) for one, other in pairs]
         watched = (_watched(network, couple, shapes, drawn) for couple in couples)
         apart = [couple for couple in watched if couple is not None]
@@ -258,12 +281,9 @@ class Overlapping:
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         """Yield the bodies and the pairs that overlap now."""
-        position = np.ascontiguousarray(position)
-        pairs = [(couple.one, couple.other) for couple in self._couples]
-        skins = {id(skin): skin for pair in pairs for skin in pair}
-        shapes = _placed(skins.values(), position, state.alive)
+        self._shapes.place(position, state.alive)
         for couple in self._couples:
-            count, place = couple.crossings(shapes, position)
+            count, place = couple.crossings(self._shapes)
             where = ""
             if place is not None:
                 skin, triangle = place
@@ -288,15 +308,8 @@ class Overlapping:
         return Finding(subject, count, f"{what}: {why}", where, "crossing", remedy, other.span)
 
 
-def _placed(
-    skins: Iterable[WatchedSkin], position: Floats, alive: NDArray[np.bool_]
-) -> dict[int, _PlacedSurface]:
-    """Return the intact parts of surfaces where they are, by the identity of the surfaces."""
-    return {id(skin): _PlacedSurface.of(*skin.intact(alive), position) for skin in skins}
-
-
 def _watched(
-    network: Network, couple: _Couple, shapes: dict[int, _PlacedSurface], drawn: Floats
+    network: Network, couple: _Couple, shapes: _Shapes, drawn: Floats
 ) -> _Couple | None:
     """Return surfaces that are apart as drawn, or touch where contact holds them apart."""
     if not couple.touch(shapes, drawn):
@@ -306,7 +319,7 @@ def _watched(
         return None
     strict = couple._replace(is_strict=True)
     is_held = _is_held_apart(network, is_one=False)
-    return strict if is_held and not strict.crossings(shapes, drawn)[0] else None
+    return strict if is_held and not strict.crossings(shapes)[0] else None
 
 
 def _are_kept_apart(network: Network, one: WatchedSkin, other: WatchedSkin) -> bool:
