@@ -41,24 +41,7 @@ def place_triangles(
             NaN where there is none.
     """
     number = triangles.shape[0]
-    is_somewhere = number > 0
-    for axis in range(3):
-        least, most, largest = x[0, axis], x[0, axis], 0.0
-        if number > 0:
-            least, most = x[triangles[0, 0], axis], x[triangles[0, 0], axis]
-        for t in range(number):
-            one, two = x[triangles[t, 0], axis], x[triangles[t, 1], axis]
-            three = x[triangles[t, 2], axis]
-            low, high = min(one, min(two, three)), max(one, max(two, three))
-            unsorted[t, 2 * axis], unsorted[t, 2 * axis + 1] = low, high
-            is_somewhere = is_somewhere & (abs(one) + abs(two) + abs(three) < HUGE)
-            least, most = min(least, low), max(most, high)
-            largest = max(largest, high - low)
-        largest += ROUNDING * max(abs(least), abs(most)) + SMALL
-        cells[BEGIN, axis], cells[SIZE, axis] = least, 0.5 * largest
-        cells[LARGEST, axis] = largest
-        bounds[0, axis], bounds[1, axis] = least, most
-    if not is_somewhere:
+    if not bound_triangles(x, triangles, unsorted, cells, bounds):
         for axis in range(3):
             count[axis] = 0
             bounds[0, axis] = bounds[1, axis] = nan
@@ -72,30 +55,78 @@ def place_triangles(
         for axis in range(3):
             cells[SIZE, axis] *= 2.0
     count[0], count[1], count[2] = int(along0), int(along1), int(along2)
-    total = count[0] * count[1] * count[2]
-    for k in range(total + 1):
-        starts[k] = 0
-    for t in range(number):
-        i = cell_of(unsorted[t, 0], 0, cells, count)
-        j = cell_of(unsorted[t, 2], 1, cells, count)
-        k = cell_of(unsorted[t, 4], 2, cells, count)
-        cell[t] = (i * count[1] + j) * count[2] + k
-        starts[cell[t] + 1] += 1
-    for k in range(total):
-        starts[k + 1] += starts[k]
-    # From the last to the first, so that the ends of cells become their beginnings.
-    for back in range(number):
-        t = number - 1 - back
-        starts[cell[t] + 1] -= 1
-        place = starts[cell[t] + 1]
-        order[place] = t
+    list_by_cells(unsorted, cell, order, starts, cells, count)
+    for place in range(number):
+        t = order[place]
         for axis in range(3):
             corners[place, axis] = triangles[t, axis]
         for end in range(6):
             boxes[place, end] = unsorted[t, end]
+
+
+def bound_triangles(
+    x: Rows, triangles: IntegerRows, unsorted: Rows, cells: Rows, bounds: Rows
+) -> bool:
+    """Set the boxes of triangles, and the cells that suit them.
+
+    Args:
+        x, triangles: As of ``place_triangles``.
+        unsorted: Becomes the boxes [m], shape (triangle, 6).
+        cells, bounds: Become those of ``place_triangles`` [m].
+
+    Returns:
+        Whether there are triangles, and all are somewhere.
+    """
+    is_somewhere = triangles.shape[0] > 0
+    for axis in range(3):
+        least, most, largest = HUGE, -HUGE, 0.0
+        for t in range(triangles.shape[0]):
+            one, two = x[triangles[t, 0], axis], x[triangles[t, 1], axis]
+            three = x[triangles[t, 2], axis]
+            low, high = min(one, min(two, three)), max(one, max(two, three))
+            unsorted[t, 2 * axis], unsorted[t, 2 * axis + 1] = low, high
+            is_somewhere = is_somewhere & (abs(one) + abs(two) + abs(three) < HUGE)
+            least, most = min(least, low), max(most, high)
+            largest = max(largest, high - low)
+        largest += ROUNDING * max(abs(least), abs(most)) + SMALL
+        cells[BEGIN, axis], cells[SIZE, axis] = least, 0.5 * largest
+        cells[LARGEST, axis] = largest
+        bounds[0, axis], bounds[1, axis] = least, most
+    return is_somewhere
+
+
+def list_by_cells(
+    unsorted: Rows,
+    cell: Integers,
+    order: Integers,
+    starts: Integers,
+    cells: Rows,
+    count: Integers,
+) -> None:
+    """List triangles by the cells in which their boxes begin.
+
+    Args:
+        unsorted: Boxes [m], shape (triangle, 6).
+        cell: Becomes the cells of triangles, shape (triangle,).
+        order, starts: Become those of ``place_triangles``.
+        cells, count: As of ``find_crossings`` [m], shapes (3, 3) and (3,).
+    """
+    total = count[0] * count[1] * count[2]
+    for k in range(total + 1):
+        starts[k] = 0
+    for t in range(cell.shape[0]):
+        i = cell_of(unsorted[t, 0], 0, cells, count)
+        j = cell_of(unsorted[t, 2], 1, cells, count)
+        k = cell_of(unsorted[t, 4], 2, cells, count)
+        cell[t] = (i * count[1] + j) * count[2] + k
+        starts[cell[t]] += 1
     for k in range(total):
-        starts[k] = starts[k + 1]
-    starts[total] = number
+        starts[k + 1] += starts[k]
+    # From the last to the first, so that the ends of cells become their beginnings.
+    for back in range(1, cell.shape[0] + 1):
+        t = cell.shape[0] - back
+        starts[cell[t]] -= 1
+        order[starts[cell[t]]] = t
 
 
 def find_crossings(
