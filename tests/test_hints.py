@@ -142,6 +142,8 @@ def filled(form: str) -> str:
     form = re.sub(r"(?<= = )…", "1", form).replace("… mm", "1 mm").replace("…", "a")
     if form.startswith("where "):
         return f"region a {form} {{ }}"
+    if ": " in form:  # a sentence of a script
+        return form
     return f"a {form}" if form.split(" ")[0] in (*JOINING_WORDS, *[*TIME_WORDS][1:]) else form
 
 

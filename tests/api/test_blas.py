@@ -88,3 +88,11 @@ def test_calls_keep_their_signatures_and_warn_who_called():
     with pytest.warns(tissuec.TissueWarning) as found:
         tissuec.compile(UNUSED)
     assert [one.filename for one in found] == [__file__]
+
+
+@pytest.mark.parametrize("name", [{}, {"__name__": "notebook"}])
+def test_code_without_the_name_of_a_module_is_warned(name):
+    code = compile("\ntissuec.compile(text)", "cell", "exec")
+    with pytest.warns(tissuec.TissueWarning) as found:
+        exec(code, {"tissuec": tissuec, "text": UNUSED, **name})
+    assert [(one.filename, one.lineno) for one in found] == [("cell", 2)]

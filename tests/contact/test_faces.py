@@ -215,10 +215,10 @@ def test_a_plate_presses_by_area_and_depth():
     by_depth = 12.0 * 10e3 / (1.0 - 0.09) / 4e-3
     expected = by_depth * 16e-3**2 * (0.1e-3 - 0.5 * 0.005 * 4e-3)
     assert on_tool == pytest.approx([0.0, 0.0, expected], rel=1e-9, abs=1e-12)
-    area, depth = contact.extent_at(
+    extent = contact.extent_at(
         np.arange(network.body_nodes, network.node_count), network.position
     )
-    assert area == pytest.approx(16e-3**2) and depth == pytest.approx(0.1e-3)
+    assert extent.area == pytest.approx(16e-3**2) and extent.depth == pytest.approx(0.1e-3)
 
 
 def test_a_ball_presses_evenly_on_a_flat_sheet_where_points_are_close():

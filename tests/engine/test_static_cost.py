@@ -5,6 +5,7 @@ from time import process_time
 import pytest
 
 import tissuec
+from tissuec.compiler.checks import starts
 from tissuec.compiler.prediction import predict
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.mechanics import settling
@@ -79,3 +80,23 @@ def test_a_static_run_of_more_than_a_minute_is_announced():
     assert "fewer outputs" in found.hint
     fewer = BLOCK.format(cell="2.5 mm", every="0.1 s")
     assert "W413" not in {one.code for one in tissuec.check(fewer)}
+
+
+def warned(text):
+    return [one for one in tissuec.check(text) if one.code == "W413"]
+
+
+def test_the_larger_part_of_a_long_run_is_named(monkeypatch):
+    monkeypatch.setattr(starts, "LONG", 4.0)  # [s]; of 2.7 s to settle, and 4.4 s for 1 s
+    text = BLOCK.format(cell="2 mm", every="0.1 s")
+    text = text.replace(
+        "move top by (0, 0, -2) mm using constant speed", "push top with (0, 0, -1) mN"
+    )
+    moving = text.replace("integrator is equilibrium; step = 0.25 s", "integrator is rkn4")
+    settled = moving.replace("fix base;", "fix base; at 0 s: settle;")
+    (steps,) = warned(settled)
+    assert "at the steps that it needs" in steps.message
+    (equilibrium,) = warned(settled.replace(" 1 s", " 0.5 s"))  # neither part alone is long
+    assert "for 1 equilibrium" in equilibrium.message
+    assert "outputs" not in equilibrium.hint
+    assert not warned(moving.replace(" 1 s", " 0.5 s"))

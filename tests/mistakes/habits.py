@@ -404,7 +404,7 @@ MISTAKES = {
         "displacement of right edge",
         "TIS701",
         "displacement",
-        "outputs: trajectory, precision, compress, blocks, surface, energy, contact area, distanc",
+        "outputs: trajectory, precision, compress, blocks, surface, energy, applied pressure",
     ),
     "direction without brackets": M(
         "force of forceps A every 1 ms",

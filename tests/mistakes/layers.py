@@ -488,7 +488,7 @@ MISTAKES = {
         "colour of strip every",
         "TIS701",
         "colour",
-        "outputs: trajectory, precision, compress, blocks, surface, energy, contact area",
+        "outputs: trajectory, precision, compress, blocks, surface, energy, applied pressure",
     ),
     "output at a rate": M(
         "force of forceps A every 1 ms",

@@ -556,7 +556,8 @@ def _warn(*messages: str) -> None:
     from inspect import currentframe
 
     frame, depth = currentframe(), 1
-    while frame is not None and frame.f_globals["__name__"].startswith("tissuec."):
+    # The globals of code in exec() may have no name.
+    while frame is not None and str(frame.f_globals.get("__name__")).startswith("tissuec."):
         frame, depth = frame.f_back, depth + 1
     for message in messages:
         warnings.warn(message, TissueWarning, stacklevel=depth)

@@ -351,7 +351,7 @@ def test_an_unfinished_run_is_drawn_as_far_as_it_goes_and_says_so(tmp_path):
     wanted = wishes(network, plan)
     with ResultWriter(tmp_path / "half.vtkhdf", network, wanted, manifest, STRIP) as writer:
         recorder = Recorder(network, plan, writer)
-        outcome = run(network, plan, recorder, interrupt=AfterAsking(2))
+        outcome = run(network, plan, recorder, interrupt=AfterAsking(3))
         writer.close(outcome.message, False, {})
     path = next(tmp_path.glob("half*.vtkhdf"))
     with Trajectory.open(path) as half:

@@ -96,6 +96,8 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
     """
     constants = compiled.scene.constants
     used = constants.used | _replaced(compiled)
+    factors = (f for study in compiled.scene.studies.values() for f in study.factors)
+    needed = constants.overrides.keys() | {s.key_of(factor.name) for factor in factors}
     for key, declared in compiled.scene.declarations.of("let").items():
         is_own = declared.item.span.source is compiled.scene.source
         if is_own and isinstance(declared.item, s.Assign) and key not in used:
@@ -112,8 +114,10 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W501",
                 f'the param "{declared.name.text}" is never used',
                 declared.name.span,
+                # What is set or varied has to be there.
                 leaving_out(
-                    "use it or remove it; to set or vary it has no effect", declared.item.span
+                    "use it or remove it; to set or vary it has no effect",
+                    *(() if key in needed else (declared.item.span,)),
                 ),
             )
 
