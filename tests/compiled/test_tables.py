@@ -19,6 +19,8 @@ def filled(record, rng):
             values[name] = rng.integers(1, 99, rng.integers(1, 4, axes)).astype(dtype)
         elif kind in NUMBERS:
             values[name] = NUMBERS[kind]
+        elif kind is object:  # what only Python reads
+            values[name] = ()
         else:
             values[name] = filled(kind, rng)
     return record(**values)

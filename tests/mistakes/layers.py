@@ -386,7 +386,7 @@ MISTAKES = {
         "pad where z == 0.1 mm",
         "TIS302",
         "floor",
-        "x runs from 0 m to 40 mm, y runs from 0 m to 20 mm, z runs from 0 m to",
+        "the nearest have z == 0 m and z == 5 mm",
     ),
     "chained comparison": M(
         "nodes of strip where x > 39 mm",

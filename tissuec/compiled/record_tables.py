@@ -77,12 +77,12 @@ def signature(function: Callable[..., Any]) -> tuple[dict[str, RecordField], typ
 
 
 def _annotations(of: Any) -> dict[str, Any]:
-    """Return the annotations of a function or of a record without a base; object has none.
+    """Return the annotations of a function or of a record without a base.
 
     ``typing.get_type_hints`` would also read names in quotes, of which there are none, and
     takes ten times as long.
     """
-    return dict(getattr(of, "__annotations__", {}))
+    return dict(of.__annotations__)
 
 
 def place_of(array: Any, field: RecordField) -> int:
