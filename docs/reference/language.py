@@ -320,7 +320,7 @@ def measure_table() -> str:
 
 
 def meaning_table() -> str:
-    """Return what can be measured of which bodies and sets."""
+    """Return the table of measures by kind of body."""
     rows: list[tuple[str, ...]] = []
     for measure in MEASURES.values():
         needs = getattr(measure, "needs", ())

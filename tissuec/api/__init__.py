@@ -550,7 +550,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
 
 
 def _warn(*messages: str) -> None:
-    """Warn whoever called the function of ours that this is about."""
+    """Warn the caller of the public function that a message is about."""
     if not messages:
         return
     from inspect import currentframe

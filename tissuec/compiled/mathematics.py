@@ -299,6 +299,6 @@ def defined() -> str:
 
 @cache
 def declarations() -> str:
-    """Return what a text says that calls the functions."""
+    """Return the text of a module with calls of these functions."""
     module = ir.Module("declarations")
     return "\n".join(str(_declared_own(module, name)) for name in FUNCTIONS)

@@ -36,7 +36,7 @@ def buried_bodies(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _region(compiled: Compiled, inner: BodyPart) -> str:
-    """Return a region about as large as a body, as it is written."""
+    """Return the text of a region about as large as a body."""
     place = compiled.network.position[inner.nodes]
     low, high = 1e3 * place.min(axis=0), 1e3 * place.max(axis=0)
     middle = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in 0.5 * (low + high))

@@ -98,7 +98,7 @@ def _is_loaded(compiled: Compiled, subject: Subject) -> bool:
 
 
 def _pressed_by(action: Action) -> Group | None:
-    """Return what an action presses, or whose volume it keeps."""
+    """Return the body or set that an action presses, or the body whose volume it preserves."""
     return action.group if isinstance(action, Press | Preserve | Inflate) else None
 
 

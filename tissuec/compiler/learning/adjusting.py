@@ -302,7 +302,7 @@ class AdjustReader:
 
 
 def _given_instead(tissue: Tissue, key: str) -> str | None:
-    """Return what a tissue gives as a number in place of a quantity, if there is anything."""
+    """Return the name of a quantity that a tissue gives in place of another, if any."""
     array = QUANTITIES[key].array
     names = (
         one.quantity.name

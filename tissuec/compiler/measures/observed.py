@@ -141,7 +141,7 @@ class CompiledCondition(Struct, frozen=True, eq=False):
 
     @property
     def comparisons(self) -> tuple[ComparedPair, ...]:
-        """Return what it compares, without the gaps of a run."""
+        """Return its comparisons, without the gaps of a run."""
         scope = MeasureScope(self.readings, self.constants, None)
         scope.decide(self.condition)
         return tuple(scope.comparisons)
@@ -195,7 +195,7 @@ class Possible(NamedTuple):
 
 
 def _possible(sign: str, gap: Floats, error: float) -> Possible:
-    """Return what a comparison may be where its gap is off by an error, in the same unit."""
+    """Return where a comparison may hold and may fail, if its gap is off by an error."""
     low, high = gap - error, gap + error
     match sign:
         case "<":
@@ -212,7 +212,7 @@ def _possible(sign: str, gap: Floats, error: float) -> Possible:
 
 
 def _combined(node: s.Expression, found: Iterator[Possible]) -> Possible:
-    """Return what a condition may be from its comparisons, in the order of the text."""
+    """Return where a condition may hold and may fail, from its comparisons in text order."""
     match node:
         case s.And(operands=operands):
             return _all([_combined(operand, found) for operand in operands])
@@ -227,7 +227,7 @@ def _combined(node: s.Expression, found: Iterator[Possible]) -> Possible:
 
 
 def _all(parts: Sequence[Possible]) -> Possible:
-    """Return what several conditions together may be."""
+    """Return where several conditions together may hold and may fail."""
     return Possible(
         reduce(np.logical_and, (part.holds for part in parts)),
         reduce(np.logical_or, (part.fails for part in parts)),

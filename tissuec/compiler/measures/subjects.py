@@ -10,7 +10,7 @@ _FLAT = 1e-9  # of its size: the depth of a surface that encloses nothing
 
 
 def kind_of(drawing: Drawing) -> Kind:
-    """Return what a body is made of."""
+    """Return whether a body is a solid, a wall, a thread or a net."""
     mesh = drawing.mesh
     if mesh.elements:
         return "wall" if drawing.body.is_wall else "solid"

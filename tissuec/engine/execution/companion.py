@@ -622,7 +622,7 @@ def threads_beside(mode: Mode) -> int:
 
 
 def order_in(folder: Path) -> CompanionOrder:
-    """Return what a companion in a process is to do."""
+    """Return the task of a companion in a process."""
     return decode((folder / ORDER).read_bytes(), type=CompanionOrder)
 
 

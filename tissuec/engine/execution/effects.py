@@ -35,7 +35,7 @@ class Comparing(Protocol):
         ...
 
     def describe(self, snapshot: Snapshot) -> str:
-        """Return what is measured."""
+        """Return the measured values."""
         ...
 
 

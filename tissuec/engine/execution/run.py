@@ -154,7 +154,7 @@ class RunLoop:
 
     @property
     def statistics(self) -> "Statistics":
-        """Return what the engine did."""
+        """Return the statistics of the engine."""
         from tissuec.engine.method import Statistics
 
         return self.engine.statistics if self.has_begun else Statistics.of_nothing()

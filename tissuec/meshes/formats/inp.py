@@ -45,7 +45,7 @@ class _Block(Struct, frozen=True):
     number: int
 
     def fields(self) -> list[str]:
-        """Return what stands between the commas of all lines."""
+        """Return the entries between commas, of all lines."""
         return [word for line in self.lines for word in map(str.strip, line.split(",")) if word]
 
 

@@ -45,7 +45,7 @@ class NodeField(Struct, frozen=True):
 
     @property
     def title(self) -> str:
-        """Return what legends call it."""
+        """Return the name in legends."""
         return self.titled or self.name
 
 
