@@ -141,6 +141,11 @@ class LogRequest(Struct, frozen=True, eq=False):
     every: float  # [s]
     span: Span
 
+    @property
+    def needs_ledger(self) -> bool:
+        """Return whether it needs the energy ledger of a run."""
+        return getattr(self.measure, "needs_ledger", False)
+
 
 class SurfaceOutput(Struct, frozen=True, eq=False):
     """A smooth surface of a body at a rate: ``surface of oviduct every 40 ms``."""

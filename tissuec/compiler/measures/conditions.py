@@ -40,7 +40,6 @@ from tissuec.script.measures.needs import NEEDS
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 
-LEDGER = "energy drift"
 _NEAR = 0.01  # of a number: half of the range that is proposed in place of it
 #: What could be taken for a measure, and what to write instead.
 NOT_MEASURED = {
@@ -73,7 +72,7 @@ class Conditions:
         """Return a condition on the present only; rejects pinned times."""
         readings = self.readings(node)
         for reading in readings.values():
-            if reading.measure is MEASURES[LEDGER]:
+            if reading.needs_ledger:
                 self.findings.reject(
                     "TIS702",
                     "when cannot wait for the energy drift, which is known only after a step",
@@ -238,7 +237,6 @@ class Conditions:
                     what="measures",
                 ),
             )
-        self.needs_ledger |= key == LEDGER
         measure = MEASURES[key]
         time, along, subjects = None, None, list[Subject]()
         for argument in arguments:
@@ -255,7 +253,9 @@ class Conditions:
         if len(subjects) != measure.subjects:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
-        return ObservedMeasure(measure, tuple(subjects), time, along)
+        found = ObservedMeasure(measure, tuple(subjects), time, along)
+        self.needs_ledger |= found.needs_ledger
+        return found
 
     def _refuse_bare(self, name: s.Name) -> None:
         """Reject a measure without subject, such as ``energy``, and a misspelt one."""

@@ -37,6 +37,11 @@ class ObservedMeasure(Struct, frozen=True, eq=False):
     time: float | None
     along: Floats | None
 
+    @property
+    def needs_ledger(self) -> bool:
+        """Return whether it needs the energy ledger of a run."""
+        return getattr(self.measure, "needs_ledger", False)
+
     def value(self, snapshot: Snapshot) -> Floats:
         """Return the number in SI units, shape (…) as the snapshot."""
         then = snapshot if self.time is None else snapshot.pinned[self.time]
@@ -129,15 +134,12 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         and of those that compare nothing.
         """
         match self.condition:
-            case s.Compare(sign=">" | ">=", left=left, right=right):
-                more, less = right, left
-            case s.Compare(sign="<" | "<=", left=left, right=right):
-                more, less = left, right
+            case s.Compare(sign=">" | ">="):
+                return -self.weighed(snapshots)[1][..., 0]
+            case s.Compare(sign="<" | "<="):
+                return self.weighed(snapshots)[1][..., 0]
             case _:
                 return None
-        scope = self._at(snapshots)
-        gap = np.subtract(scope.number(more).amount, scope.number(less).amount)
-        return np.broadcast_to(gap, np.shape(snapshots.time))
 
     @property
     def comparisons(self) -> tuple[ComparedPair, ...]:
@@ -148,8 +150,8 @@ class CompiledCondition(Struct, frozen=True, eq=False):
 
     @property
     def needs_ledger(self) -> bool:
-        """Return whether it measures what only a run with an energy ledger knows."""
-        return any(needs_ledger(reading.measure) for reading in self.readings.values())
+        """Return whether it needs the energy ledger of a run."""
+        return any(reading.needs_ledger for reading in self.readings.values())
 
     def weighed(self, snapshots: Snapshot) -> tuple[NDArray[np.bool_], Floats]:
         """Return when the condition holds, and by how much each of its comparisons does.
@@ -232,11 +234,6 @@ def _all(parts: Sequence[Possible]) -> Possible:
         reduce(np.logical_and, (part.holds for part in parts)),
         reduce(np.logical_or, (part.fails for part in parts)),
     )
-
-
-def needs_ledger(measure: type[Measure]) -> bool:
-    """Return whether a measure needs the energy ledger of a run."""
-    return getattr(measure, "needs_ledger", False)
 
 
 def describe_sides(condition: s.Expression, scope: Scope) -> str:

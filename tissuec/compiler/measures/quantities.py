@@ -9,12 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.measures.conditions import Conditions
-from tissuec.compiler.measures.observed import (
-    MeasureScope,
-    ObservedMeasure,
-    Place,
-    needs_ledger,
-)
+from tissuec.compiler.measures.observed import MeasureScope, ObservedMeasure, Place
 from tissuec.core.hints import alternatives
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
@@ -35,7 +30,7 @@ class ObservedExpression(Struct, frozen=True, eq=False):
     @property
     def needs_ledger(self) -> bool:
         """Return whether it needs the energy ledger of a run."""
-        return any(needs_ledger(reading.measure) for reading in self.readings.values())
+        return any(reading.needs_ledger for reading in self.readings.values())
 
     def columns(self, subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         """Return the names of the components of ``sample``."""

@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.compiler.measures.conditions import LEDGER, Conditions
+from tissuec.compiler.measures.conditions import Conditions
 from tissuec.compiler.measures.quantities import QuantityReader
 from tissuec.compiler.output.smoothing import read_surface
 from tissuec.compiler.sets import Groups
@@ -239,11 +239,11 @@ class OutputReader(BlockItems):
         subjects = self.conditions.log_subjects(measure, names)
         if measure.takes == "springs":
             subjects = tuple(self._without_idle(subject) for subject in subjects)
-        self.conditions.needs_ledger |= key == LEDGER
         name = " to ".join(subject.name for subject in subjects)
         title = f"{key} of {name}" if name else key
         self.once(title, item.span)
         self.logs.append(LogRequest(title, measure, subjects, every, item.span))
+        self.conditions.needs_ledger |= self.logs[-1].needs_ledger
 
     def _refuse_form(
         self, item: s.Sentence | s.Block | s.RecordedCall, measure: type[Measure]

@@ -175,12 +175,7 @@ class Courses:
 def _is_compared(log: LogRequest) -> bool:
     """Return whether a log is small enough, and what a companion can tell."""
     columns = (len(one.springs) for one in log.subjects if log.measure.takes == "springs")
-    return max(columns, default=0) <= MOST_COLUMNS and not needs_ledger(log)
-
-
-def needs_ledger(log: LogRequest) -> bool:
-    """Return whether a log needs the energies of the run, which a companion does not keep."""
-    return getattr(log.measure, "needs_ledger", False)
+    return max(columns, default=0) <= MOST_COLUMNS and not log.needs_ledger
 
 
 def _gaps(compared: ComparedCondition, snapshot: Snapshot) -> Floats:
