@@ -66,9 +66,8 @@ class Pressure(ScalarMeasure):
         if enclosure is not None:
             each = enclosure.pressures(snapshot.time, snapshot.position) * enclosure.drawn
             total = total + each.sum(axis=-1) / enclosure.drawn.sum()
-        for acting in () if is_solid else state.of_kind("pressure"):
-            if acting.name == name:
-                total = total + acting.pressure(snapshot.time)
+        if not is_solid:
+            total = _with_applied(total, name, snapshot)
         return one_column(total, snapshot)
 
 
@@ -88,8 +87,13 @@ class AppliedPressure(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        total = np.zeros(np.shape(snapshot.time))
-        for acting in snapshot.state.of_kind("pressure"):
-            if acting.name == subjects[0].name:
-                total = total + acting.pressure(snapshot.time)
-        return one_column(total, snapshot)
+        none = np.zeros(np.shape(snapshot.time))
+        return one_column(_with_applied(none, subjects[0].name, snapshot), snapshot)
+
+
+def _with_applied(pressure: Floats, name: str, snapshot: Snapshot) -> Floats:
+    """Return a pressure and all that is applied to a set or body of this name [Pa], (…)."""
+    for acting in snapshot.state.of_kind("pressure"):
+        if acting.name == name:
+            pressure = pressure + acting.pressure(snapshot.time)
+    return pressure
