@@ -9,7 +9,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.arrays import SAME_PLACE
+from tissuec.core.arrays import SAME_PLACE, largest_side
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
@@ -309,15 +309,6 @@ def group_masks(mesh: Mesh) -> dict[str, Mask]:
         masks[name] = np.zeros(len(mesh.position), dtype=bool)
         masks[name][nodes] = True
     return masks
-
-
-def largest_side(position: Floats) -> float:
-    """Return the largest side of the box around points [m]; 0 without any.
-
-    Args:
-        position: The points [m], shape (point, 3).
-    """
-    return float(np.ptp(position, axis=0).max()) if len(position) else 0.0
 
 
 def extents(position: Floats) -> str:

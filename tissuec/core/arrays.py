@@ -120,6 +120,15 @@ def dot(one: Floats, other: Floats) -> Floats:
     )
 
 
+def largest_side(places: Floats) -> float:
+    """Return the largest side of the box around places [m]; 0 without any.
+
+    Args:
+        places: In any number of dimensions [m], shape (place, axis).
+    """
+    return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+
+
 def norm(vectors: Floats) -> Floats:
     """Return the lengths of vectors of shape (…, 3), in their unit, shape (…).
 

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
 from tissuec.model.blocks import FieldBlock, NetSize
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
@@ -515,4 +516,4 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     @property
     def extent(self) -> float:
         """Return the largest side of the bounding box of the drawing [m]; 0 without nodes."""
-        return float(np.ptp(self.position, axis=0).max()) if len(self.position) else 0.0
+        return largest_side(self.position)

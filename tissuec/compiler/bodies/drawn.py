@@ -14,10 +14,10 @@ from tissuec.compiler.selections import (
     PointScope,
     extents,
     group_masks,
-    largest_side,
     surface_mask,
     warn_of_idle_alternatives,
 )
+from tissuec.core.arrays import largest_side
 from tissuec.core.errors import Note, counted
 from tissuec.core.fields import UnfitEntries
 from tissuec.core.hints import Edit, Hint, alternatives

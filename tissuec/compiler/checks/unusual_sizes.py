@@ -9,13 +9,12 @@ import numpy as np
 
 from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
-from tissuec.core.arrays import norm
+from tissuec.core.arrays import largest_side, norm
 from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, VELOCITY, show
 from tissuec.meshes.generators.imported import Imported
-from tissuec.model.network import Floats
 from tissuec.scene.model import Body
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
 from tissuec.scene.usual_ranges import USUAL, unusual
@@ -32,7 +31,7 @@ def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     """W504: sizes of bodies, thicknesses, distances of tools, motions, and gravity."""
     network, scene = compiled.network, compiled.scene
     organs = [one for one in network.bodies if _is_an_organ(scene.bodies.get(key_of(one.name)))]
-    sizes = [(body, _extent(network.position[body.nodes])) for body in organs]
+    sizes = [(body, largest_side(network.position[body.nodes])) for body in organs]
     told = (
         (
             f"{body.name} is {'only' if size < USUAL['size'].low else 'as large as'}",
@@ -49,7 +48,7 @@ def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     ]
     yield from _once("thickness", walls)
     yield from _once("distance", _distances(compiled))
-    if organs or USUAL["size"].holds(_extent(network.position)):
+    if organs or USUAL["size"].holds(network.extent):
         yield from _motions(compiled)
     yield from _grasps_from_afar(compiled)
     gravity = float(np.linalg.norm(scene.environment.entries.gravity))
@@ -77,13 +76,13 @@ def _distances(compiled: Compiled) -> Iterator[tuple[str, float, Span]]:
             continue
         beside = places - np.clip(places, low, high)
         distance = float(np.linalg.norm(beside, axis=1).min())
-        if distance > FAR * _extent(drawn):
+        if distance > FAR * largest_side(drawn):
             yield f"the distance of {tool.name} from all bodies is", distance, tool.span
 
 
 def _motions(compiled: Compiled) -> Iterator[Diagnostic]:
     """Yield W504 for motions that are far longer than everything is large, or very fast."""
-    extent, is_static = _extent(compiled.network.position), compiled.plan.simulation.is_static
+    extent, is_static = compiled.network.extent, compiled.plan.simulation.is_static
     actions = {id(event.action): event.action for event in compiled.plan.every_event}
     for action in actions.values():
         if not isinstance(action, Move):
@@ -109,7 +108,7 @@ def _grasps_from_afar(compiled: Compiled) -> Iterator[Diagnostic]:
     """Yield W504 for grasps by tools that are drawn far from what they grasp."""
     network, moved = compiled.network, set[str]()
     drawn = {tool.name: network.position[tool.nodes] for tool in network.tools if tool.shapes}
-    bodies = _extent(network.position[: network.body_nodes])
+    bodies = largest_side(network.position[: network.body_nodes])
     for event in compiled.plan.events:
         action = event.action
         if isinstance(action, (Move, Turn)):
@@ -127,11 +126,6 @@ def _grasps_from_afar(compiled: Compiled) -> Iterator[Diagnostic]:
                 action.span,
                 "draw it there, or move it there first; it holds from afar as well",
             )
-
-
-def _extent(places: Floats) -> float:
-    """Return the largest extent of places along an axis; 0 for none."""
-    return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
 
 
 def _once(key: str, found: Iterable[tuple[str, float, Span]]) -> Iterator[Diagnostic]:

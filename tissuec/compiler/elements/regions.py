@@ -17,10 +17,10 @@ from tissuec.compiler.selections import (
     PointScope,
     extents,
     group_masks,
-    largest_side,
     surface_mask,
     warn_of_idle_alternatives,
 )
+from tissuec.core.arrays import largest_side
 from tissuec.core.errors import Note, counted
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
