@@ -231,7 +231,7 @@ def rows_of(
 
 def _refuse_yielding(network: Network, axis: DataAxis) -> None:
     """Reject elements that yield where there is no time in which they could flow."""
-    if all(getattr(block.field, "yielding", None) is None for block in network.blocks):
+    if all(field.yielding is None for field in network.elements):
         return
     message = "elements that yield need time: they cannot be fitted over a displacement"
     hint = "fit them over time: remove the displacement, and write a column of times"

@@ -40,9 +40,7 @@ def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]
         with findings.item():
             if name.key not in FIELDS:
                 known = [one for one, field in FIELDS.items() if not field.always]
-                hint = alternatives(name.key, known, what="fields")
-                if name.key in _DERIVED:
-                    hint = _DERIVED[name.key]
+                hint = _DERIVED.get(name.key) or alternatives(name.key, known, what="fields")
                 findings.reject(
                     "TIS701", f'"{name.text}" is not a field of frames', name.span, hint=hint
                 )
