@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.arrays import SAME_PLACE, largest_side
+from tissuec.core.errors import Note, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Floats, Indices
+from tissuec.scene.model import Region
 from tissuec.scene.reading.expressions import InnerScope, Scope, Truth
+from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.values import Value
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -270,6 +273,29 @@ def warn_of_idle_alternatives(
             one.span,
             hint=places_near(one, points),
         )
+
+
+def refuse_overlap(
+    regions: Sequence[Region], inside: Sequence[Mask], what: str, findings: Findings
+) -> None:
+    """Reject a region that has something in common with one before it.
+
+    Args:
+        regions: Of a body.
+        inside: What belongs to each of the first ones, up to the region; shape (item,) each.
+        what: "node" or "element".
+    """
+    region = regions[len(inside) - 1]
+    for other, others in zip(regions, inside[:-1], strict=False):
+        if common := int((inside[-1] & others).sum()):
+            findings.reject(
+                "TIS311",
+                f"regions {other.name} and {region.name} share {counted(common, what)}",
+                region.span,
+                hint=f"append to one of them: and not ({other.where.span.one_line}), or change "
+                "the limits",
+                notes=(Note("the other region", other.span),),
+            )
 
 
 def places_near(condition: s.Expression, points: Sequence[PointScope]) -> str:

@@ -14,6 +14,7 @@ from tissuec.compiler.selections import (
     PointScope,
     extents,
     group_masks,
+    refuse_overlap,
     surface_mask,
     warn_of_idle_alternatives,
 )
@@ -333,17 +334,8 @@ def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
             region.where, [points], missing=f"no node of {body.name} has",
             of=f"the region {region.name}",
         )  # fmt: skip
-        for other, nodes in zip(body.regions, chosen.values(), strict=False):
-            if common := int((inside & nodes).sum()):
-                scope.findings.reject(
-                    "TIS311",
-                    f"regions {other.name} and {region.name} share {counted(common, 'node')}",
-                    region.span,
-                    hint=f"append to one of them: and not ({other.where.span.one_line}), "
-                    "or change the limits",
-                    notes=(Note("the other region", other.span),),
-                )
         chosen[key_of(region.name)] = inside
+        refuse_overlap(body.regions, [*chosen.values()], "node", scope.findings)
     return chosen
 
 

@@ -17,11 +17,11 @@ from tissuec.compiler.selections import (
     PointScope,
     extents,
     group_masks,
+    refuse_overlap,
     surface_mask,
     warn_of_idle_alternatives,
 )
 from tissuec.core.arrays import largest_side
-from tissuec.core.errors import Note, counted
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import ElementMesh, Mesh
@@ -96,17 +96,7 @@ def _check(body: Body, mesh: Mesh, inside_of: Mask, scope: Scope) -> None:
                 hint = "change its limits, or use smaller cells"
             message = f'the region "{region.name}" {what}'
             scope.findings.reject("TIS302", message, region.span, hint=hint)
-        for other, others in zip(body.regions[:number], inside_of, strict=False):
-            if common := int((inside & others).sum()):
-                scope.findings.reject(
-                    "TIS311",
-                    f"regions {other.name} and {region.name} share "
-                    f"{counted(common, 'element')}",
-                    region.span,
-                    hint=f"append to one of them: and not ({other.where.span.one_line}), "
-                    "or change the limits",
-                    notes=(Note("the other region", other.span),),
-                )
+        refuse_overlap(body.regions, [*inside_of[: number + 1]], "element", scope.findings)
 
 
 def chosen(points: PointScope, conditions: Sequence[s.Expression]) -> Mask:
