@@ -260,35 +260,17 @@ def through(now: Floats, pieces: Indices, triangles: Indices, pairs: Indices) ->
     ]
 
 
-def crossings(segments: Floats, triangles: Floats) -> Indices:
-    """Return the pairs of a segment and a triangle that it goes through, shape (pair, 2).
+def go_through(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
+    """Return whether each segment goes through the triangle of the same row, shape (row,).
 
-    A segment through the plane of a triangle goes through the triangle where it passes all
-    three sides on the same side of them, by the signs of the volumes that it spans with them.
-    What only touches is not counted.
+    Its ends are on different sides of the plane, and it passes all three sides of the triangle
+    on the same side of them, by the signs of the volumes that it spans with them. What only
+    touches does not count.
 
     Args:
-        segments: Both ends of each [m], shape (segment, 2, 3).
-        triangles: Corners of each [m], shape (triangle, 3, 3).
+        segments: Both ends of each [m], shape (row, 2, 3).
+        triangles: Corners of each [m], shape (row, 3, 3).
     """
-    found = [np.zeros((0, 2), dtype=np.int64)]
-    rows = max(1, MOST_PAIRS // max(1, len(triangles)))
-    for first in range(0, len(segments), rows):
-        some = segments[first : first + rows]
-        pairs = np.argwhere(_boxes_overlap(some, triangles))
-        through = go_through(some[pairs[:, 0]], triangles[pairs[:, 1]])
-        found.append(pairs[through] + [first, 0])
-    return np.concatenate(found)
-
-
-def _boxes_overlap(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
-    """Return whether boxes around both have a point in common, shape (segment, triangle)."""
-    low, high = segments.min(axis=1)[:, None], segments.max(axis=1)[:, None]
-    return ((low <= triangles.max(axis=1)) & (triangles.min(axis=1) <= high)).all(axis=-1)
-
-
-def go_through(segments: Floats, triangles: Floats) -> NDArray[np.bool_]:
-    """Return whether each segment goes through the triangle of the same row, shape (row,)."""
     start, end = segments[:, None, 0], segments[:, None, 1]
     corners, following = triangles, np.roll(triangles, -1, axis=1)
     sides = _orientations(start, end, corners, following)
