@@ -212,7 +212,7 @@ def test_derivatives_of_many_points_are_those_of_each():
     """Points are evaluated some at a time, which does not show in any bit."""
     law, random = Ogden(exponent=4.3), np.random.default_rng(1)
     first, second = 3.0 + random.random((2, 3, 50, 70))
-    found = at_invariants(law, DERIVATIVES, first, second)
+    found = at_invariants((law,), np.zeros(50, dtype=int), DERIVATIVES, first, second)
     for each, values in zip(DERIVATIVES, found, strict=True):
         expected = each(law).at({"i1": first, "i2": second})
         assert np.array_equal(values, np.broadcast_to(expected, first.shape))

@@ -343,7 +343,9 @@ class SolidElements(MaterialField, frozen=True):
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
-            stored = own.shear[:, None] * own._of_laws(own._elastic(strain), energy)[0]
+            elastic = own._elastic(strain)
+            of_law = own._of_laws(elastic.first, elastic.second, energy)[0]
+            stored = own.shear[:, None] * of_law
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
             for part_of in own._besides():
                 stored += part_of.energy(strain)
@@ -604,7 +606,8 @@ class SolidElements(MaterialField, frozen=True):
         """Return the derivatives of the energy at all points, shape (element, point)."""
         weight = self.drawn.volume[self.row]
         mean = (weight * strain.j).sum(axis=-1) / weight.sum(axis=-1)
-        of_law = [*(self.shear[:, None] * self._of_laws(strain, *DERIVATIVES))]
+        by = self._of_laws(strain.first, strain.second, *DERIVATIVES)
+        of_law = [*(self.shear[:, None] * by)]
         pressure = self.bulk[:, None] * (mean[:, None] - 1.0)
         pressure = pressure + self.local[:, None] * (strain.j - 1.0)
         local = np.broadcast_to(self.local[:, None], strain.j.shape)
@@ -612,28 +615,17 @@ class SolidElements(MaterialField, frozen=True):
 
     def _slopes_at(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
         """Return the derivatives of energies by both invariants [Pa], of their shape."""
-        by = self._at_invariants(first, second, *DERIVATIVES[:2])
+        by = self._of_laws(first, second, *DERIVATIVES[:2])
         one, other = self.shear[:, None] * by
         return one, other
 
-    def _of_laws(self, strain: "SolidStrain", *each: Derivative) -> Floats:
-        """Return functions of laws at points, shape (function, …, element, point)."""
-        return self._at_invariants(strain.first, strain.second, *each)
-
-    def _at_invariants(self, first: Floats, second: Floats, *each: Derivative) -> Floats:
-        """Return functions of laws at points, shape (function, …, element, point).
+    def _of_laws(self, first: Floats, second: Floats, *each: Derivative) -> Floats:
+        """Return derivatives of laws at points, shape (derivative, …, element, point).
 
         Args:
             first, second: Isochoric invariants there, dimensionless.
-            each: Returns the formula of a law.
         """
-        found = np.empty((len(each), *first.shape))
-        for number in np.unique(self.law):
-            own = self.law == number
-            found[..., own, :] = at_invariants(
-                self.laws[int(number)], each, first[..., own, :], second[..., own, :]
-            )
-        return found
+        return at_invariants(self.laws, self.law, each, first, second)
 
 
 def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:

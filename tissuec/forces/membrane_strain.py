@@ -370,13 +370,9 @@ class MembraneStrain:
         return value, first, second
 
     def _of_laws(self, i1: Floats, i2: Floats, *each: Derivative) -> Floats:
-        """Return functions of laws, shape (function, …, triangle), of both invariants."""
-        found = np.empty((len(each), *i1.shape))
-        for number in np.unique(self._wall.law):
-            own = self._wall.law == number
-            law = self._wall.laws[int(number)]
-            found[..., own] = at_invariants(law, each, i1[..., own], i2[..., own])
-        return found
+        """Return derivatives of laws by both invariants, shape (derivative, …, triangle)."""
+        wall, at = self._wall, (i1[..., None], i2[..., None])
+        return at_invariants(wall.laws, wall.law, each, *at)[..., 0]
 
 
 def _rows(weight: Floats, rows: Floats) -> Floats:

@@ -56,24 +56,41 @@ DERIVATIVES: tuple[Derivative, ...] = (
 
 
 def at_invariants(
+    laws: Sequence[SolidLaw],
+    number: NDArray[np.integer],
+    each: Sequence[Derivative],
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return derivatives of energies, or energies, shape (derivative, …, element, point).
+
+    Args:
+        number: That of the law of each element, shape (element,).
+        each: Derivatives of a law.
+        first, second: Isochoric invariants, dimensionless, shape (…, element, point).
+    """
+    found = np.empty((len(each), *first.shape))
+    for law in np.unique(number):
+        own = number == law
+        found[..., own, :] = _of_law(
+            laws[int(law)], each, first[..., own, :], second[..., own, :]
+        )
+    return found
+
+
+def _of_law(
     law: SolidLaw,
     each: Sequence[Derivative],
     first: NDArray[np.float64],
     second: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return derivatives of the energy of a law, or the energy, shape (derivative, …).
-
-    Args:
-        each: What is returned of the law.
-        first, second: Isochoric invariants, dimensionless, shape (…).
-    """
+    """Return derivatives of the energy of one law, shape (derivative, …)."""
     formulas = [what(law) for what in each]
     i1, i2 = first.ravel(), second.ravel()
     found = np.empty((len(formulas), first.size))
     for start in range(0, first.size, _POINTS):
         part = slice(start, start + _POINTS)
-        for row, value in zip(
-            found, values_at(formulas, {"i1": i1[part], "i2": i2[part]}), strict=True
-        ):
+        values = values_at(formulas, {"i1": i1[part], "i2": i2[part]})
+        for row, value in zip(found, values, strict=True):
             row[part] = value
     return found.reshape(len(formulas), *first.shape)
