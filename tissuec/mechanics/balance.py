@@ -93,7 +93,6 @@ class Balance:
         self._last: tuple[Bars | None, list[Floats]] = None, []
         self.holds_slides = False
         self._contact = state.contact
-        self._stride = np.inf if state.contact is None else state.contact.stride
         self._planes = state.symmetry
         if self._planes is not None:
             self._within = self._planes.projection(number, len(self.free))
@@ -128,7 +127,7 @@ class Balance:
     @property
     def contact_stride(self) -> float:
         """Return the longest way of a node that contact does not miss [m]; inf without any."""
-        return self._stride
+        return np.inf if self._contact is None else self._contact.stride
 
     def contact_matrix(self, x: Floats) -> "csr_matrix":
         """Return the part of K that is of contact, without what weakens [N/m].

@@ -86,7 +86,7 @@ def inner_forces(
 ) -> NodeForces:
     """Return the forces of springs, pressure and contact of the part that is drawn.
 
-    At planes of symmetry, the mirror image bears what of these forces is across them.
+    The mirror image balances their components across planes of symmetry.
     """
     forces = _spring_forces(state, position, velocity)
     for acting in state.drawn_fields:

@@ -104,7 +104,6 @@ def settle(
         return ()
     start = balance.start if guess is None else guess[balance.free]
     start = set_down(balance, start)
-    refuse_falling(balance, start)
     with np.errstate(over="ignore", invalid="ignore"):  # on the way to nowhere
         x, remarks = _settled(balance, state.network, start, patiently=patiently)
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
@@ -203,10 +202,9 @@ def _without_slides(balance: Balance, network: Network, x: Floats) -> _Slid | No
         x: Where to begin [m], shape (free, 3).
     """
     balance.holds_slides = True
-    if not NeutralMotions.of(balance, x).count:
-        balance.holds_slides = False
-        return None
     try:
+        if not NeutralMotions.of(balance, x).count:
+            return None
         x, is_found = descend(balance, x)
         neutral = NeutralMotions.of(balance, x)
     finally:
@@ -373,21 +371,20 @@ def refuse_falling(balance: Balance, x: Floats) -> None:
 def set_down(balance: Balance, x: Floats) -> Floats:
     """Return places where pieces that fall have come upon something [m], shape (free, 3).
 
-    Each is moved along the force on it, those furthest ahead first, until it touches. Where
-    nothing is in its way, it stays.
+    Each is moved along the force on it, those furthest ahead first, until it touches.
+
+    Raises:
+        Unsettled: Nothing is in the way of one.
     """
-    stride = balance.contact_stride
-    found = _falling(balance, x)
-    if not np.isfinite(stride) or not len(found.piece):
+    found, stride = _falling(balance, x), balance.contact_stride
+    if not len(found.piece):
         return x
     way: Floats = found.load / norm(found.load)[:, None]
-    ahead = [
-        float((x[found.labels == piece] @ along).max())
-        for piece, along in zip(found.piece, way, strict=True)
-    ]
-    for number in np.argsort(ahead)[::-1].tolist():
-        own = found.labels == found.piece[number]
-        x = _set_down(balance, x, own, stride * way[number])
+    own = [found.labels == piece for piece in found.piece]
+    ahead = [float((x[nodes] @ along).max()) for nodes, along in zip(own, way, strict=True)]
+    for number in np.argsort(ahead)[::-1].tolist() if np.isfinite(stride) else ():
+        x = _set_down(balance, x, own[number], stride * way[number])
+    refuse_falling(balance, x)
     return x
 
 
