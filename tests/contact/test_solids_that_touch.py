@@ -12,6 +12,8 @@ from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec.engine.execution.doubts.sinking import Sinking
 from tissuec.forces.contact_sides_kernel import CLOSED, TORN
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.state import State
 from tissuec.validate.forces.contact import ContactForce
 
 CUBES = """language 1
@@ -196,14 +198,33 @@ def test_the_deeper_the_body_the_more_it_is_pushed_out(name):
     assert np.all(np.diff(pushes) > 0.0)
 
 
-def test_where_a_surface_is_torn_it_keeps_out_what_is_elsewhere():
+def lowered_on_a_tear():
+    """Return a block on a slab with a torn face, positions, velocities, and what is intact."""
     network, position, velocity = lowered("block", 0.3, entries="friction = 0.3")
-    contact, alive = network.contact, network.present.copy()
-    skin = network.skin_of(network.bodies[0])
+    alive, skin = network.present.copy(), network.skin_of(network.bodies[0])
     middle = network.position[skin].mean(axis=1)
     torn = int(np.argmin(np.linalg.norm(middle - [6e-3, 6e-3, 8e-3], axis=1)))
     assert network.skin_marks is not None
     alive[network.skin_marks[torn]] = False
+    return network, position, velocity, alive
+
+
+def test_what_settles_is_pressed_by_intact_faces_alone():
+    network, position, _, alive = lowered_on_a_tear()
+    state = State.start(network, gravity=np.zeros(3), drag=0.0)
+    state.position[:], state.alive[:] = position, alive
+    balance = Balance(state, np.ones(network.node_count, dtype=bool))
+    own = np.arange(network.node_count)[network.bodies[1].nodes]
+    force, bears = balance.pressed(balance.start, np.searchsorted(balance.free, own))
+    left = forces(network.contact.intact(alive), position, 0.0 * position)
+    expected = np.linalg.norm(left[own].sum(axis=0))
+    assert force == pytest.approx(expected, rel=1e-12)
+    assert bears == pytest.approx(0.3 * expected, rel=1e-12)
+
+
+def test_where_a_surface_is_torn_it_keeps_out_what_is_elsewhere():
+    network, position, velocity, alive = lowered_on_a_tear()
+    contact = network.contact
     left = contact.intact(alive)
     assert set(np.unique(left.sided)) == {0, CLOSED, TORN}
     whole, part = (forces(one, position, velocity) for one in (contact, left))

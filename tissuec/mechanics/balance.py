@@ -92,7 +92,7 @@ class Balance:
         self._frozen = np.zeros_like(self._start)
         self._last: tuple[Bars | None, list[Floats]] = None, []
         self.holds_slides = False
-        self._contact = state.contact
+        self._contact = state.touching
         self._planes = state.symmetry
         if self._planes is not None:
             self._within = self._planes.projection(number, len(self.free))
