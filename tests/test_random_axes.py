@@ -62,7 +62,7 @@ def verdict_of(seed):
     deadline = Deadline(BUDGET)
     network, plan = compiled.network, compiled.plan
     beside = Companion(network, plan, "inline")
-    recorder = Recorder(network, plan, MemoryRecording(), tap=beside)
+    recorder = Recorder(network, plan, MemoryRecording(), tap=beside.tap)
     outcome = run(network, plan, recorder, interrupt=lambda: deadline.is_over)
     if outcome.kind != "done":
         return "slow" if outcome.kind == "interrupted" else "refused"

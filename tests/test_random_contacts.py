@@ -33,7 +33,7 @@ def played(seed):
         return None
     network, plan = compiled.network, compiled.plan
     beside = Companion(network, plan, "inline")
-    outcome = run(network, plan, Recorder(network, plan, recording, tap=beside))
+    outcome = run(network, plan, Recorder(network, plan, recording, tap=beside.tap))
     assert outcome.kind == "done", outcome.message
     state = beside.estimate(outcome.statistics).state
     return compiled, recording.frame_arrays(), outcome.statistics, state

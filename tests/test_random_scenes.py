@@ -32,7 +32,7 @@ def is_told(compiled):
     """Return whether a run says, by its companion, that positions are not known so well."""
     network, plan = compiled.network, compiled.plan
     beside = Companion(network, plan, "inline")
-    outcome = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside))
+    outcome = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.tap))
     return beside.estimate(outcome.statistics).since is not None
 
 

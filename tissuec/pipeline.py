@@ -314,7 +314,7 @@ def simulate(
     with asked_to_stop() as stop, beside:
         writer, state = _writer(compiled, path, request, resume=resume)
         with writer:
-            recorder = Recorder(network, plan, writer, tap=beside)
+            recorder = Recorder(network, plan, writer, tap=beside.tap)
             outcome = run(
                 network, plan, recorder, progress=progress, watch=beside.tick, interrupt=stop,
                 resume=state, threads=threads,

@@ -215,7 +215,9 @@ def test_conditions_are_closed_in_on():
 def accompanied(network, plan):
     """Run a plan with a companion; return its statistics, its estimate, and whose steps."""
     beside = Companion(network, plan, "inline")
-    ran = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside)).statistics
+    ran = run(
+        network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.tap)
+    ).statistics
     return ran, beside.estimate(ran)
 
 

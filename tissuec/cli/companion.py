@@ -27,25 +27,23 @@ def step_companion(folder: Path) -> None:
     from tissuec.engine.execution.companion import (
         ROWS,
         TABLE,
-        TIMES,
         allowance_in,
         order_in,
         read_job,
     )
-    from tissuec.engine.execution.courses import Courses, times_of_comparison
+    from tissuec.engine.execution.courses import Courses
     from tissuec.engine.execution.finer_run import stepped
     from tissuec.pipeline import compile_request
 
     parent = os.getppid()
     request, threads = read_job(folder)
     compiled, _ = compile_request(request)
-    network, plan, times = compiled.network, compiled.plan, np.load(folder / TIMES)
+    network, plan = compiled.network, compiled.plan
     rows, table = (np.load(folder / name, mmap_mode="r+") for name in (ROWS, TABLE))
-    _, every = times_of_comparison(network, plan)
-    order = order_in(folder)
+    courses, order = Courses(network, plan), order_in(folder)
     stepped(
-        network, plan, times, order.factor,
-        method=order.method, rows=rows, courses=Courses(network, plan, times, every),
+        network, plan, courses.times, order.factor,
+        method=order.method, rows=rows, courses=courses,
         table=table, spacing=order.spacing, every=order.every,
         allowance=allowance_in(folder), interrupt=lambda: os.getppid() != parent,
         threads=threads,

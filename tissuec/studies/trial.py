@@ -265,7 +265,7 @@ def _run(
     path = None if job.folder is None else job.folder / RESULT.format(planned.run)
     request = replace(job.request, overrides=(*job.request.overrides, *planned.overrides))
     with asked_to_stop() as stop, Observer(compiled, compiled.plan, request, path) as observer:
-        recorder = Recorder(compiled.network, plan, observer, tap=companion)
+        recorder = Recorder(compiled.network, plan, observer, tap=companion.tap)
         outcome = run(compiled.network, plan, recorder, interrupt=stop, threads=1)
         is_over = outcome.kind not in (DIVERGED, STUCK)
         estimate = None

@@ -32,7 +32,7 @@ from tissuec.scene.request import Request
 def accompany(network, plan):
     """Run a plan with a companion; return its frames and the estimate."""
     beside, recording = Companion(network, plan, "inline"), MemoryRecording()
-    ran = run(network, plan, Recorder(network, plan, recording, tap=beside)).statistics
+    ran = run(network, plan, Recorder(network, plan, recording, tap=beside.tap)).statistics
     return recording.frame_arrays(), beside.estimate(ran)
 
 
@@ -134,7 +134,7 @@ def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
     plan = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-4)
     coarse = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-1)
     beside = Companion(network, plan, "inline")
-    recorder = Recorder(network, coarse, MemoryRecording(), tap=beside)
+    recorder = Recorder(network, coarse, MemoryRecording(), tap=beside.tap)
     estimate = beside.estimate(run(network, coarse, recorder).statistics)
     assert estimate.state == "broken"
     assert estimate.promise.startswith("broken from 0.")
@@ -149,7 +149,7 @@ def test_errors_near_the_tolerance_are_decided_by_a_third_run(error, state, monk
 
     def wrong_by(part):
         beside = Companion(network, plan, "inline")
-        run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside))
+        run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.tap))
         beside._own += part * (beside._own - network.position)
         return beside
 
@@ -167,7 +167,7 @@ def test_a_wrong_companion_does_not_make_a_run_look_inaccurate(monkeypatch):
     network = oscillator()
     plan = make_plan(network, 2.0, every=0.1, tolerance=1e-4)
     beside = Companion(network, plan, "inline")
-    ran = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside))
+    ran = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.tap))
     moved = beside._own - network.position
 
     def stepped(network, plan, times, factor, **more):
@@ -290,10 +290,12 @@ def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
 ):
     folder = tmp_path / "companion"
     folder.mkdir()
-    launcher((Request(Source("pair.tis", PAIR)), 1))(folder)
-    np.save(folder / companion.TIMES, np.array([0.0, 0.1]))
-    np.save(folder / companion.ROWS, np.full((2, 2, 3), np.nan))
-    np.save(folder / companion.TABLE, np.full((2, 1), np.nan))
+    request = Request(Source("pair.tis", PAIR))
+    launcher((request, 1))(folder)
+    compiled, _ = compile_request(request)
+    found = Companion(compiled.network, compiled.plan).tap
+    np.save(folder / companion.ROWS, found.position)
+    np.save(folder / companion.TABLE, found.table)
     (folder / companion.ORDER).write_text(
         '{"method": "rkn4", "spacing": 0, "factor": 4, "every": 1}'
     )

@@ -46,7 +46,7 @@ def sliding(method="esdirk43", friction=0.3, accuracy="tolerance = 1e-4"):
 def checked(ran, promised):
     """Run one scene, and return its error as the companion of another scene estimates it."""
     beside = Companion(promised.network, promised.plan, "inline")
-    recorder = Recorder(ran.network, ran.plan, MemoryRecording(), tap=beside)
+    recorder = Recorder(ran.network, ran.plan, MemoryRecording(), tap=beside.tap)
     return beside.estimate(run(ran.network, ran.plan, recorder).statistics)
 
 
@@ -154,7 +154,7 @@ def test_companions_end_where_they_would_cost_more_than_four_times_the_run(monke
         spent.append((ran.method, ran.cost))
 
     beside = Companion(scene.network, scene.plan, "inline")
-    recorder = Recorder(scene.network, scene.plan, MemoryRecording(), tap=beside)
+    recorder = Recorder(scene.network, scene.plan, MemoryRecording(), tap=beside.tap)
     ran = run(scene.network, scene.plan, recorder, watch=beside.tick).statistics
     monkeypatch.setattr(Allowance, "watch", watched)
     estimate = beside.estimate(ran)

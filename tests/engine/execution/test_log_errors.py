@@ -11,8 +11,8 @@ from tests.every import every
 from tissuec.core.errors import SimulationError
 from tissuec.core.source import Source
 from tissuec.engine.execution import courses
-from tissuec.engine.execution.companion import Companion
-from tissuec.engine.execution.courses import Observations
+from tissuec.engine.execution.courses import Courses, Observations
+from tissuec.engine.method import Samples
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.verbs import LoggedEvent
@@ -175,19 +175,19 @@ def test_with_strict_an_undecided_expectation_is_an_error():
 
 
 def observed(text):
-    """Return the observations of a companion that no run has filled yet."""
+    """Return observations that no run has filled yet."""
     compiled, _ = compile_request(Request(Source("scene.tis", text)))
-    beside = Companion(compiled.network, compiled.plan, "inline")
-    return Observations(beside._observed.courses)
+    return Observations(Courses(compiled.network, compiled.plan), compiled.network)
 
 
 def test_a_jump_that_comes_a_moment_earlier_is_no_error():
     def filled(jump):
         found, times = observed(scene()), np.linspace(0.0, 16e-3, 17)
+        still = np.zeros((1, found.position.shape[1], 3))
         for place, time in enumerate(found.courses.times):
             if place == jump:
                 found.happened(LoggedEvent("rupture", (1,), "", None))
-            found.passed(found.courses.times[place : place + 1])
+            found.take(Samples(np.array([time]), still, still, *4 * [np.zeros(1)]))
             value = np.full((1, 3), 1.0 if place < jump else 2.0)
             found.log("force of low", np.array([time]), value)
         assert np.allclose(found.courses.times, times)

@@ -124,7 +124,7 @@ def test_expectations_are_judged_up_to_the_end():
 def test_its_error_is_estimated_up_to_the_end():
     compiled = compiled_scene(rope(WHEN))
     with Companion(*_of(compiled), "inline") as beside:
-        recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside)
+        recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside.tap)
         outcome = run(*_of(compiled), recorder)
         estimate = beside.estimate(outcome.statistics)
     assert estimate.state == "kept"
@@ -136,7 +136,7 @@ def test_a_companion_that_never_meets_the_condition_goes_as_far_as_the_run():
     compiled = compiled_scene(rope(WHEN))
     plan = replace(compiled.plan, triggers=())
     with Companion(compiled.network, plan, "inline") as beside:
-        recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside)
+        recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside.tap)
         estimate = beside.estimate(run(*_of(compiled), recorder).statistics)
     assert estimate.state == "kept"
 

@@ -31,15 +31,12 @@ import numpy as np
 from msgspec import Struct
 from msgspec.json import decode, encode
 from msgspec.structs import asdict, replace
+from numpy.typing import NDArray
 
 from tissuec.core.resources import PACKAGE
 from tissuec.core.units import LENGTH, show
 from tissuec.core.workers.workers import permitted
-from tissuec.engine.execution.courses import (
-    Courses,
-    Observations,
-    times_of_comparison,
-)
+from tissuec.engine.execution.courses import Courses, Observations
 from tissuec.engine.execution.expectations import Failure
 from tissuec.engine.execution.finer_run import (
     LEAST,
@@ -51,18 +48,16 @@ from tissuec.engine.execution.finer_run import (
     foreseen,
     is_another,
     is_path_simple,
-    keep,
     largest,
     own_steps,
     stepped,
 )
-from tissuec.engine.method import Samples, Statistics
+from tissuec.engine.method import Statistics
 from tissuec.engine.run_arrays import FLOOR
 from tissuec.kernels.records import GLANCES
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.results.promise import LogError
 from tissuec.script.plan import Plan
-from tissuec.script.verbs import LoggedEvent
 
 FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
 FINEST_FINER = 100.0  # times: of the third run
@@ -76,8 +71,7 @@ POLLED = 0.1  # how often a process is looked after [s]
 STARTING = 1.0  # what a process takes until it steps: a run that lasts longer pays for it [s]
 KNOWN = 0.5  # wall time of a run after which its rest is predicted [s]
 PATIENCE, LEAST_PATIENCE = 3.0, 10.0  # of the third run: times the run's own, and at least [s]
-TIMES, ROWS, TABLE = "times.npy", "rows.npy", "table.npy"
-ORDER, ALLOWANCE = "order.json", "allowance.txt"
+ROWS, TABLE, ORDER, ALLOWANCE = "rows.npy", "table.npy", "order.json", "allowance.txt"
 
 Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -200,6 +194,9 @@ class Companion:
         mode: "auto" chooses between a process beside the run and the same process after it.
         launch: Starts a process; without it there is none.
         threads: See ``Method``.
+
+    Attributes:
+        tap: What the recorder of the run shows its samples to; None where nothing is compared.
     """
 
     def __init__(
@@ -212,15 +209,13 @@ class Companion:
     ):
         self.threads = threads
         self.network, self.plan, self.mode, self._launch = network, plan, mode, launch
-        self.times, every = times_of_comparison(network, plan)
-        self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
-        kept = len(self.times) if self.is_wanted else 0
-        self._own = np.full((kept, network.node_count, 3), np.nan)
-        self._reach = np.zeros(kept)  # largest displacement before each of the times [m]
-        self._observed: Observations | None = None
-        if kept:
-            self._observed = Observations(Courses(network, plan, self.times, every))
-            self._theirs = self._observed.courses.table()  # what the companion observed
+        courses = None if mode == "off" else Courses(network, plan)
+        self.tap: Observations | None = None
+        if courses is not None and (courses.times > 0.0).any():
+            self.tap = Observations(courses, network)
+            self.times = courses.times
+            self._own, self._reach = self.tap.position, self.tap.reach
+            self._theirs = courses.table()  # what the companion observed
         self._began = _stepping_clock()
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
@@ -234,28 +229,6 @@ class Companion:
         simulation = plan.simulation
         self.allowed = simulation.tolerance or (USUAL if simulation.step is None else np.inf)
 
-    def take(self, samples: Samples) -> None:
-        """Keep the run's own positions at the times of comparison."""
-        if self._observed is not None:
-            places, due = keep(samples, self.times, self._own)
-            self._reach[places] = samples.reach[due]
-            self._observed.passed(samples.time)
-
-    def log(self, name: str, time: Floats, rows: Floats) -> None:
-        """Keep the run's own rows of a log; see ``Observations.log``."""
-        if self._observed is not None:
-            self._observed.log(name, time, rows)
-
-    def judged(self, place: int, time: Floats | None, gaps: Floats) -> None:
-        """Keep what an expectation compared; see ``Observations.judged``."""
-        if self._observed is not None:
-            self._observed.judged(place, time, gaps)
-
-    def happened(self, logged_event: LoggedEvent) -> None:
-        """Count the events of the run."""
-        if self._observed is not None:
-            self._observed.happened(logged_event)
-
     def tick(self, time: float, ran: Statistics) -> None:
         """Start a process beside the run, if that is worth it.
 
@@ -264,7 +237,7 @@ class Companion:
             ran: What it did until then.
         """
         self._progress.note(time, ran.cost)
-        if not self.is_wanted or self._process is not None or self._launch is None:
+        if self.tap is None or self._process is not None or self._launch is None:
             return
         if self.mode == "process" or (
             self.mode == "auto" and self._left(time) > STARTING and permitted() > 1
@@ -291,7 +264,6 @@ class Companion:
     def _start(self, launch: Launch) -> None:
         """Start the process; where that is refused, the companion follows the run instead."""
         self._folder = Path(mkdtemp(prefix="tissuec-companion-"))
-        np.save(self._folder / TIMES, self.times)
         np.save(self._folder / ROWS, np.full_like(self._own, np.nan))
         np.save(self._folder / TABLE, self._theirs)
         (self._folder / ORDER).write_bytes(
@@ -326,10 +298,10 @@ class Companion:
         """
         if self.mode == "off":
             return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
-        if self._observed is None:
+        if self.tap is None:
             return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
         self._most = max(MOST * ran.cost, LEAST)
-        ended: Any = self.times[np.isfinite(self._own).all(axis=(1, 2))]
+        ended = self.times[_known(self._own)]
         self._space(float(ended.max(initial=0.0)), ran)
         took, self._began = _stepping_clock() - self._began, clock.monotonic()
         until = clock.monotonic() + max(patience * took, LEAST_PATIENCE)
@@ -345,8 +317,8 @@ class Companion:
             method=self._method or ran.method,
             differs=self._differs,
             steps=0.5 * self._steps[0],
-            logs=self._observed.log_errors(self._theirs),
-            undecided=self._observed.undecided(self._theirs, failed),
+            logs=self.tap.log_errors(self._theirs),
+            undecided=self.tap.undecided(self._theirs, failed),
         )
         is_late = estimate.reason == ENDED and not interrupt()
         if limit and (estimate.state == "kept" or is_late):
@@ -377,8 +349,7 @@ class Companion:
         if not self._is_dear(ran):
             rows = self._stepped(FINER, interrupt, most=self._most)
         self._differs = True
-        known: Any = np.isfinite(rows).all(axis=(1, 2))
-        asked: Any = np.isfinite(self._own).all(axis=(1, 2))
+        known, asked = _known(rows), _known(self._own)
         relative, _ = self._apart(self._own, rows, known & asked)
         is_enough = known[asked].all() or (relative > self._agreed).any()
         return rows, "" if is_enough else self._too_dear(ran, rows)
@@ -391,7 +362,7 @@ class Companion:
             rows = self._stepped(self._steps[0], interrupt, every=self._steps[1])
         if self._steps[0] == FINER:
             return rows
-        both: Any = np.isfinite(self._own).all(axis=(1, 2)) & np.isfinite(rows).all(axis=(1, 2))
+        both = _known(self._own) & _known(rows)
         relative, _ = self._apart(self._own, rows, both)
         if both.any() and relative.max(initial=0.0) <= SAME_STATE:
             return rows
@@ -413,7 +384,7 @@ class Companion:
     def _too_dear(self, ran: Statistics, rows: Floats) -> str:
         """Return which part is unchecked, where the companion reached only some of the rows."""
         own = ", ".join(dict.fromkeys(change.method for change in ran.changes))
-        known = self.times[np.isfinite(rows).all(axis=(1, 2))]
+        known = self.times[_known(rows)]
         until = float(known.max(initial=0.0))
         ended = f" (it ended at {until:g} s)" if until else ""
         return (
@@ -447,15 +418,15 @@ class Companion:
         """Return whether the companion has come as far as the run."""
         each = slice((len(self.times) - 1) % self._steps[1], None, self._steps[1])
         asked = np.arange(len(self.times))[each]
-        asked = asked[np.isfinite(self._own[each]).all(axis=(1, 2))]
+        asked = asked[_known(self._own[each])]
         return not len(asked) or bool(np.isfinite(rows[asked[-1]]).all())
 
     def _stepped(
         self, factor: float, interrupt: Callable[[], bool], *, most: float = inf, every: int = 1
     ) -> Floats:
         """Return positions with smaller steps, by ``stepped``, as far as the run has come."""
-        assert self._observed is not None
-        rows, courses = np.full_like(self._own, np.nan), self._observed.courses
+        assert self.tap is not None, "otherwise nothing is compared"
+        rows, courses = np.full_like(self._own, np.nan), self.tap.courses
         self._theirs = courses.table()
         allowance = Allowance(lambda: most, self._progress)
         found = stepped(
@@ -477,8 +448,8 @@ class Companion:
         return found
 
     def _compared(self, other: Floats, interrupt: Callable[[], bool]) -> ErrorEstimate:
-        asked = np.isfinite(self._own).all(axis=(1, 2))
-        known = np.asarray(asked & np.isfinite(other).all(axis=(1, 2)))
+        asked = _known(self._own)
+        known = asked & _known(other)
         relative, apart = self._apart(self._own, other, known)
         state: State = "kept"
         reason, since = "", None
@@ -514,13 +485,15 @@ class Companion:
         """Return the displacement below which errors are relative to it [m]."""
         return FLOOR * (self.network.extent or 1.0)
 
-    def _moved(self, known: Any) -> Floats:
+    def _moved(self, known: NDArray[np.bool_]) -> Floats:
         """Return the largest displacement until each of some times [m], shape (row,)."""
         # What has come back by the first of the times counts, too.
         moved = largest(self._own[known] - self.network.position)
         return np.maximum.accumulate(np.maximum(moved, self._reach[known]))
 
-    def _apart(self, one: Floats, other: Floats, known: Any) -> tuple[Floats, Floats]:
+    def _apart(
+        self, one: Floats, other: Floats, known: NDArray[np.bool_]
+    ) -> tuple[Floats, Floats]:
         """Return how far two motions are apart until the known times, relative and [m]."""
         scale = np.maximum(self._moved(known), self._floor)
         apart = largest(one[known] - other[known])
@@ -538,7 +511,7 @@ class Companion:
         """
         finest = self._stepped(FINEST_FINER, interrupt, most=MOST * self._most)
         asked = known & (self.times >= since)
-        both = asked & np.isfinite(finest).all(axis=(1, 2))
+        both = asked & _known(finest)
         if not both.any():
             return "unknown", "the test with smaller steps did not finish in time", since, None
         own, apart = self._apart(self._own, finest, both)
@@ -582,6 +555,11 @@ class Companion:
             self._process.wait()
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _known(position: Floats) -> NDArray[np.bool_]:
+    """Return at which times positions are known, shape (row,), of shape (row, node, 3)."""
+    return np.asarray(np.isfinite(position).all(axis=(1, 2)))
 
 
 def _stepping_clock() -> float:

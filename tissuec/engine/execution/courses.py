@@ -20,6 +20,7 @@ from tissuec.core.units import show, si_unit
 from tissuec.engine.execution.event_queue import SAME, rows_at, rows_within
 from tissuec.engine.execution.expectations import Failure
 from tissuec.engine.execution.recorder import sample_times
+from tissuec.engine.method import Samples
 from tissuec.model.network import Floats, Network
 from tissuec.results.promise import LogError
 from tissuec.script.measures.snapshot import Snapshot
@@ -35,24 +36,7 @@ MOST_COLUMNS = 1024  # of a log: larger ones, such as tensions of a whole body, 
 UNKNOWN = 2.0
 
 
-def times_of_comparison(network: Network, plan: Plan) -> tuple[Floats, Floats]:
-    """Return when runs are compared, and all times of samples [s], shapes (row,), (sample,).
-
-    Positions are compared at some of all samples, evenly spread, and logs at some of their
-    rows; whatever expectations name is among these.
-    """
-    every = sample_times(plan)
-    most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * max(network.node_count, 1)))))
-    rows = [
-        rows_of_expectations(plan, every),
-        *(rows_of_log(log, plan, every) for log in plan.output.logs),
-    ]
-    due = np.logical_or.reduce(rows)
-    due[evenly(len(every), most)] = True
-    return every[due], every
-
-
-def rows_of_expectations(plan: Plan, every: Floats) -> NDArray[np.bool_]:
+def _rows_of_expectations(plan: Plan, every: Floats) -> NDArray[np.bool_]:
     """Return when expectations are compared, shape (sample,).
 
     Args:
@@ -68,7 +52,7 @@ def rows_of_expectations(plan: Plan, every: Floats) -> NDArray[np.bool_]:
     return due
 
 
-def rows_of_log(log: LogRequest, plan: Plan, every: Floats) -> NDArray[np.bool_]:
+def _rows_of_log(log: LogRequest, plan: Plan, every: Floats) -> NDArray[np.bool_]:
     """Return when a log is compared, shape (sample,).
 
     Args:
@@ -97,32 +81,39 @@ class ComparedCourse(Struct, frozen=True, eq=False):
 class Courses:
     """All that the runs of a plan are compared by.
 
+    Positions are compared at some of all samples, evenly spread, and logs at some of their
+    rows; whatever expectations name is among these.
+
     Args:
         network, plan: Of the run.
-        times: Times of comparison [s], some of ``every``, shape (row,).
-        every: All times of samples [s], shape (sample,).
 
     Attributes:
+        times: When runs are compared [s], shape (row,).
         logs: By the place of the log in the plan.
         expectations: By the place of the expectation in the plan.
         pinned: Times that expectations look back to [s], by the times of comparison.
         width: Number of columns of a table.
     """
 
-    def __init__(self, network: Network, plan: Plan, times: Floats, every: Floats):
-        self.plan, self.times = plan, times
-        near = SAME * plan.simulation.duration
-        chosen = np.searchsorted(every, times)
-        self._is_expected = rows_of_expectations(plan, every)[chosen]
+    def __init__(self, network: Network, plan: Plan):
+        self.plan = plan
+        every, near = sample_times(plan), SAME * plan.simulation.duration
+        expected = _rows_of_expectations(plan, every)
+        logged = [_rows_of_log(log, plan, every) for log in plan.output.logs]
+        chosen = np.logical_or.reduce([expected, *logged])
+        most = int(MOST_BYTES / (48 * max(network.node_count, 1)))
+        chosen[evenly(len(every), max(2, min(MOST_ROWS, most)))] = True
+        self.times = times = every[chosen]
+        self._is_expected = expected[chosen]
         is_of_logs = self._is_expected.copy()
         self.logs: dict[int, ComparedCourse] = {}
         self.expectations: dict[int, ComparedCourse] = {}
         self.width = 1  # the number of events until then
         start = Snapshot.of(plan.start(network)) if plan.output.logs else None
-        for place, log in enumerate(plan.output.logs):
+        for place, (log, rows) in enumerate(zip(plan.output.logs, logged, strict=True)):
             if start is None or not _is_compared(log):
                 continue
-            due = rows_of_log(log, plan, every)[chosen]
+            due = rows[chosen]
             is_of_logs |= due
             columns = self._next(len(log.measure.columns(log.subjects, start)))
             self.logs[place] = ComparedCourse(
@@ -183,27 +174,37 @@ def _gaps(compared: ComparedCondition, snapshot: Snapshot) -> Floats:
 
 
 class Observations:
-    """What a run told of its courses, as a ``Tap`` takes it.
+    """What a run shows of its motion and its courses, as a ``Tap`` takes it.
+
+    Args:
+        courses: What runs are compared by.
+        network: Of the run.
 
     Attributes:
-        table: At the times of comparison, shape (row, width); NaN where nothing is known.
+        position: At the times of comparison [m], shape (row, node, 3); NaN where not known.
+        reach: Largest displacement before each of these times [m], shape (row,).
+        table: Of the courses, at the same times, shape (row, width); NaN where not known.
     """
 
-    def __init__(self, courses: Courses):
+    def __init__(self, courses: Courses, network: Network):
         self.courses, self.table = courses, courses.table()
+        self.position = np.full((len(courses.times), network.node_count, 3), np.nan)
+        self.reach = np.zeros(len(courses.times))
         self._events = 0
         self._largest: dict[int, float] = {}
         self._gaps: dict[int, list[Floats]] = {}
         self._places = {log.name: n for n, log in enumerate(courses.plan.output.logs)}
 
+    def take(self, samples: Samples) -> None:
+        """Take positions, and how many events came before them."""
+        rows, due = rows_of(self.courses.times, samples.time)
+        self.position[rows] = samples.position[due]
+        self.reach[rows] = samples.reach[due]
+        self.table[rows, 0] = self._events
+
     def happened(self, logged_event: LoggedEvent) -> None:
         """Count an event."""
         self._events += counts(logged_event)
-
-    def passed(self, time: Floats) -> None:
-        """Note how many events came before times [s], shape (sample,)."""
-        rows, _ = rows_of(self.courses.times, time)
-        self.table[rows, 0] = self._events
 
     def log(self, name: str, time: Floats, rows: Floats) -> None:
         """Take rows of a log, shape (row, column), at times [s], shape (row,)."""

@@ -18,7 +18,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Samples, Statistics
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import EQUILIBRIUM, STATIC, Plan, Simulation, without_outputs
 from tissuec.script.verbs import LoggedEvent
@@ -176,7 +176,8 @@ class _Silent(Recorder):
         self._events += counts(logged_event)
 
     def record(self, samples: Samples) -> None:
-        keep(samples, self._asked, self._kept)
+        rows, due = rows_of(self._asked, samples.time)
+        self._kept[rows] = samples.position[due]
         if self._courses is None or self._table is None or self._state is None:
             return
         snapshot = self._snapshot(samples, self._state)
@@ -184,25 +185,8 @@ class _Silent(Recorder):
             if (asked := self._courses.pinned.get(time)) is not None:
                 then = snapshot.pick(np.array([number])).pick(0)  # a copy
                 self.memory.pinned[asked] = replace(then, pinned={})
-        rows, _ = rows_of(self._asked, samples.time)
         self._table[rows, 0] = self._events
         self._courses.sample(snapshot, rows, self._table)
-
-
-def keep(samples: Samples, times: Floats, rows: Floats) -> tuple[Indices, NDArray[np.bool_]]:
-    """Copy the positions of samples at given times into rows.
-
-    Args:
-        samples: A batch of samples.
-        times: Times of interest [s], ascending, shape (time,).
-        rows: Positions [m], shape (time, node, 3), changed in place.
-
-    Returns:
-        As of ``rows_of``.
-    """
-    places, due = rows_of(times, samples.time)
-    rows[places] = samples.position[due]
-    return places, due
 
 
 def largest(vectors: Floats) -> Floats:
