@@ -352,11 +352,11 @@ class Recorder:
         self._write_errors(samples, rows)
         self._judge.sample(snapshot, rows, self.memory)
         if self.takes_notes:
-            examined: list[int] = []
-            for row, time in enumerate(samples.time.tolist()):
-                if time >= self.memory.doubts.next:
-                    examined.append(row)
-                    self.look(self._state, time, samples.position[row])
+            examined = [
+                row
+                for row, time in enumerate(samples.time.tolist())
+                if self.look(self._state, time, samples.position[row])
+            ]
             if examined and self.plan.triggers:
                 self._effects.measure(snapshot.pick(np.array(examined)), self.memory.effects)
 
@@ -379,7 +379,7 @@ class Recorder:
 
     def look(
         self, state: State, time: float, position: Floats, *, always: bool = False
-    ) -> None:
+    ) -> bool:
         """Look for doubts and effects of orders, unless that was done a moment ago.
 
         Args:
@@ -387,10 +387,15 @@ class Recorder:
             time: [s].
             position: Of all nodes [m], shape (node, 3).
             always: Whether to check in any case.
+
+        Returns:
+            Whether the state was examined.
         """
-        if always or time >= self.memory.doubts.next:
+        is_due = always or time >= self.memory.doubts.next
+        if is_due:
             self._watcher.look(state, time, position, self.memory.doubts)
             self._effects.look(state, position, self.memory.effects)
+        return is_due
 
     def follow(
         self,
