@@ -20,6 +20,7 @@ import numpy as np
 
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
+from tissuec.engine.execution.event_queue import SAME
 from tissuec.engine.method import (
     Follow,
     Interruption,
@@ -43,7 +44,6 @@ from tissuec.script.procedures import RelaxationChoices
 
 THRESHOLD = 1e-9  # of the largest force: the change of a force that counts
 SWEEPS = 20_000
-ROUNDING = 1e-12  # of the duration: times that differ by less are one
 
 
 class QuasiStatic:
@@ -136,7 +136,7 @@ class QuasiStatic:
                 self._viewed = state.position.copy(), state.velocity.copy()
                 return Interruption("viewed", view)
             time = self._next(state.time, until)
-            if time - state.time <= ROUNDING * self.method.duration:
+            if time - state.time <= SAME * self.method.duration:
                 self._arrive(state, time)  # the same equilibrium
             elif found := self._go(state, time, watch, pause):
                 return found

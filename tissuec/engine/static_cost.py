@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.engine.execution.event_queue import join_times
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.unknowns import Fill
 from tissuec.mechanics.state import State
@@ -81,20 +82,15 @@ def _count(plan: Plan, start: float, stop: float, step: float) -> int:
         event.time + (getattr(event.action, "duration", None) or 0.0) for event in plan.events
     ]
     found = np.array([start, stop, *(event.time for event in plan.events), *ends])
-    stops = _distinct(found[(found >= start) & (found <= stop)], near)
+    stops = join_times(found[(found >= start) & (found <= stop)], np.zeros(0), near)
     grids: list[Floats] = [
         np.linspace(a, b, int(np.ceil((b - a) / step * (1.0 - 1e-12))) + 1)
         for a, b in pairwise(stops)
     ]
     samples = sample_times(plan)
     samples = samples[(samples >= start) & (samples <= stop)]
-    return len(_distinct(np.concatenate([*grids, samples]), near)) + len(stops) - 1
-
-
-def _distinct(times: Floats, near: float) -> Floats:
-    """Return times in ascending order, and one of those that are nearer to one another [s]."""
-    times = np.sort(times)
-    return times[np.concatenate([[True], np.diff(times) > near])]
+    times = join_times(np.concatenate([*grids, samples]), np.zeros(0), near)
+    return len(times) + len(stops) - 1
 
 
 def _step_seconds(state: State) -> float:
