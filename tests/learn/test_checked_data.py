@@ -111,7 +111,7 @@ def test_data_with_the_opposite_sign_is_named_with_its_way_out(tmp_path):
     (said,) = mistakes(_prepared(tmp_path, *turned).problem)
     assert said == (
         "the data of force(top along (-1, 0, 0)) has the opposite sign of the first "
-        "prediction: turn the direction after along, or change the sign of the data"
+        "prediction: reverse the direction after along, or change the sign of the data"
     )
     back = [("force(top)", "force(top along (1, 0, 0))")]
     assert mistakes(_prepared(tmp_path, *back).problem) == []

@@ -336,7 +336,7 @@ def test_the_angle_of_fibres_can_be_computed():
     _, warnings = compile_request(Request(Source("tube.tis", TUBE.replace("FIBRES", "-35"))))
     (found,) = (w for w in warnings if w.code == "W504")
     assert found.message == "without a unit, -35 is an angle in radians: 5.57 turns"
-    assert found.hint == "write deg or rad behind the number"
+    assert found.hint == "write deg or rad after the number"
 
 
 def test_prestress_goes_along_the_only_fibres_unless_something_else_is_written():

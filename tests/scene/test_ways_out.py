@@ -58,7 +58,7 @@ def warnings(text):
         (changed("fix base", "inflate block by 5 ml"), 'does not take "by"', "to 5 ml"),
         (changed("(20, 20, 10) mm", "(20, 20, 10) m"), "would have about", "in mm, not in m?"),
         (SCENE + "script { at 0.5 ms: free base }", "script is given twice",
-         "move what is in it to the end of the first script"),
+         "move its contents to the end of the first script"),
         (changed("fix base", "sew base to base"), '"sew" is not a verb', "joint NAME {"),
         (changed("tissue is gel\n", "tissue is gel; prestress across (0, 0, 1); "
                  "prestress = 5 %\n"),

@@ -299,7 +299,7 @@ def refuse_overlap(
 
 
 def places_near(condition: s.Expression, points: Sequence[PointScope]) -> str:
-    """Return where points are, for messages: beside a coordinate that none has, or in all.
+    """Return the coordinates next to one that no point has, or the extents; for messages.
 
     Args:
         condition: What no point meets.

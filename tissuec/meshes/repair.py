@@ -86,7 +86,7 @@ class PartCells(Struct, frozen=True, eq=False):
 
 
 def _ascending_corners(cells: Indices) -> Indices:
-    """Return corners of cells in ascending order, with -1 behind them, shape (cell, 8)."""
+    """Return corners of cells in ascending order, followed by -1, shape (cell, 8)."""
     rows = np.full((len(cells), 8), -1)
     rows[:, : cells.shape[1]] = np.sort(cells, axis=1)
     return rows
@@ -318,7 +318,7 @@ def _merge(draft: _Draft, close: float | None) -> None:
 
 
 def _name_walls(draft: _Draft) -> None:
-    """Report faces besides solid cells that are no sides of them."""
+    """Report faces that are not sides of solid cells, where there are such cells."""
     solid = [cells.nodes.ravel() for cells in draft.cells if cells.kind in ("tetra", *FACES)]
     if not solid:
         return

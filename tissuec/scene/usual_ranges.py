@@ -40,7 +40,7 @@ class Usual(Struct, frozen=True):
         least, most: What has such values.
         typical: The range of most of it; a slip of the unit is looked for here.
         units: In which a number may have been meant.
-        beyond: A further range of what ``most`` names besides, such as bone.
+        beyond: A further usual range, such as that of bone.
     """
 
     dimension: Dimension

@@ -28,7 +28,7 @@ def buried_bodies(compiled: Compiled) -> Iterator[Diagnostic]:
                 yield Diagnostic(
                     "W416",
                     f"{inner.name} is drawn inside of {outer.name}, and neither acts on the "
-                    "other: both are there, one in the other",
+                    "other",
                     inner.span,
                     f"write in {outer.name}: {region}; or join both by a joint",
                     (Note("the body around it", outer.span),),

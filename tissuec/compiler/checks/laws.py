@@ -52,12 +52,12 @@ def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
 APART = 0.2  # of the stress: a contradiction, far above the errors of curves
 
 
-#: Compressions at which a formula that distinguishes tension is held against the solid.
+#: Compressions at which a formula that distinguishes tension is compared with the solid.
 PRESSED = np.array([-0.05, -0.1, -0.2, -0.3])
 
 
 def _pressed_strains(curve: WrittenLaw) -> NDArray[np.float64]:
-    """Return where a curve of stress says something of compression, shape (strain,)."""
+    """Return the compressions for which a curve states a stress, shape (strain,)."""
     if curve.law is not None:
         strains = np.array(getattr(curve.law, "strains", ()), dtype=np.float64)
         return strains[(strains > -1.0) & (strains < 0.0)]
@@ -99,11 +99,11 @@ def pressed_curves(compiled: Compiled) -> Iterator[Diagnostic]:
             solid = law.modulus * 2.0 / 3.0 * (stretch - stretch**-2) * float(slope)
             if abs(written - solid) <= APART * max(abs(written), abs(solid)):
                 continue
-            said, has = (show(one, PRESSURE) for one in (written, solid))
+            drawn, has = (show(one, PRESSURE) for one in (written, solid))
             yield Diagnostic(
                 "W215",
                 f"elements follow the curve of {tissue.name} in tension only: at a strain of "
-                f"{100.0 * strain:.3g} % it says {said}, and the solid has {has}",
+                f"{100.0 * strain:.3g} %, the curve has {drawn} and the solid {has}",
                 place,
                 "for a solid that was compressed, fit a solid law to both parts, such as ogden",
             )

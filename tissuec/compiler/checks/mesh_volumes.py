@@ -1,4 +1,4 @@
-"""Checks of volumes: cells that end elsewhere than what they stand for."""
+"""Check of the volumes of cells against those of the regions and shapes that they fill."""
 
 from collections.abc import Iterator
 
@@ -30,7 +30,7 @@ def other_volumes(compiled: Compiled) -> Iterator[Diagnostic]:
             written = show_in(one.written, size.split()[1])
             yield Diagnostic(
                 "W213",
-                f"the elements of the region {one.name} have {size}, its condition "
+                f"the elements of the region {one.name} have {size}, but its condition "
                 f"holds in {written}",
                 one.span,
                 "an element belongs to the region in which its centre lies: use cells that end "

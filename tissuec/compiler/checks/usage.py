@@ -114,7 +114,7 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W501",
                 f'the param "{declared.name.text}" is never used',
                 declared.name.span,
-                # What is set or varied has to be there.
+                # Params that are set or varied cannot be removed.
                 leaving_out(
                     "use it or remove it; to set or vary it has no effect",
                     *(() if key in needed else (declared.item.span,)),

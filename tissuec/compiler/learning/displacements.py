@@ -1,10 +1,10 @@
 """Times of the script at which nodes are displaced as far as the rows of data say.
 
-The script is gone through once without any physics: driven nodes are on their paths, all
-others stay where they are drawn. The displacement of a row is the mean one of the moved nodes,
-along the line to where they are in the end; what counts is the first way out, as far as it
-never turns back. Along a given line it has a sign, as in a test of tension and compression;
-there, what counts is when the nodes are first so far to that side.
+The actions of the script are applied once without any physics: driven nodes are on their
+paths, all others stay where they are drawn. The displacement of a row is the mean one of the
+moved nodes, along the line to where they are in the end; what counts is the first way out, as
+far as it never turns back. Along a given line it has a sign, as in a test of tension and
+compression; there, what counts is when the nodes are first so far to that side.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -123,7 +123,7 @@ class TravelledDistance:
             state.place_held()
 
     def _end_where_it_turns(self, close: float) -> None:
-        """Forget the way from where it first turns back, and end it right there."""
+        """End the way where it first turns back."""
         back = np.flatnonzero(np.diff(self._sizes) < -close)
         if not len(back):
             return

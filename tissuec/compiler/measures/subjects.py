@@ -1,4 +1,4 @@
-"""Whether what is measured has what a measure needs; see ``script.measures.needs``."""
+"""Whether subjects have what a measure needs; see ``script.measures.needs``."""
 
 import numpy as np
 

@@ -79,7 +79,7 @@ def profiles_of(action: Action) -> Iterator[TimeProfile]:
 
 
 def table_times(columns: Sequence[TimeProfile], room: float) -> tuple[str, str] | None:
-    """Return what is wrong with the times of a table, and a way out; None if nothing is.
+    """Return the fault of the times of a table, and a remedy; None if there is no fault.
 
     Args:
         columns: Of the table, all with the same times.

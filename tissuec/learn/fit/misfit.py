@@ -127,7 +127,7 @@ def mistakes(problem: Problem) -> list[str]:
         if both[0] @ both[1] < OPPOSITE * lengths:
             way_out = "change the sign of the data"
             if " along " in fit.text:
-                way_out = f"turn the direction after along, or {way_out}"
+                way_out = f"reverse the direction after along, or {way_out}"
             found.append(
                 f"the data of {fit.text} has the opposite sign of the first prediction: "
                 f"{way_out}"

@@ -13,7 +13,7 @@ from tissuec.core.errors import counted
 from tissuec.meshes.formats import CORNERS, Floats, FormatError, Indices, MeshCells, RawMesh
 from tissuec.meshes.formats.packed import Room
 
-#: Types of elements by their beginning, the number of their nodes, and the letters behind it.
+#: Types of elements by their beginning, the number of their nodes, and the letters after it.
 _SOLIDS = re.compile(r"[A-Z]{0,2}C3D(\d+)[A-UW-Z]*")
 _FACES = re.compile(r"(S|STRI|DS|M3D|SFM3D|R3D|CPS|[AD]C2D)([34689])[A-Z]*5?")
 _KINDS = {
@@ -53,7 +53,7 @@ class NumberSet(NamedTuple):
 
 
 class PartContents(Struct):
-    """What a part, an instance, or the rest of the file has, with numbers of its own.
+    """Contents of a part, of an instance, or of the rest of the file, with own numbers.
 
     Attributes:
         nodes: Their numbers, and their positions in the unit of the file, shape (node, 3).
@@ -83,7 +83,7 @@ class Instance(NamedTuple):
     Attributes:
         name: Of the instance.
         part: Of the part, in capitals; empty if all is its own.
-        own: What it has besides its part.
+        own: Its contents that are not those of its part.
         place: A shift (3 numbers), and a rotation: two points of its axis, and an angle in
             degrees (7 numbers).
     """

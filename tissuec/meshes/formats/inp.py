@@ -200,7 +200,7 @@ def _element_count(lines: Sequence[str]) -> int:
 
 
 def _nodes(block: _Block) -> tuple[Indices, Floats]:
-    """Return the numbers and the positions of nodes; directions behind them are left out."""
+    """Return the numbers and the positions of nodes; directions after them are left out."""
     rows: list[list[str]] = []
     for line in block.lines:
         words = line.split(",")

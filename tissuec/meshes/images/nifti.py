@@ -42,7 +42,7 @@ def read(data: bytes, path: Path) -> RawImage:
         raise FormatError("reading NIfTI needs the optional package nibabel", INSTALL) from None
     version = _version(data)
     try:
-        # The library prints its findings on the header besides raising them.
+        # The library also prints the findings on the header that it raises.
         with library.imageglobals.LoggingOutputSuppressor():
             image = getattr(library, f"Nifti{version}Image").from_bytes(data)
     except Exception as error:  # whatever strange bytes make it stumble over

@@ -130,7 +130,7 @@ def _values(header: dict[str, Any], data: bytes) -> NDArray[Any]:
 
 
 def _skipped(header: Mapping[str, Any], data: bytes, size: int) -> bytes:
-    """Return the bytes of the voxels, unpacked, behind the lines and bytes that are skipped.
+    """Return the unpacked bytes of the voxels, after the lines and bytes that are skipped.
 
     Lines are skipped before and bytes after the data is unpacked. Skipping -1 bytes skips
     all but the last ones.
@@ -160,7 +160,7 @@ def _skipped(header: Mapping[str, Any], data: bytes, size: int) -> bytes:
 
 
 def _without_skips(header: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a header of data that is unpacked, and from which everything else is gone."""
+    """Return the header of unpacked data with nothing to skip."""
     skips = ("line skip", "lineskip", "byte skip", "byteskip")
     found = {key: value for key, value in header.items() if key not in skips}
     if header.get("encoding") in _METHODS:

@@ -256,7 +256,7 @@ def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
         first = to.single[kind].head
         findings.reject(
             "TIS503", f"{kind} is given twice", item.head,
-            hint=f"move what is in it to the end of the first {kind}",
+            hint=f"move its contents to the end of the first {kind}",
             notes=(Note("first here", first),),
         )  # fmt: skip
     to.single[kind] = item

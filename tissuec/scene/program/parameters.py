@@ -101,7 +101,7 @@ class Constants(Scope):
         return self.definitions.find(name.key)
 
     def look_up(self, name: s.Name) -> Value:
-        """Return the value of a param that is set; this makes no use of it."""
+        """Return the value of a param that is set, without marking it as used."""
         return self.definitions.find(name.key)
 
     def has(self, name: s.Name) -> bool:

@@ -51,7 +51,7 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
     "==": np.equal,
     "!=": np.not_equal,
 }
-#: The sign that says the same with both sides exchanged.
+#: The sign with the same meaning after both sides are exchanged.
 _EXCHANGED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 _EXTREMES = {"min": np.minimum, "max": np.maximum}
 TURN = 2.0 * np.pi  # [rad]
@@ -340,7 +340,7 @@ class Scope:
         if not value.is_literal or value.is_many or abs(float(value.amount)) <= TURN:
             return
         amount, turns = float(value.amount), abs(float(value.amount)) / TURN
-        hint: str = "write deg or rad behind the number"
+        hint: str = "write deg or rad after the number"
         if span.text.replace(".", "").isdigit():
             ways = f"{span.text} deg", f"{span.text} rad"
             hint = Hint("write {}; if radians are meant, {}".format(*ways), *map(Edit, ways))

@@ -124,7 +124,7 @@ class TissueQuantity(Struct, frozen=True):
         return units.show_or_kilo(value, self.unit, digits=digits)
 
     def __reduce__(self) -> Any:
-        # What is told apart by identity is the same quantity in another process, too.
+        # Quantities are compared by identity, which has to hold in another process, too.
         key = key_of(self.name)
         if QUANTITIES.get(key) is self:
             return _quantity, (key,)

@@ -44,8 +44,8 @@ class Measure(Protocol):
         takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body" or
             "jaws" where it means something of whole bodies or of forceps with jaws only.
 
-    A measure that has a meaning for some bodies alone says what they need in ``needs``, names
-    of ``NEEDS``. Otherwise it would be 0 all the time, which is reported.
+    A measure that has a meaning for some bodies only lists what they need in ``needs``, names
+    of ``NEEDS``. Without it, the measure would always be 0, which is reported.
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
     What is 0 wherever contact is off has ``of_contact = True``, and what can be measured of

@@ -1,4 +1,4 @@
-"""What measures and fields need to have a meaning: one declaration for messages and tables.
+"""Needs of measures and fields, declared once for messages and tables.
 
 A measure names what it needs in ``needs``, and a field of frames likewise. What a body lacks by
 its kind is an error where it is measured; what a scene lacks, such as a pressure, a warning.
@@ -46,7 +46,7 @@ NEEDS: Mapping[str, Need] = {
         {"net": YES, "thread": YES, "nodes of a set": "with springs in it",
          "springs of a set": YES},
         text="springs that bear a tension, and edges of elements bear none",
-        hint="stress(A) is that of elements, and force(A) that of whatever holds A",
+        hint="measure stress(A) in elements, or force(A) of nodes that are held",
     ),
     "elements": Need(
         {"wall": YES, "solid": YES, "nodes of a set": "of elements", "tool": YES},
@@ -67,7 +67,7 @@ NEEDS: Mapping[str, Need] = {
     ),
     "load": Need(
         dict.fromkeys(KINDS, "if it is pressed"),
-        absent="no order presses A by this name",
+        absent="no action presses A by this name",
         hint="name what the script presses",
     ),
     "support": Need(

@@ -145,7 +145,7 @@ class CutSurface(Struct, frozen=True, eq=False):
     ) -> "CutSurface":
         """Return parts that take their energies evenly between two shares of the edge.
 
-        What is beyond its ends counts for the rest.
+        The energy of a part beyond the ends is taken within them.
 
         Args:
             areas: [m²], shape (part,).
