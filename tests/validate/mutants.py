@@ -79,7 +79,6 @@ FORCES: dict[str, tuple[str, ...] | None] = {
         "pull_of",
     ),
     "tissuec.kernels.boundary_conditions": None,
-    "tissuec.forces.bending_kernel": None,
     "tissuec.forces.foundation_kernel": None,
     "tissuec.forces.volume_kernel": None,
     "tissuec.forces.rest_length_kernel": None,

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from tissuec.compiled.bundles import BUNDLES, of_field
+from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loading import address, is_shipped
 from tissuec.compiled.record_tables import RecordField, RecordTable, place_of, signature
 from tissuec.kernels import stages, vectors
@@ -219,6 +220,8 @@ def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
     Args:
         table: What it will be given; it keeps what has to be kept.
     """
+    if isinstance(kernel, GeneratedKernel):
+        return kernel.address
     bundle = of_field(kernel)
     if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
         return address(bundle, kernel.__name__)
@@ -229,10 +232,18 @@ def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
     return called.address
 
 
-def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
-    """Return the kernel of a field of all arguments but the last one, a record."""
+def kernel_on(
+    kernel: Callable[..., None], record: Any, vectors: int = 4
+) -> Callable[..., None]:
+    """Return the kernel of a field of all arguments but the last one, a record.
+
+    Args:
+        kernel: The kernel.
+        record: The record.
+        vectors: How many it takes.
+    """
     table = RecordTable(record)
-    function = _of_fields(4)(kernel_address(kernel, table))
+    function = _of_fields(vectors)(kernel_address(kernel, table))
     kind = _VECTOR._replace(what=f"a vector of {kernel.__name__}")
 
     def call(time: float, *vectors: Any) -> None:

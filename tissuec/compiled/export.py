@@ -43,7 +43,7 @@ OPTIMISED = ("drive", "force", "springs_in_runs")
 #: Bundles with functions whose names begin with these are not optimised again at all: vectors
 #: of two numbers, which any processor has, are all that their scalar loops gain from. Loading
 #: them takes a third of the time.
-FINISHED = ("springs_viscous_watched_of_laws", "fold", "press", "touch")
+FINISHED = ("springs_viscous_watched_of_laws", "press", "touch")
 # As intrinsic functions they set no error number, and can be done eight at a time. They are
 # exact, so that all processors and libraries agree.
 ROUNDING = ("ceil", "floor", "sqrt")

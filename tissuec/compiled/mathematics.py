@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 from llvmlite import ir
 
 Value: TypeAlias = Any  # of llvmlite
-_NUMBER, _WORD = ir.DoubleType(), ir.IntType(64)
+_NUMBER, _WORD, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 _SHIFT = 1.5 * 2.0**52  # added to a small number, it leaves a whole one in the lowest bits
 _MANTISSA, _BIAS = 52, 1023  # bits of a number, and the exponent of 1
 _LEAST_NORMAL = 2.0**-1022
@@ -50,16 +50,28 @@ _HALF_PI = _split(Decimal("1.570796326794896619231321691639751442098584699687552
 
 
 class _Code:
-    """Writes operations on numbers of double precision."""
+    """Writes operations on numbers of double precision, or on as many side by side as lanes."""
 
-    def __init__(self, builder: Any):
-        self.builder = builder
+    def __init__(self, builder: Any, lanes: int):
+        self.builder, self.lanes = builder, lanes
+
+    def kind(self, one: Value) -> Value:
+        """Return the type of values, given that of one of them."""
+        return _side_by_side(one, self.lanes)
 
     def number(self, value: Value) -> Value:
-        return value if isinstance(value, ir.Value) else ir.Constant(_NUMBER, float(value))
+        return value if isinstance(value, ir.Value) else self._constant(_NUMBER, float(value))
+
+    def word(self, value: int) -> Value:
+        return self._constant(_WORD, value)
+
+    def _constant(self, kind: Value, value: float) -> Value:
+        return ir.Constant(self.kind(kind), value if self.lanes == 1 else [value] * self.lanes)
 
     def intrinsic(self, name: str, *values: Value) -> Value:
-        called = declared(self.builder.module, f"llvm.{name}.f64", len(values))
+        suffix = "f64" if self.lanes == 1 else f"v{self.lanes}f64"
+        name = f"llvm.{name}.{suffix}"
+        called = declared(self.builder.module, name, len(values), self.lanes)
         return self.builder.call(called, [self.number(value) for value in values])
 
     def add(self, left: Value, right: Value) -> Value:
@@ -83,10 +95,14 @@ class _Code:
 
     def rarely(self, test: Value, make: Callable[[], Value], usual: Value) -> Value:
         """Return a value that is made in a branch of its own, or the usual one."""
-        begun = self.builder.block
-        with self.builder.if_then(test, likely=False):
-            made, at = make(), self.builder.block
-        value = self.builder.phi(_NUMBER)
+        begun, some = self.builder.block, test
+        if self.lanes > 1:
+            bits = ir.IntType(self.lanes)
+            some = self.builder.icmp_unsigned("!=", self.builder.bitcast(test, bits), bits(0))
+        with self.builder.if_then(some, likely=False):
+            made = make() if self.lanes == 1 else self.where(test, make(), usual)
+            at = self.builder.block
+        value = self.builder.phi(self.kind(_NUMBER))
         value.add_incoming(usual, begun)
         value.add_incoming(made, at)
         return value
@@ -96,12 +112,13 @@ class _Code:
         return self.builder.fcmp_ordered(sign, left, self.number(right))
 
     def bits(self, value: Value) -> Value:
-        return self.builder.bitcast(self.number(value), _WORD)
+        return self.builder.bitcast(self.number(value), self.kind(_WORD))
 
     def power_of_two(self, exponent: Value) -> Value:
         """Return 2ⁿ for a whole number n of a normal result."""
-        biased = self.builder.add(exponent, _WORD(_BIAS))
-        return self.builder.bitcast(self.builder.shl(biased, _WORD(_MANTISSA)), _NUMBER)
+        biased = self.builder.add(exponent, self.word(_BIAS))
+        shifted = self.builder.shl(biased, self.word(_MANTISSA))
+        return self.builder.bitcast(shifted, self.kind(_NUMBER))
 
     def rounded(self, value: Value, factor: float) -> tuple[Value, Value]:
         """Return the nearest whole number to a product, as a number and as a word."""
@@ -120,9 +137,14 @@ class _Code:
         return terms[0]
 
 
-def declared(module: Any, name: str, arguments: int) -> Value:
-    """Return a function of numbers that a module knows by name."""
-    kind = ir.FunctionType(_NUMBER, [_NUMBER] * arguments)
+def _side_by_side(kind: Value, lanes: int) -> Value:
+    return kind if lanes == 1 else ir.VectorType(kind, lanes)
+
+
+def declared(module: Any, name: str, arguments: int, lanes: int = 1) -> Value:
+    """Return a function of numbers, or of lanes of them, that a module knows by name."""
+    number = _side_by_side(_NUMBER, lanes)
+    kind = ir.FunctionType(number, [number] * arguments)
     return module.globals.get(name) or ir.Function(module, kind, name)
 
 
@@ -148,7 +170,7 @@ def _exponential(code: _Code, high: Value, low: Value) -> Value:
     value = code.add(value, rest)
 
     def in_two_steps() -> Value:
-        half = code.builder.ashr(word, _WORD(1))
+        half = code.builder.ashr(word, code.word(1))
         whole = code.multiply(value, code.power_of_two(half))
         return code.multiply(whole, code.power_of_two(code.builder.sub(word, half)))
 
@@ -164,10 +186,11 @@ def _logarithm(code: _Code, x: Value) -> tuple[Value, Value]:
     x = code.where(is_small, code.multiply(x, 2.0**54), x)
     # k is such that z is between the roots of 1/2 and 2.
     word, root = code.bits(x), code.bits(sqrt(0.5))
-    k = builder.ashr(builder.sub(word, root), _WORD(_MANTISSA))
-    z = builder.bitcast(builder.sub(word, builder.shl(k, _WORD(_MANTISSA))), _NUMBER)
-    k = builder.sub(k, builder.select(is_small, _WORD(54), _WORD(0)))
-    exponent = builder.sitofp(k, _NUMBER)
+    k = builder.ashr(builder.sub(word, root), code.word(_MANTISSA))
+    z = builder.sub(word, builder.shl(k, code.word(_MANTISSA)))
+    z = builder.bitcast(z, code.kind(_NUMBER))
+    k = builder.sub(k, builder.select(is_small, code.word(54), code.word(0)))
+    exponent = builder.sitofp(k, code.kind(_NUMBER))
     above, below = code.subtract(z, 1.0), code.add(z, 1.0)
     below_low = code.subtract(z, code.subtract(below, 1.0))
     inverse = builder.fdiv(code.number(1.0), below)
@@ -251,9 +274,9 @@ def _turned(code: _Code, x: Value, quarters: int) -> Value:
     change = code.fused(code.multiply(square, square), tail, change)
     cosine, left = _sum(code, code.number(1.0), code.multiply(-0.5, square))
     cosine = code.add(cosine, code.add(left, change))
-    turns = builder.add(word, _WORD(quarters))
-    is_odd = builder.trunc(turns, ir.IntType(1))
-    is_negative = builder.trunc(builder.lshr(turns, _WORD(1)), ir.IntType(1))
+    turns = builder.add(word, code.word(quarters))
+    is_odd = builder.trunc(turns, code.kind(_BIT))
+    is_negative = builder.trunc(builder.lshr(turns, code.word(1)), code.kind(_BIT))
     value = code.where(is_odd, cosine, sine)
     return code.where(is_negative, code.negative(value), value)
 
@@ -272,33 +295,38 @@ FUNCTIONS = tuple(_WRITERS)
 PREFIX = "exact_"
 
 
-def _declared_own(module: Any, name: str) -> Value:
-    return declared(module, PREFIX + name, 2 if name == "pow" else 1)
+def name_of(function: str, lanes: int = 1) -> str:
+    """Return the name of one of ``FUNCTIONS`` in code, of numbers or of lanes of them."""
+    return f"{PREFIX}{function}" if lanes == 1 else f"{PREFIX}{function}_{lanes}"
 
 
-def function(module: Any, name: str) -> Value:
+def _declared_own(module: Any, name: str, lanes: int) -> Value:
+    return declared(module, name_of(name, lanes), 2 if name == "pow" else 1, lanes)
+
+
+def function(module: Any, name: str, lanes: int = 1) -> Value:
     """Return one of ``FUNCTIONS``, added to a module of llvmlite if it is not there."""
-    if found := module.globals.get(PREFIX + name):
+    if found := module.globals.get(name_of(name, lanes)):
         return found
-    made = _declared_own(module, name)
+    made = _declared_own(module, name, lanes)
     made.linkage = "internal"
     made.attributes.add("noinline")
-    code = _Code(ir.IRBuilder(made.append_basic_block()))
+    code = _Code(ir.IRBuilder(made.append_basic_block()), lanes)
     code.builder.ret(_WRITERS[name](code, *made.args))
     return made
 
 
 @cache
-def defined() -> str:
-    """Return the functions in LLVM's intermediate representation."""
+def defined(names: tuple[str, ...] = FUNCTIONS, lanes: int = 1) -> str:
+    """Return some of the functions in LLVM's intermediate representation."""
     module = ir.Module("mathematics")
-    for name in FUNCTIONS:
-        function(module, name).linkage = "external"
+    for name in names:
+        function(module, name, lanes).linkage = "external"
     return str(module)
 
 
 @cache
-def declarations() -> str:
-    """Return the text of a module with calls of these functions."""
+def declarations(names: tuple[str, ...] = FUNCTIONS, lanes: int = 1) -> str:
+    """Return what a module that calls some of these functions declares."""
     module = ir.Module("declarations")
-    return "\n".join(str(_declared_own(module, name)) for name in FUNCTIONS)
+    return "\n".join(str(_declared_own(module, name, lanes)) for name in names)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.forces import Resisting, WalledField
 from tissuec.forces.element_limits import BreakableElements, ElementLimits, LimitColumns
-from tissuec.forces.matrices import as_operator, assembled
+from tissuec.forces.matrices import ForceDerivatives, as_operator, assembled
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.model.network import Floats, Indices
@@ -25,11 +25,9 @@ class ElementField(WalledField, frozen=True):
     """A field whose items are elements.
 
     Attributes:
-        name: Of the body.
         nodes: Shape (element, node).
     """
 
-    name: str
     nodes: Indices
 
     @property
@@ -117,7 +115,7 @@ class ElementField(WalledField, frozen=True):
         return as_operator(lambda: self._slow(position, every, count))
 
     @property
-    def derivatives(self) -> str:
+    def derivatives(self) -> ForceDerivatives | str:
         """Return why there are no exact derivatives for learning."""
         return "have no exact derivatives"
 
@@ -137,9 +135,12 @@ class MaterialField(ElementField, frozen=True):
     ``walls`` are the springs along edges, followed by the marks of ``limits``.
 
     Attributes:
+        name: Of the body.
         limits: At which they break; None where nothing may break.
+        laws: That they follow.
     """
 
+    name: str
     limits: ElementLimits | None
     laws: tuple[SolidLaw, ...]
 

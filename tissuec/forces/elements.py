@@ -219,7 +219,7 @@ class SolidElements(MaterialField, frozen=True):
             walled = np.append(walled, np.arange(len(nodes)))
         law, laws = numbered_laws(material.law, material.laws)
         return cls(
-            walls, walled, name, nodes, material.limits, laws, shape, drawn, row,
+            walls, walled, nodes, name, material.limits, laws, shape, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law,
             fibres, prestretch, branches, None, yielding, None, span,
         )  # fmt: skip

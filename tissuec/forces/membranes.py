@@ -185,7 +185,7 @@ class Membranes(MaterialField, frozen=True):
             walls = np.append(walls, material.limits.marks)
             walled = np.append(walled, np.arange(len(nodes)))
         made = cls(
-            walls, walled, name, nodes, material.limits, laws,
+            walls, walled, nodes, name, material.limits, laws,
             gradients @ longer, material.thickness * area, area, material.thickness,
             material.shear, material.bulk, material.viscosity, law, fibres,
             material.branches, None, material.yielding, None,

@@ -1,0 +1,32 @@
+"""Automatic differentiation: an effect is written once, and all that it needs follows.
+
+A potential is a plain function of numbers. It is traced once (``graph``), differentiated
+(``derivatives``, ``potentials``), and written as machine code for several items at a time
+(``emission``, ``compiled.loops``). What is imported here is what such functions are made of.
+"""
+
+from tissuec.autodiff.angles import Angle
+from tissuec.autodiff.derivatives import along, gradient, hessian
+from tissuec.autodiff.functions import cos, exp, log, maximum, minimum, ruled, sin, sqrt, where
+from tissuec.autodiff.graph import Number, TracingError
+from tissuec.autodiff.potentials import Numbers, Potential
+from tissuec.autodiff.tensors import (
+    TINY,
+    Tensor,
+    Vector,
+    cross,
+    determinant,
+    deviator,
+    dot,
+    norm,
+    square,
+    symmetric_part,
+    trace,
+)
+
+__all__ = [
+    "TINY", "Angle", "Number", "Numbers", "Potential", "Tensor", "TracingError", "Vector",
+    "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient", "hessian",
+    "log", "maximum", "minimum", "norm", "ruled", "sin", "sqrt", "square", "symmetric_part",
+    "trace", "where",
+]  # fmt: skip

@@ -1,0 +1,63 @@
+"""Graphs evaluated by NumPy: for many states at once, and to find what is not finite."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.autodiff.graph import Graph, Number
+
+Floats = NDArray[np.float64]
+
+_OPERATIONS: Mapping[str, Callable[..., Any]] = {
+    "sum": np.add, "difference": np.subtract, "product": np.multiply, "quotient": np.divide,
+    "negative": np.negative, "power": np.power, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
+    "sin": np.sin, "cos": np.cos, "maximum": np.maximum, "minimum": np.minimum,
+    "greater": np.greater, "where": np.where, "ruled": lambda value: value,
+}  # fmt: skip
+
+
+def evaluate(outputs: Sequence[Number], values: Mapping[str, Any]) -> list[Floats]:
+    """Return the values of outputs, in any units; they broadcast as those of inputs do.
+
+    Args:
+        outputs: Numbers of one graph.
+        values: Of all inputs, by name: numbers or arrays.
+    """
+    found = _evaluated(outputs, values)
+    return [np.asarray(found[each.place], dtype=float) for each in outputs]
+
+
+def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> str:
+    """Return the first operation whose result is not finite though its arguments are, or "".
+
+    Args:
+        outputs, values: As those of ``evaluate``.
+    """
+    found = _evaluated(outputs, values)
+    for place, result in found.items():
+        name, arguments, _ = outputs[0].graph.operations[place]
+        if np.isfinite(result).all() or name in ("constant", "input"):
+            continue
+        taken = [found[each] for each in arguments if each in found]
+        if all(np.isfinite(each).all() for each in taken):
+            shown = ", ".join(f"{np.ravel(each)[0]:.6g}" for each in taken)
+            return f"{name}({shown}) = {np.ravel(result)[0]:.6g}"
+    return ""
+
+
+def _evaluated(outputs: Sequence[Number], values: Mapping[str, Any]) -> dict[int, Any]:
+    graph: Graph = outputs[0].graph
+    found: dict[int, Any] = {}
+    with np.errstate(all="ignore"):
+        for place in graph.reached(outputs):
+            name, _, detail = graph.operations[place]
+            if name == "constant":
+                found[place] = detail
+            elif name == "input":
+                found[place] = values[cast(str, detail)]
+            else:
+                taken = graph.arguments_of(place, by_rules=False)
+                found[place] = _OPERATIONS[name](*(found[each] for each in taken))
+    return found

@@ -1,0 +1,194 @@
+"""What follows from the potential of one item, such as a hinge: forces, powers, matrices.
+
+A potential is a function of points, velocities and numbers of an item. It returns the energy E
+that the item stores [J], or this with the potential D of what it dissipates [W]. From them
+follow, with the operations of ``derivatives``,
+
+    f = -∂E/∂x - ∂D/∂v,    P = v·∂D/∂v,    ∂²E/∂x∂x,    ∂²D/∂v∂x,    ∂²D/∂v∂v,
+
+and the derivatives of Σ w·f by everything, or the changes of f with everything.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias
+
+from tissuec.autodiff.derivatives import along, gradient, hessian
+from tissuec.autodiff.graph import Graph, Number, Operand
+from tissuec.autodiff.tensors import Vector, dot
+
+#: Of an operation that is worth being done once for an item instead of in each evaluation.
+_COSTLY = ("quotient", "sqrt", "exp", "log", "power", "sin", "cos")
+
+
+class Potential(NamedTuple):
+    """What an item stores and dissipates.
+
+    Attributes:
+        energy: E [J].
+        dissipation: D, whose derivatives by velocities are forces against these [W].
+    """
+
+    energy: Number
+    dissipation: Operand = 0.0
+
+
+class Numbers:
+    """Numbers of an item, as attributes; those with several components are vectors."""
+
+    def __init__(self, numbers: Mapping[str, Number | Vector]):
+        self.__dict__.update(numbers)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"an item has no number {name!r}; it has {', '.join(vars(self))}")
+
+
+#: Takes positions and velocities of the corners, and the numbers.
+PotentialFunction: TypeAlias = Callable[
+    [Sequence[Vector], Sequence[Vector], Numbers], Potential | Number
+]
+
+
+class TracedItem:
+    """An item whose potential was traced.
+
+    Attributes:
+        corners: Nodes of an item.
+        widths: By name, how many components a number of the item has.
+        graph: All that follows.
+        x, v: Components of positions and of velocities, node by node, shape (3 corner,).
+        numbers: Components of the numbers, one after the other.
+        potential: E and D.
+    """
+
+    def __init__(self, function: PotentialFunction, corners: int, widths: Mapping[str, int]):
+        self.corners, self.widths, self.graph = corners, dict(widths), Graph()
+        points, rates = self._points("x"), self._points("v")
+        self.x, self.v = self._flat(points), self._flat(rates)
+        vectors = {name: self._number(name, width) for name, width in widths.items()}
+        self.numbers = [each for vector in vectors.values() for each in vector]
+        given = {
+            name: vector if widths[name] > 1 else vector[0] for name, vector in vectors.items()
+        }
+        found = function(points, rates, Numbers(given))
+        energy, dissipation = found if isinstance(found, Potential) else (found, 0.0)
+        self.potential = Potential(energy, self.graph.number(dissipation))
+
+    def _points(self, name: str) -> list[Vector]:
+        return [
+            Vector(self.graph.input(f"{name}.{corner}.{axis}") for axis in range(3))
+            for corner in range(self.corners)
+        ]
+
+    def _flat(self, points: Sequence[Vector]) -> list[Number]:
+        return [each for point in points for each in point]
+
+    def _number(self, name: str, width: int) -> Vector:
+        return Vector(self.graph.input(f"p.{name}.{k}") for k in range(width))
+
+    @property
+    def energy(self) -> Number:
+        """Return E."""
+        return self.potential.energy
+
+    @property
+    def dissipation(self) -> Number:
+        """Return D."""
+        return self.graph.number(self.potential.dissipation)
+
+    @property
+    def is_damped(self) -> bool:
+        """Return whether anything is dissipated."""
+        return self.dissipation.value != 0.0
+
+    @cached_property
+    def braking(self) -> list[Number]:
+        """Return ∂D/∂v, shape (3 corner,)."""
+        return gradient(self.dissipation, self.v)
+
+    @cached_property
+    def stored(self) -> list[Number]:
+        """Return ∂E/∂x, shape (3 corner,)."""
+        return gradient(self.energy, self.x)
+
+    @cached_property
+    def forces(self) -> list[Number]:
+        """Return f, shape (3 corner,)."""
+        return [-(a + b) for a, b in zip(self.stored, self.braking, strict=True)]
+
+    @cached_property
+    def power(self) -> Number:
+        """Return what is dissipated, v·∂D/∂v."""
+        # It is dD(s v)/ds at s = 1.
+        changes = dict(zip(self.v, self.v, strict=True))
+        return along([self.dissipation], changes)[0]
+
+    @cached_property
+    def matrix(self) -> dict[tuple[int, int], Number]:
+        """Return ∂²E/∂x∂x, the entries of its lower half."""
+        return hessian(self.energy, self.x)
+
+    @cached_property
+    def damping_by_position(self) -> list[Number]:
+        """Return ∂²D/∂v∂x, row by row, shape (3 corner · 3 corner,)."""
+        columns = [along(self.braking, {each: 1.0}) for each in self.x]
+        return [entry for row in zip(*columns, strict=True) for entry in row]
+
+    @cached_property
+    def damping_by_velocity(self) -> dict[tuple[int, int], Number]:
+        """Return ∂²D/∂v∂v, the entries of its lower half."""
+        return hessian(self.dissipation, self.v)
+
+    @cached_property
+    def weights(self) -> list[Number]:
+        """Return the weights w of forces, shape (3 corner,)."""
+        return self._flat(self._points("w"))
+
+    def pulled(self, learnt: Sequence[str]) -> list[Number]:
+        """Return the derivatives of w·f by x, by v, and by some numbers, one after the other.
+
+        Args:
+            learnt: Names of the numbers.
+        """
+        work = dot(self.weights, self.forces)
+        return gradient(work, [*self.x, *self.v, *self.of(learnt)])
+
+    def pushed(self, learnt: Sequence[str]) -> tuple[list[Number], dict[str, Number]]:
+        """Return the changes of f, and the inputs that are those of what it depends on.
+
+        Args:
+            learnt: Names of the numbers that change.
+        """
+        changed = [*self.x, *self.v, *self.of(learnt)]
+        rates = {f"d{each.operation.detail}": each for each in changed}
+        changes = {number: self.graph.input(name) for name, number in rates.items()}
+        return along(self.forces, changes), {
+            name: changes[number] for name, number in rates.items()
+        }
+
+    def of(self, names: Sequence[str]) -> list[Number]:
+        """Return the components of some numbers."""
+        return [each for name in names for each in self._number(name, self.widths[name])]
+
+    @cached_property
+    def constants(self) -> list[Number]:
+        """Return what forces need of the numbers alone, and what is costly to compute."""
+        graph, operations = self.graph, self.graph.operations
+        order = graph.reached([*self.forces, self.power])
+        varies, is_costly = set[int](), set[int]()
+        for place in order:
+            name, _, detail = operations[place]
+            arguments = graph.arguments_of(place, by_rules=False)
+            if name == "input" and not str(detail).startswith("p."):
+                varies.add(place)
+            if not varies.isdisjoint(arguments):
+                varies.add(place)
+            elif name in _COSTLY or not is_costly.isdisjoint(arguments):
+                is_costly.add(place)
+        needed = {
+            each
+            for place in varies
+            for each in graph.arguments_of(place, by_rules=False)
+            if each in is_costly
+        }
+        return [Number(graph, place) for place in sorted(needed)]

@@ -1,0 +1,162 @@
+"""Vectors and tensors of numbers of a graph, with the operations of mechanics."""
+
+from collections.abc import Iterable, Sequence
+from typing import overload
+
+from tissuec.autodiff.functions import ruled, sqrt
+from tissuec.autodiff.graph import Number, Operand
+
+TINY = 1e-200  # keeps quotients by a length finite where it is zero
+
+
+class Vector(Sequence[Number]):
+    """Numbers side by side, often the three components of a point or of a direction.
+
+    Attributes:
+        components: The numbers.
+    """
+
+    __slots__ = ("components",)
+
+    def __init__(self, components: Iterable[Number]):
+        self.components = tuple(components)
+
+    def __len__(self) -> int:
+        return len(self.components)
+
+    @overload
+    def __getitem__(self, index: int) -> Number: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Number, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Number | tuple[Number, ...]:
+        return self.components[index]
+
+    def __add__(self, other: "Vector") -> "Vector":
+        return Vector(a + b for a, b in zip(self, other, strict=True))
+
+    def __sub__(self, other: "Vector") -> "Vector":
+        return Vector(a - b for a, b in zip(self, other, strict=True))
+
+    def __mul__(self, factor: Operand) -> "Vector":
+        return Vector(factor * a for a in self)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Operand) -> "Vector":
+        return Vector(a / divisor for a in self)
+
+    def __neg__(self) -> "Vector":
+        return Vector(-a for a in self)
+
+
+def dot(a: Sequence[Operand], b: Sequence[Operand]) -> Number:
+    """Return the sum of the products of components; at least one is a number of a graph."""
+    products = [one * other for one, other in zip(a, b, strict=True)]
+    return _total(products)
+
+
+def _total(parts: Iterable[Operand]) -> Number:
+    found: Operand = 0.0
+    for part in parts:
+        found = found + part
+    assert isinstance(found, Number)
+    return found
+
+
+def square(a: "Sequence[Operand] | Tensor") -> Number:
+    """Return the sum of the squares of all components."""
+    if isinstance(a, Tensor):
+        return _total(dot(row, row) for row in a.rows)
+    return dot(a, a)
+
+
+def cross(a: Sequence[Number], b: Sequence[Number]) -> Vector:
+    """Return the cross product of two vectors."""
+    turns = (1, 2), (2, 0), (0, 1)
+    return Vector(a[i] * b[j] - a[j] * b[i] for i, j in turns)
+
+
+def _directions(length: Number, *components: Number) -> list[Number]:
+    inverse = 1.0 / (length + TINY)
+    return [inverse * each for each in components]
+
+
+def norm(a: Vector) -> Number:
+    """Return the length of a vector, whose derivatives are zero where it is zero."""
+    return ruled(sqrt(dot(a, a)), a, _directions)
+
+
+class Tensor:
+    """A tensor of second order.
+
+    Attributes:
+        rows: Its three rows.
+    """
+
+    __slots__ = ("rows",)
+
+    def __init__(self, rows: Iterable[Iterable[Number]]):
+        self.rows = tuple(Vector(row) for row in rows)
+
+    @property
+    def flat(self) -> list[Number]:
+        """Return its nine components, row by row."""
+        return [each for row in self.rows for each in row]
+
+    @property
+    def transposed(self) -> "Tensor":
+        """Return the tensor with rows and columns exchanged."""
+        return Tensor(zip(*self.rows, strict=True))
+
+    @property
+    def cofactors(self) -> "Tensor":
+        """Return the derivative of the determinant."""
+        a, b, c = self.rows
+        return Tensor((cross(b, c), cross(c, a), cross(a, b)))
+
+    def __add__(self, other: "Tensor") -> "Tensor":
+        return Tensor(a + b for a, b in zip(self.rows, other.rows, strict=True))
+
+    def __sub__(self, other: "Tensor") -> "Tensor":
+        return Tensor(a - b for a, b in zip(self.rows, other.rows, strict=True))
+
+    def __mul__(self, factor: Operand) -> "Tensor":
+        return Tensor(factor * row for row in self.rows)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Operand) -> "Tensor":
+        return Tensor(row / divisor for row in self.rows)
+
+    def of(self, vector: Sequence[Operand]) -> Vector:
+        """Return its product with a vector."""
+        return Vector(dot(row, vector) for row in self.rows)
+
+    def __matmul__(self, other: "Tensor") -> "Tensor":
+        columns = other.transposed.rows
+        return Tensor([dot(row, column) for column in columns] for row in self.rows)
+
+
+def determinant(a: Tensor) -> Number:
+    """Return the determinant of a tensor."""
+    return dot(a.rows[0], cross(a.rows[1], a.rows[2]))
+
+
+def trace(a: Tensor) -> Number:
+    """Return the sum of the diagonal of a tensor."""
+    return _total(a.rows[k][k] for k in range(3))
+
+
+def symmetric_part(a: Tensor) -> Tensor:
+    """Return half the sum of a tensor and its transpose."""
+    return 0.5 * (a + a.transposed)
+
+
+def deviator(a: Tensor) -> Tensor:
+    """Return a tensor without its mean diagonal."""
+    mean = trace(a) / 3.0
+    rows = a.rows
+    return Tensor(
+        [rows[i][j] - mean if i == j else rows[i][j] for j in range(3)] for i in range(3)
+    )

@@ -1,0 +1,1 @@
+"""Loops around what follows from one item, as LLVM's intermediate representation."""

@@ -1,0 +1,501 @@
+"""Loops over items that have a few nodes each, such as hinges or triangles.
+
+Nodes are gathered, and forces are added up in the order of items. ``LANES`` items are computed
+at a time; the last ones are repeated to fill them, and these copies are left out of all sums.
+
+The loops are functions of time, of vectors and of a table, as those of fields are; see
+``compiled.calls``. In their text, a vector is the address of its numbers, which has its name.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.autodiff.derivatives import along
+from tissuec.autodiff.emission import Writer
+from tissuec.autodiff.graph import Number
+from tissuec.autodiff.potentials import TracedItem
+from tissuec.compiled.record_tables import layout
+from tissuec.kernels.records import Floats, Integers
+
+LANES = 8  # fill the vectors of AVX-512; those of AVX2 need two instructions for each
+
+
+class ItemTable(NamedTuple):
+    """Items as loops read them.
+
+    Attributes:
+        size: Number of items.
+        places: Three times the nodes, item by item, filled up to whole blocks of lanes.
+        numbers: Numbers of the items: block by block, and in each one number of all its lanes
+            after the other.
+    """
+
+    size: int
+    places: Integers
+    numbers: Floats
+
+    @classmethod
+    def of(cls, nodes: NDArray[np.integer], columns: Floats) -> Self:
+        """Return a table.
+
+        Args:
+            nodes: Of the items, shape (item, corner).
+            columns: Numbers of the items, in any unit, shape (number, item).
+        """
+        count = len(nodes)
+        filled = np.minimum(np.arange(_filled(count)), count - 1)
+        blocks = columns[:, filled].reshape(len(columns), -1, LANES).swapaxes(0, 1)
+        places = 3 * nodes[filled].astype(np.int64)
+        return cls(count, places.ravel(), np.ascontiguousarray(blocks).ravel())
+
+
+def _filled(count: int) -> int:
+    """Return the number of items that fill blocks."""
+    return -(-count // LANES) * LANES
+
+
+def room_for(outputs: int, count: int) -> Floats:
+    """Return room for what ``record_loop`` writes of some items."""
+    return np.zeros(outputs * _filled(count))
+
+
+def recorded(room: Floats, count: int) -> Floats:
+    """Return what ``record_loop`` has written, in any unit, shape (item, output)."""
+    blocks = room.reshape(_filled(count) // LANES, -1, LANES)
+    return blocks.swapaxes(1, 2).reshape(_filled(count), -1)[:count]
+
+
+class LoopText(NamedTuple):
+    """A function in LLVM's intermediate representation.
+
+    Attributes:
+        text: The function, and the intrinsic functions that it calls.
+        called: Functions of ``compiled.mathematics`` that it calls.
+        lanes: Of these.
+    """
+
+    text: str
+    called: tuple[str, ...]
+    lanes: int
+
+
+_SUFFIX = {1: "f64", 4: "v4f64", 8: "v8f64"}
+#: Reads three numbers into four lanes, and nothing that is behind them.
+_TRIPLE = "<4 x i1> <i1 true, i1 true, i1 true, i1 false>"
+
+
+class _Loop:
+    """Writes one loop over items.
+
+    Attributes:
+        code: Writes what is computed of all lanes.
+    """
+
+    def __init__(self, item: TracedItem, lanes: int):
+        self.item, self.code = item, Writer(lanes)
+        self.code.block = "body"
+        self.room: list[str] = []  # allocations
+
+    # --- reading ----------------------------------------------------------------------------
+
+    def places(self) -> list[list[str]]:
+        """Return three times the nodes, by corner and lane."""
+        code, corners = self.code, self.item.corners
+        first = code.add(f"mul i64 %first, {corners}")
+        base = code.address("%places", first, "i64")
+        return [
+            [
+                code.load(code.address(base, lane * corners + corner, "i64"), "i64")
+                for lane in range(code.lanes)
+            ]
+            for corner in range(corners)
+        ]
+
+    def gather(self, vector: str, places: Sequence[str]) -> list[str]:
+        """Return the three components of a vector at one node of each lane.
+
+        Args:
+            vector: Its name.
+            places: Three times the nodes of all lanes.
+        """
+        code = self.code
+        at = [code.address(f"%{vector}", place) for place in places]
+        if code.lanes == 1:
+            return [code.load(code.address(at[0], axis)) for axis in range(3)]
+        call = "call <4 x double> @llvm.masked.load.v4f64.p0"
+        rows = [
+            code.add(f"{call}(ptr {place}, i32 8, {_TRIPLE}, <4 x double> zeroinitializer)")
+            for place in at
+        ]
+        fours = [self._transposed(rows[k : k + 4]) for k in range(0, code.lanes, 4)]
+        if len(fours) == 1:
+            return fours[0]
+        return [
+            _shuffled(code, 4, low, high, range(8)) for low, high in zip(*fours, strict=True)
+        ]
+
+    def _transposed(self, rows: Sequence[str]) -> list[str]:
+        """Return three vectors of four lanes from four rows of three components."""
+        code, (a, b, c, d) = self.code, rows
+        halves = (a, b), (c, d)
+        x_and_z = [_shuffled(code, 4, p, q, (0, 4, 2, 6)) for p, q in halves]
+        y = [_shuffled(code, 4, p, q, (1, 5, 3, 7)) for p, q in halves]
+        low, high = (0, 1, 4, 5), (2, 3, 6, 7)
+        return [
+            _shuffled(code, 4, one, other, order)
+            for (one, other), order in ((x_and_z, low), (y, low), (x_and_z, high))
+        ]
+
+    def inputs(
+        self, outputs: Sequence[Number], vectors: Mapping[str, str], known: Sequence[int]
+    ) -> tuple[dict[str, str], dict[int, str]]:
+        """Return the names of the inputs that outputs need, and of constants of the items.
+
+        Args:
+            vectors: By the letter of inputs, the vector that they are of.
+            known: Places of the constants, which numbers of the table have after its own.
+        """
+        needed = self.item.graph.inputs_of(outputs)
+        values, places = dict[str, str](), None
+        for letter, vector in vectors.items():
+            if any(name.startswith(f"{letter}.") for name in needed):
+                places = places or self.places()
+                for corner in range(self.item.corners):
+                    for axis, value in enumerate(self.gather(vector, places[corner])):
+                        values[f"{letter}.{corner}.{axis}"] = value
+        code, names = self.code, [str(each.operation.detail) for each in self.item.numbers]
+        base = self.row_of_blocks("numbers", len(names) + len(known))
+        for k, name in enumerate(names):
+            if name in needed:
+                values[name] = code.load(code.address(base, k * LANES))
+        constants = {
+            place: code.load(code.address(base, (len(names) + k) * LANES))
+            for k, place in enumerate(known)
+        }
+        return values, constants
+
+    def row_of_blocks(self, array: str, rows: int) -> str:
+        """Return where the first row of the items is in an array of blocks of LANES items."""
+        code = self.code
+        lane = code.add(f"urem i64 %first, {LANES}")
+        block = code.add(f"mul i64 {code.add(f'sub i64 %first, {lane}')}, {rows}")
+        return code.address(f"%{array}", code.add(f"add i64 {block}, {lane}"))
+
+    # --- writing ----------------------------------------------------------------------------
+
+    def keep(self, values: Sequence[str]) -> str:
+        """Return where values are kept in memory, to be read number by number."""
+        code = self.code
+        name = f"%room.{len(self.room)}"
+        self.room.append(f"  {name} = alloca [{len(values)} x {code.kind}], align 64")
+        for k, value in enumerate(values):
+            code.store(value, code.address(name, k, code.kind), align=code.size)
+        return name
+
+    def each_lane(self, write: Callable[[], None]) -> None:
+        """Write a loop over the lanes that are items; %lane is its number, %item the item."""
+        code, before = self.code, self.code.block
+        code.line("br label %lanes")
+        code.label("lanes")
+        code.line(f"%lane = phi i64 [ 0, %{before} ], [ %lane.next, %lanes ]")
+        code.line("%item = add i64 %first, %lane")
+        write()
+        code.line("%lane.next = add i64 %lane, 1")
+        code.line("%lane.more = icmp ult i64 %lane.next, %active")
+        code.line("br i1 %lane.more, label %lanes, label %lanes.out")
+        code.label("lanes.out")
+
+    def kept(self, room: str, row: int) -> str:
+        """Return the number of the present lane in a row of what is kept."""
+        code = self.code
+        index = code.add(f"add i64 %lane, {row * code.lanes}")
+        return code.load(code.address(room, index), "double")
+
+    def add_to(self, place: str, value: str) -> None:
+        """Add a number to one in memory."""
+        code = self.code
+        sum_ = code.add(f"fadd double {code.load(place, 'double')}, {value}")
+        code.store(sum_, place, "double")
+
+    def scatter(self, room: str, targets: Mapping[str, int]) -> None:
+        """Add what is kept of the present lane to its nodes.
+
+        Args:
+            targets: By name of a vector, the first row of what is added to it.
+        """
+        code, corners = self.code, self.item.corners
+        first = code.add(f"mul i64 %item, {corners}")
+        for corner in range(corners):
+            at = code.address("%places", code.add(f"add i64 {first}, {corner}"), "i64")
+            node = code.load(at, "i64")
+            for vector, row in targets.items():
+                base = code.address(f"%{vector}", node)
+                for axis in range(3):
+                    value = self.kept(room, row + 3 * corner + axis)
+                    self.add_to(code.address(base, axis), value)
+
+    # --- the function -----------------------------------------------------------------------
+
+    def text(self, name: str, vectors: Sequence[str]) -> LoopText:
+        """Return the function."""
+        code = self.code
+        lines = [
+            *_head(name, vectors),
+            *self.room,
+            f"  %beyond = add i64 %size, {code.lanes - 1}",
+            f"  %blocks = udiv i64 %beyond, {code.lanes}",
+            "  br label %head",
+            "head:",
+            "  %block = phi i64 [ 0, %entry ], [ %block.next, %end ]",
+            "  %more = icmp ult i64 %block, %blocks",
+            "  br i1 %more, label %body, label %done",
+            "body:",
+            f"  %first = mul i64 %block, {code.lanes}",
+            "  %left = sub i64 %size, %first",
+            f"  %few = icmp ult i64 %left, {code.lanes}",
+            f"  %active = select i1 %few, i64 %left, i64 {code.lanes}",
+            *code.lines,
+            "  br label %end",
+            "end:",
+            "  %block.next = add i64 %block, 1",
+            "  br label %head",
+            "done:",
+            "  ret void",
+            "}",
+            *_declarations(code.lanes),
+        ]
+        return LoopText("\n".join(lines) + "\n", tuple(sorted(code.called)), code.lanes)
+
+
+def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[int]) -> str:
+    kind, mask = f"<{width} x double>", ", ".join(f"i32 {k}" for k in order)
+    return code.add(
+        f"shufflevector {kind} {one}, {kind} {other}, <{len(order)} x i32> <{mask}>"
+    )
+
+
+def _head(name: str, vectors: Sequence[str]) -> list[str]:
+    """Return the head of a function, and what reads its table."""
+    parts = [
+        f"ptr %{each}.m, ptr %{each}.p, i64 %{each}.n, i64 %{each}.s, ptr noalias %{each}, "
+        f"i64 %{each}.shape, i64 %{each}.stride"
+        for each in vectors
+    ]
+    fields, _ = layout(ItemTable)
+    lines = [f"define void @{name}({', '.join(['double %time', *parts, 'ptr %table'])}) {{"]
+    lines.append("entry:")
+    for field, kind in (("size", "i64"), ("places", "ptr"), ("numbers", "ptr")):
+        lines.append(
+            f"  %word.{field} = getelementptr i64, ptr %table, i64 {fields[field].place}"
+        )
+        lines.append(f"  %{field} = load {kind}, ptr %word.{field}, align 8")
+    return lines
+
+
+def _declarations(lanes: int) -> list[str]:
+    kinds = {1: "double"} | {k: f"<{k} x double>" for k in (4, 8)}
+    kind, suffix = kinds[lanes], _SUFFIX[lanes]
+    bits, four = f"<{lanes} x i1>", "<4 x double>"
+    found = [
+        f"declare {kind} @llvm.fma.{suffix}({kind}, {kind}, {kind})",
+        f"declare {kind} @llvm.sqrt.{suffix}({kind})",
+        f"declare {four} @llvm.masked.load.v4f64.p0(ptr, i32, <4 x i1>, {four})",
+    ]
+    if lanes == 8:
+        found.append(f"declare {kind} @llvm.masked.load.v8f64.p0(ptr, i32, {bits}, {kind})")
+    if lanes > 1:
+        found.append(f"declare void @llvm.masked.store.{suffix}.p0({kind}, ptr, i32, {bits})")
+    return found
+
+
+# --- the loops --------------------------------------------------------------------------------
+
+STATE = {"x": "x", "v": "v"}
+
+
+def force_loop(name: str, item: TracedItem, lanes: int = LANES) -> LoopText:
+    """Return the loop that adds the forces of items and the power that they dissipate."""
+    loop, outputs = _Loop(item, lanes), [*item.forces, item.power]
+    constants = [each.place for each in item.constants]
+    values, known = loop.inputs(outputs, STATE, constants)
+    written = loop.code.write(outputs, values, known)
+    room = loop.keep(written)
+
+    def write() -> None:
+        loop.scatter(room, {"f": 0})
+        if item.is_damped:
+            loop.add_to(loop.code.address("%power", 1), loop.kept(room, len(written) - 1))
+
+    loop.each_lane(write)
+    return loop.text(name, ("x", "v", "f", "power"))
+
+
+def record_loop(
+    name: str, item: TracedItem, outputs: Sequence[Number], constants: Sequence[Number],
+    lanes: int = LANES,
+) -> LoopText:  # fmt: skip
+    """Return the loop that writes numbers of each item, for ``recorded`` to read.
+
+    Args:
+        name: Of the function.
+        item: The items.
+        outputs: The numbers.
+        constants: What the table has beside the numbers of the items.
+        lanes: Items that are computed at a time.
+    """
+    loop = _Loop(item, lanes)
+    code = loop.code
+    values, known = loop.inputs(outputs, STATE, [each.place for each in constants])
+    base = loop.row_of_blocks("out", len(outputs))
+    for k, value in enumerate(code.write(outputs, values, known)):
+        code.store(value, code.address(base, k * LANES))
+    return loop.text(name, ("x", "v", "out"))
+
+
+def pull_loop(
+    name: str, item: TracedItem, learnt: Mapping[str, bool], lanes: int = LANES
+) -> LoopText:
+    """Return the loop ``pull_back`` of ``forces.matrices``.
+
+    Args:
+        name: Of the function.
+        item: The items.
+        learnt: By name of a number, whether it is the same one for all items.
+        lanes: Items that are computed at a time.
+    """
+    loop, outputs = _Loop(item, lanes), item.pulled(tuple(learnt))
+    constants = [each.place for each in item.constants]
+    values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)
+    room = loop.keep(loop.code.write(outputs, values, known))
+
+    def write() -> None:
+        loop.scatter(room, {"by_x": 0, "by_v": 3 * item.corners})
+        for row, at in enumerate(_places_of_numbers(loop, learnt), start=6 * item.corners):
+            loop.add_to(loop.code.address("%by", at), loop.kept(room, row))
+
+    loop.each_lane(write)
+    return loop.text(name, ("x", "v", "weight", "by_x", "by_v", "by"))
+
+
+def _places_of_numbers(loop: _Loop, learnt: Mapping[str, bool]) -> list[str]:
+    """Return where the numbers of the present item are among all learnt ones."""
+    code, found, start = loop.code, list[str](), "0"
+    for name, is_shared in learnt.items():
+        width = loop.item.widths[name]
+        own = start
+        if not is_shared:
+            own = code.add(f"add i64 {start}, {code.add(f'mul i64 %item, {width}')}")
+        found += [code.add(f"add i64 {own}, {k}") for k in range(width)]
+        size = str(width) if is_shared else code.add(f"mul i64 %size, {width}")
+        start = code.add(f"add i64 {start}, {size}")
+    return found
+
+
+class _Changes(Writer):
+    """Writes a loop over changes, which are in the lanes, within the code of an item."""
+
+    def __init__(self, code: Writer):
+        super().__init__(LANES, "m")
+        self._outer, self.lines = code, code.lines
+
+    def row(self, place: str, axis: int = 0) -> str:
+        """Return where the changes of a number begin, given its own place; of the item."""
+        code = self._outer
+        own = code.add(f"add i64 {place}, {axis}") if axis else place
+        return code.add(f"mul i64 {own}, %room.shape")
+
+    def begin(self) -> None:
+        """Begin the loop."""
+        before, lanes = self._outer.block, ", ".join(f"i64 {k}" for k in range(LANES))
+        self.line("br label %changes")
+        self.label("changes")
+        self.line(f"%change = phi i64 [ 0, %{before} ], [ %change.next, %changes ]")
+        self.line("%change.left = sub i64 %room.shape, %change")
+        whole = f"<{LANES} x i64>"
+        one = self.add(f"insertelement {whole} poison, i64 %change.left, i64 0")
+        mask = f"<{LANES} x i32> zeroinitializer"
+        left = self.add(f"shufflevector {whole} {one}, {whole} poison, {mask}")
+        self.line(f"%mask = icmp ugt {whole} {left}, <{lanes}>")
+
+    def read(self, vector: str, row: str) -> str:
+        """Return the changes of a number."""
+        return self._masked(self._at(vector, row))
+
+    def add_to_row(self, vector: str, row: str, value: str) -> None:
+        """Add to the changes of a number."""
+        place = self._at(vector, row)
+        value = self.add(f"fadd {self.kind} {self._masked(place)}, {value}")
+        given = f"{self.kind} {value}, ptr {place}, i32 8, {self.condition} %mask"
+        self.line(f"call void @llvm.masked.store.{_SUFFIX[LANES]}.p0({given})")
+
+    def _at(self, vector: str, row: str) -> str:
+        return self.address(f"%{vector}", self.add(f"add i64 {row}, %change"))
+
+    def _masked(self, place: str) -> str:
+        given = f"ptr {place}, i32 8, {self.condition} %mask, {self.kind} zeroinitializer"
+        name = f"llvm.masked.load.{_SUFFIX[LANES]}.p0"
+        return self.add(f"call {self.kind} @{name}({given})")
+
+    def end(self) -> None:
+        """End the loop."""
+        self.line(f"%change.next = add i64 %change, {LANES}")
+        self.line("%change.more = icmp ult i64 %change.next, %room.shape")
+        self.line("br i1 %change.more, label %changes, label %changes.out")
+        self.label("changes.out")
+        self._outer.block = self.block
+        self._outer.called |= self.called
+
+
+def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopText:
+    """Return the loop ``push_forward`` of ``forces.matrices``, with changes in the lanes.
+
+    What does not depend on the changes is computed once for an item. The arguments are those of
+    ``pull_loop``.
+    """
+    loop = _Loop(item, 1)
+    outputs, rates = item.pushed(tuple(learnt))
+    still = item.graph.apart_from(outputs, rates.values())
+    values, known = loop.inputs(still, STATE, [each.place for each in item.constants])
+    once = zip(still, loop.code.write(still, values, known), strict=True)
+    loop.code.line("%item = add i64 %first, 0")
+    many = _Changes(loop.code)
+    nodes = [many.row(place, axis) for (place,) in loop.places() for axis in range(3)]
+    numbers = [many.row(place) for place in _places_of_numbers(loop, learnt)]
+    spread = {each.place: many.in_all_lanes(value) for each, value in once}
+    many.begin()
+    rows = [("dx", each) for each in nodes] + [("dv", each) for each in nodes]
+    rows += [("dn", each) for each in numbers]
+    needed = item.graph.inputs_of(outputs)
+    given = {
+        rate: many.read(*row) for rate, row in zip(rates, rows, strict=True) if rate in needed
+    }
+    for value, row in zip(many.write(outputs, given, spread), nodes, strict=True):
+        many.add_to_row("df", row, value)
+    many.end()
+    found = loop.text(name, ("x", "v", "dx", "dv", "dn", "df", "room"))
+    return found._replace(lanes=LANES)
+
+
+def product_loop(
+    name: str, item: TracedItem, slopes: Sequence[Number], by: Sequence[Number],
+    lanes: int = LANES,
+) -> LoopText:  # fmt: skip
+    """Return the loop that adds a matrix times a vector: how slopes change along it.
+
+    Args:
+        name: Of the function.
+        item: The items.
+        slopes: Of the nodes of an item, such as ∂E/∂x, shape (3 corner,).
+        by: By what they are differentiated, such as x, shape (3 corner,).
+        lanes: Items that are computed at a time.
+    """
+    loop = _Loop(item, lanes)
+    outputs = along(slopes, dict(zip(by, item.weights, strict=True)))
+    constants = [each.place for each in item.constants]
+    values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)
+    room = loop.keep(loop.code.write(outputs, values, known))
+    loop.each_lane(lambda: loop.scatter(room, {"f": 0}))
+    return loop.text(name, ("x", "v", "weight", "f"))

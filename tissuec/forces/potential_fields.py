@@ -1,0 +1,283 @@
+"""Fields whose items follow from a potential, of which everything else is derived.
+
+A member states its potential, a function of the corners of an item as in
+``autodiff.potentials``, and which of its attributes are numbers of the items. Forces, powers,
+matrices, bounds and the derivatives for learning follow; nothing else is written by hand.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.autodiff.graph import Number
+from tissuec.autodiff.potentials import PotentialFunction, TracedItem
+from tissuec.compiled.calls import kernel_on
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops import items as loops
+from tissuec.compiled.loops.items import ItemTable
+from tissuec.forces import Items, Resisting
+from tissuec.forces.element_fields import ElementField
+from tissuec.forces.matrices import ForceDerivatives, without_negative
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+
+class PotentialField(ElementField, frozen=True):
+    """A field whose items follow from a potential.
+
+    Attributes:
+        item_potential: The potential of an item.
+        columns: Attributes that are numbers of the items, shape (item,) or (item, …).
+        learnt: Those of them by which there are derivatives for learning.
+    """
+
+    item_potential: ClassVar[PotentialFunction]
+    columns: ClassVar[tuple[str, ...]]
+    learnt: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def _loops(self) -> "_Loops":
+        widths = tuple(
+            (name, int(np.prod(np.shape(getattr(self, name))[1:], dtype=int)))
+            for name in self.columns
+        )
+        return _loops_of(type(self), self.nodes.shape[1], widths)
+
+    @property
+    def traced(self) -> TracedItem:
+        """Return an item as its potential was traced."""
+        return self._loops.item
+
+    def only(self, items: Indices) -> Self:
+        """Return some items, by indices of shape (n,), with the walls of all."""
+        names = set(self.__struct_fields__).intersection(("nodes", *self.columns))
+        return replace(self, **{name: getattr(self, name)[items] for name in names})
+
+    # --- energies, matrices and bounds ----------------------------------------------------
+
+    def energies(self, position: Floats) -> Floats:
+        """Return the energy of each item [J], shape (…, item).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        shape = position.shape[:-2]
+        found = np.zeros((*shape, self.item_count))
+        for state in np.ndindex(shape):
+            found[state] = self._recorded("energy", position[state])[:, 0]
+        return found
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        return self.energies(position).sum(axis=-1)
+
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each item [N/m], shape (item, corner, 3, corner, 3).
+
+        Without ``exact``, negative eigenvalues count as zero.
+        """
+        found = self._symmetric("matrix", position, np.zeros_like(position))
+        if not exact:
+            size = 3 * self.nodes.shape[1]
+            shape = found.shape
+            found = without_negative(found.reshape(-1, size, size)).reshape(shape)
+        return found
+
+    @property
+    def is_damped(self) -> bool:
+        """Return whether any item dissipates."""
+        return self.traced.is_damped
+
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return ∂²D/∂v∂v of each item at rest [N s/m], shape (item, corner, 3, corner, 3)."""
+        return self._symmetric("damping_by_velocity", position, np.zeros_like(position))
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of damping forces; see ``Field``."""
+        if not self.is_damped:
+            return None
+        by_velocity = self._sum(
+            lambda own: own._symmetric("damping_by_velocity", position, velocity), number, size
+        )
+        by_position = self._sum(
+            lambda own: own._recorded("damping_by_position", position, velocity).reshape(
+                own.item_count, *own._block
+            ),
+            number, size,
+        )  # fmt: skip
+        return by_position, by_velocity
+
+    @property
+    def _block(self) -> tuple[int, int, int, int]:
+        corners = self.nodes.shape[1]
+        return corners, 3, corners, 3
+
+    def _symmetric(self, name: str, position: Floats, velocity: Floats) -> Floats:
+        """Return matrices of items of which the lower half is recorded."""
+        places = np.array(list(getattr(self.traced, name))).T
+        half = self._recorded(name, position, velocity)
+        size = 3 * self.nodes.shape[1]
+        found = np.zeros((len(half), size, size))
+        found[:, places[0], places[1]] = half
+        found[:, places[1], places[0]] = half
+        return found.reshape(-1, *self._block)
+
+    def _recorded(self, name: str, position: Floats, velocity: Floats | None = None) -> Floats:
+        """Return numbers of each item in a state, shape (item, number)."""
+        velocity = np.zeros_like(position) if velocity is None else velocity
+        kernel, count = self._loops.record(name)
+        room = loops.room_for(count, self.item_count)
+        kernel(0.0, _flat(position), _flat(velocity), room, self._table(_every(position)))
+        return loops.recorded(room, self.item_count)
+
+    def stiffening(self, time: float, position: Floats) -> Resisting:
+        """Return ∂²E/∂x∂x as an operator [N/m]; see ``Effect``."""
+        return self._operator(self._loops.stiffness_product, position)
+
+    def braking(self, position: Floats) -> Resisting | None:
+        """Return ∂²D/∂v∂v at rest as an operator [N s/m]; see ``Effect``."""
+        if not self.is_damped:
+            return None
+        return self._operator(self._loops.damping_product, position)
+
+    def _operator(self, kernel: GeneratedKernel, position: Floats) -> Resisting:
+        x, still = _flat(position), np.zeros(position.size)
+        call = kernel_on(kernel, self._table(_every(position)))
+
+        def resist(moved: Floats, to: Floats) -> None:
+            room = np.zeros(x.size)
+            call(0.0, x, still, _flat(moved), room)
+            to += room.reshape(to.shape)
+
+        return resist
+
+    # --- for the engine and for learning --------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the loop that adds forces and powers."""
+        return self._loops.forces
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the items."""
+        corners = self.nodes.shape[1]
+        return Items(place[self.nodes].ravel(), corners * np.arange(self.item_count + 1))
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ItemTable:
+        """Return the items with other numbers of nodes."""
+        return self._table(place)
+
+    def _table(self, place: Indices) -> ItemTable:
+        shapes = ((self.item_count, width) for width in self.traced.widths.values())
+        own = np.concatenate(
+            [
+                np.reshape(getattr(self, name), shape).T
+                for name, shape in zip(self.columns, shapes, strict=True)
+            ]
+        )
+        nodes = place[self.nodes]
+        if not (count := len(self.traced.constants)) or not self.item_count:
+            return ItemTable.of(nodes, own)
+        room, none = loops.room_for(count, self.item_count), np.zeros(0)
+        self._loops.constants(0.0, none, none, room, ItemTable.of(nodes, own))
+        more = loops.recorded(room, self.item_count).T
+        return ItemTable.of(nodes, np.concatenate([own, more]))
+
+    @property
+    def derivatives(self) -> ForceDerivatives | str:
+        """Return the derivatives of forces, also by what can be learnt."""
+        if not self.learnt:
+            return "have no exact derivatives"
+        return ForceDerivatives(self.learnt, self._loops.pull, self._loops.push)
+
+
+def _every(position: Floats) -> Indices:
+    return np.arange(len(position), dtype=np.int64)
+
+
+def _flat(vectors: Floats) -> Floats:
+    return np.ascontiguousarray(vectors, dtype=float).reshape(-1)
+
+
+class _Loops:
+    """The kernels of all fields of one class whose items have equally many numbers."""
+
+    def __init__(
+        self, name: str, item: TracedItem, learnt: Sequence[str],
+    ):  # fmt: skip
+        self._name, self.item = name, item
+        self._learnt = dict.fromkeys(learnt, False)
+        self._records: dict[str, tuple[GeneratedKernel, int]] = {}
+
+    @cached_property
+    def forces(self) -> GeneratedKernel:
+        return GeneratedKernel(
+            f"{self._name}_forces", lambda name: loops.force_loop(name, self.item)
+        )
+
+    @cached_property
+    def constants(self) -> GeneratedKernel:
+        item = self.item
+        return GeneratedKernel(
+            f"{self._name}_constants",
+            lambda name: loops.record_loop(name, item, item.constants, []),
+        )
+
+    def record(self, what: str) -> tuple[GeneratedKernel, int]:
+        """Return what records an attribute of the traced item, and how many numbers it has."""
+        if what not in self._records:
+            found: Number | list[Number] | dict[tuple[int, int], Number]
+            found = getattr(self.item, what)
+            if isinstance(found, Number):
+                found = [found]
+            outputs = list(found.values()) if isinstance(found, dict) else found
+            kernel = GeneratedKernel(
+                f"{self._name}_{what}",
+                lambda name: loops.record_loop(name, self.item, outputs, self.item.constants),
+            )
+            self._records[what] = kernel, len(outputs)
+        return self._records[what]
+
+    @cached_property
+    def stiffness_product(self) -> GeneratedKernel:
+        item = self.item
+        return GeneratedKernel(
+            f"{self._name}_stiffness_product",
+            lambda name: loops.product_loop(name, item, item.stored, item.x),
+        )
+
+    @cached_property
+    def damping_product(self) -> GeneratedKernel:
+        item = self.item
+        return GeneratedKernel(
+            f"{self._name}_damping_product",
+            lambda name: loops.product_loop(name, item, item.braking, item.v),
+        )
+
+    @cached_property
+    def pull(self) -> GeneratedKernel:
+        return GeneratedKernel(
+            f"{self._name}_pull", lambda name: loops.pull_loop(name, self.item, self._learnt)
+        )
+
+    @cached_property
+    def push(self) -> GeneratedKernel:
+        return GeneratedKernel(
+            f"{self._name}_push", lambda name: loops.push_loop(name, self.item, self._learnt)
+        )
+
+
+@cache
+def _loops_of(
+    field: type[PotentialField], corners: int, widths: tuple[tuple[str, int], ...]
+) -> _Loops:
+    item = TracedItem(field.item_potential, corners, dict(widths))
+    return _Loops(field.__name__.lower(), item, field.learnt)
