@@ -7,7 +7,18 @@ A potential is a plain function of numbers. It is traced once (``graph``), diffe
 
 from tissuec.autodiff.angles import Angle
 from tissuec.autodiff.derivatives import along, gradient, hessian
-from tissuec.autodiff.functions import cos, exp, log, maximum, minimum, ruled, sin, sqrt, where
+from tissuec.autodiff.functions import (
+    cos,
+    exp,
+    in_arrays,
+    log,
+    maximum,
+    minimum,
+    ruled,
+    sin,
+    sqrt,
+    where,
+)
 from tissuec.autodiff.graph import Number, TracingError
 from tissuec.autodiff.potentials import Numbers, Potential
 from tissuec.autodiff.tensors import (
@@ -27,6 +38,6 @@ from tissuec.autodiff.tensors import (
 __all__ = [
     "TINY", "Angle", "Number", "Numbers", "Potential", "Tensor", "TracingError", "Vector",
     "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient", "hessian",
-    "log", "maximum", "minimum", "norm", "ruled", "sin", "sqrt", "square", "symmetric_part",
-    "trace", "where",
+    "in_arrays", "log", "maximum", "minimum", "norm", "ruled", "sin", "sqrt", "square",
+    "symmetric_part", "trace", "where",
 ]  # fmt: skip

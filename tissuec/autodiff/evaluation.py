@@ -59,5 +59,6 @@ def _evaluated(outputs: Sequence[Number], values: Mapping[str, Any]) -> dict[int
                 found[place] = values[cast(str, detail)]
             else:
                 taken = graph.arguments_of(place, by_rules=False)
-                found[place] = _OPERATIONS[name](*(found[each] for each in taken))
+                function = detail if name == "array" else _OPERATIONS[name]
+                found[place] = cast(Any, function)(*(found[each] for each in taken))
     return found

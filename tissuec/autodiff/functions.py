@@ -87,3 +87,14 @@ def ruled(value: Number, arguments: Sequence[Number], rule: Rule) -> Number:
     """
     places = (value.place, *(each.place for each in arguments))
     return value.graph.record(Operation("ruled", places, rule))
+
+
+def in_arrays(function: Callable[..., Any], arguments: Sequence[Number]) -> Number:
+    """Return a value that only NumPy computes, such as an energy that no kernel needs.
+
+    Args:
+        function: Takes arrays, and returns one of their shape. It is one for all calls.
+        arguments: What it is of.
+    """
+    places = tuple(each.place for each in arguments)
+    return arguments[0].graph.record(Operation("array", places, function))

@@ -32,12 +32,13 @@ class Operation(NamedTuple):
         name: "constant" and "input" have no arguments, "ruled" is its first one, with
             derivatives of its own; others are those of ``evaluation`` and ``emission``.
         arguments: Places of these in the graph.
-        detail: The value of a constant, the name of an input, or the ``Rule`` of a ruled one.
+        detail: The value of a constant, the name of an input, the ``Rule`` of a ruled one, or
+            the function of an "array" that only NumPy computes.
     """
 
     name: str
     arguments: tuple[int, ...] = ()
-    detail: "float | str | Rule | None" = None
+    detail: "float | str | Rule | Callable[..., Any] | None" = None
 
 
 class Graph:

@@ -37,22 +37,26 @@ and yielding are in ``forces.solid_memory``.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops.points import PointTable, force_loop
 from tissuec.core.source import Span
-from tissuec.forces import Items, acts_of
+from tissuec.forces import Items
 from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.element_memory import StoredTensors, branch_columns, yield_columns
-from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable, press_elements
+from tissuec.forces.element_memory import StoredTensors
+from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable
 from tissuec.forces.matrices import without_negative
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents, tangents_by_differences
 from tissuec.forces.solid_memory import (
+    NEVER,
     PlasticDeformation,
     RelaxingStress,
     SolidBranches,
@@ -60,6 +64,7 @@ from tissuec.forces.solid_memory import (
     YieldResponse,
     branch_tangents,
 )
+from tissuec.forces.solid_point import SolidKind, traced_point
 from tissuec.forces.solid_strain import (
     EnergySlopes,
     FibreFamily,
@@ -539,34 +544,74 @@ class SolidElements(MaterialField, frozen=True):
     # --- for the engine -----------------------------------------------------------------------
 
     @property
-    def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops."""
-        return press_elements
+    def kernel(self) -> GeneratedKernel:
+        """Return the loop that adds forces, rates and powers."""
+        return _force_kernel(self._kind, self.shape.nodes, self.points)
 
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
+    @property
+    def _kind(self) -> SolidKind:
+        """Return what the points have."""
+        laws = tuple(self.laws[int(k)] for k in np.unique(self.law).tolist())
+        branches = 0 if self.branches is None else len(self.branches.slot)
+        families = self.fibres.along.shape[1]
+        return SolidKind(
+            laws or self.laws[:1], families, branches, self.yielding is not None, self.is_damped
+        )
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
-        points, count = self.points, self.shape.nodes
         used, row = np.unique(self.row, return_inverse=True)
-        gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
-        is_curved = bool(self.law.any())
-        first, second = (0, 0) if not is_curved else _addresses(self.laws)
-        return ElementTable(
-            nodes=np.ascontiguousarray(place[self.nodes]),
-            row=row.astype(np.int64),
-            gradients=np.ascontiguousarray(gradients),
-            weight=np.ascontiguousarray(self.drawn.volume[used]),
-            shear=self.shear, bulk=self.bulk, local=self.local, viscosity=self.viscosity,
-            law=self.law,
-            fibres=np.ascontiguousarray(self.fibres.along),
-            fibre_stiffness=self.fibres.stiffness,
-            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
-            **branch_columns(self.branches, self.item_count, place),
-            **yield_columns(self.yielding, self.item_count, place),
-            is_yielding=self.yielding is not None and bool((self.yielding.slot >= 0).any()),
-            is_curved=is_curved, is_viscous=self.is_damped,
-            by_first=first, by_second=second,
-            points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
+        columns = self._columns
+        rows = [np.reshape(columns[name], (self.item_count, -1)).T for name in columns]
+        slots = [each.slot for each in self._stored]
+        every = np.concatenate([np.zeros((0, self.item_count), dtype=np.int64), *slots])
+        moved = np.where(every >= 0, 3 * place[np.maximum(every, 0) // 3], -1)
+        return PointTable.of(
+            place[self.nodes], np.concatenate(rows), row.reshape(-1),
+            self.drawn.gradients[used], self.drawn.volume[used], moved,
         )  # fmt: skip
+
+    @property
+    def _stored(self) -> list[StoredTensors]:
+        """Return what a point remembers: plastic strain first, and then branches."""
+        return [each for each in (self.yielding, self.branches) if each is not None]
+
+    @property
+    def _columns(self) -> dict[str, Floats]:
+        """Return the numbers of elements in the order of ``SolidKind.widths``."""
+        found: dict[str, Floats] = {}
+        for name in self._kind.widths:
+            match name:
+                case "law":
+                    found[name] = np.unique(self.law, return_inverse=True)[1].astype(float)
+                case "fibre_stiffness":
+                    found[name] = self.fibres.stiffness
+                case "fibre_stiffening":
+                    found[name] = self.fibres.stiffening
+                case "dispersion":
+                    found[name] = self.fibres.dispersion
+                case "along":
+                    found[name] = self.fibres.along
+                case "branch_shear":
+                    assert self.branches is not None
+                    found[name] = self.branches.shear.T
+                case "branch_pace":
+                    assert self.branches is not None
+                    found[name] = np.where(self.branches.keeps, 1.0 / self.branches.time, 0.0).T
+                case "yield_stress":
+                    assert self.yielding is not None
+                    found[name] = np.minimum(self.yielding.limit, NEVER)
+                case "yield_pace":
+                    assert self.yielding is not None
+                    found[name] = 1.0 / self.yielding.viscosity
+                case _:
+                    found[name] = getattr(self, name)
+        if stored := self._stored:
+            rate = np.concatenate([each.rate for each in stored])
+            has = np.concatenate([each.slot for each in stored]) >= 0
+            found["rate"] = rate.T
+            found["inverse_rate"] = np.where(has, 1.0 / rate, 0.0).T
+        return found
 
     @property
     def crack_areas(self) -> Floats:
@@ -578,9 +623,30 @@ class SolidElements(MaterialField, frozen=True):
         """Return the scalar loops that set how near elements are to breaking."""
         return burden_elements
 
+    def _limit_columns(self, place: Indices) -> ElementTable:
+        """Return the elements as the loops of limits read them."""
+        points, count = self.points, self.shape.nodes
+        used, row = np.unique(self.row, return_inverse=True)
+        gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
+        is_curved = bool(self.law.any())
+        first, second = (0, 0) if not is_curved else _addresses(self.laws)
+        return ElementTable(
+            nodes=np.ascontiguousarray(place[self.nodes]),
+            row=row.astype(np.int64),
+            gradients=np.ascontiguousarray(gradients),
+            weight=np.ascontiguousarray(self.drawn.volume[used]),
+            shear=self.shear, bulk=self.bulk, local=self.local,
+            law=self.law,
+            fibres=np.ascontiguousarray(self.fibres.along),
+            fibre_stiffness=self.fibres.stiffness,
+            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
+            is_curved=is_curved, by_first=first, by_second=second,
+            points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
+        )  # fmt: skip
+
     def limit_table(self, place: Indices, limits: LimitColumns) -> LimitTable:
         """Return the record of these loops; see ``MaterialField``."""
-        solid = self.table(place, acts_of((), 0.0, 0.0), np.zeros((0, 3)))
+        solid = self._limit_columns(place)
         weight = solid.weight[:, :, None]
         mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
         return LimitTable(*limits, solid, np.ascontiguousarray(mean), np.zeros(STATE))
@@ -626,6 +692,13 @@ class SolidElements(MaterialField, frozen=True):
             first, second: Isochoric invariants there, dimensionless.
         """
         return at_invariants(self.laws, self.law, each, first, second)
+
+
+@cache
+def _force_kernel(kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+    return GeneratedKernel(
+        "elements_forces", lambda name: force_loop(name, traced_point(kind), nodes, points)
+    )
 
 
 def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:

@@ -8,17 +8,19 @@ The loops are functions of time, of vectors and of a table, as those of fields a
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.autodiff.derivatives import along
 from tissuec.autodiff.emission import Writer
-from tissuec.autodiff.graph import Number
+from tissuec.autodiff.graph import Graph, Number
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.record_tables import layout
 from tissuec.kernels.records import Floats, Integers
+
+Indices = NDArray[np.int64]
 
 LANES = 8  # fill the vectors of AVX-512; those of AVX2 need two instructions for each
 
@@ -45,16 +47,30 @@ class ItemTable(NamedTuple):
             nodes: Of the items, shape (item, corner).
             columns: Numbers of the items, in any unit, shape (number, item).
         """
-        count = len(nodes)
-        filled = np.minimum(np.arange(_filled(count)), count - 1)
-        blocks = columns[:, filled].reshape(len(columns), -1, LANES).swapaxes(0, 1)
-        places = 3 * nodes[filled].astype(np.int64)
-        return cls(count, places.ravel(), np.ascontiguousarray(blocks).ravel())
+        every = filled(len(nodes))
+        places = 3 * nodes[every].astype(np.int64)
+        return cls(len(nodes), places.ravel(), blocked(columns, every))
+
+
+def filled(count: int) -> Indices:
+    """Return the numbers of items, and the last one as often as fills a block."""
+    return np.minimum(np.arange(_filled(count)), count - 1)
 
 
 def _filled(count: int) -> int:
     """Return the number of items that fill blocks."""
     return -(-count // LANES) * LANES
+
+
+def blocked(columns: NDArray[Any], every: Indices) -> NDArray[Any]:
+    """Return columns block by block, and in each a column of all its lanes after the other.
+
+    Args:
+        columns: In any unit, shape (number, item).
+        every: Numbers of the items that fill blocks, shape (block · lane,).
+    """
+    blocks = columns[:, every].reshape(len(columns), len(every) // LANES, LANES).swapaxes(0, 1)
+    return np.ascontiguousarray(blocks).ravel()
 
 
 def room_for(outputs: int, count: int) -> Floats:
@@ -87,23 +103,32 @@ _SUFFIX = {1: "f64", 4: "v4f64", 8: "v8f64"}
 _TRIPLE = "<4 x i1> <i1 true, i1 true, i1 true, i1 false>"
 
 
-class _Loop:
+class ItemLoop:
     """Writes one loop over items.
 
     Attributes:
-        code: Writes what is computed of all lanes.
+        graph: Of what is computed.
+        code: Writes it, of all lanes.
+        corners: Nodes of an item.
+        room: Allocations in memory.
     """
 
-    def __init__(self, item: TracedItem, lanes: int):
-        self.item, self.code = item, Writer(lanes)
+    def __init__(self, graph: Graph, numbers: Sequence[Number], corners: int, lanes: int):
+        self.graph, self.code, self.corners = graph, Writer(lanes), corners
         self.code.block = "body"
+        self._numbers = [str(each.operation.detail) for each in numbers]
         self.room: list[str] = []  # allocations
+
+    @classmethod
+    def of(cls, item: TracedItem, lanes: int) -> "ItemLoop":
+        """Return a loop over items whose potential was traced."""
+        return cls(item.graph, item.numbers, item.corners, lanes)
 
     # --- reading ----------------------------------------------------------------------------
 
     def places(self) -> list[list[str]]:
         """Return three times the nodes, by corner and lane."""
-        code, corners = self.code, self.item.corners
+        code, corners = self.code, self.corners
         first = code.add(f"mul i64 %first, {corners}")
         base = code.address("%places", first, "i64")
         return [
@@ -158,15 +183,15 @@ class _Loop:
             vectors: By the letter of inputs, the vector that they are of.
             known: Places of the constants, which numbers of the table have after its own.
         """
-        needed = self.item.graph.inputs_of(outputs)
+        needed = self.graph.inputs_of(outputs)
         values, places = dict[str, str](), None
         for letter, vector in vectors.items():
             if any(name.startswith(f"{letter}.") for name in needed):
                 places = places or self.places()
-                for corner in range(self.item.corners):
+                for corner in range(self.corners):
                     for axis, value in enumerate(self.gather(vector, places[corner])):
                         values[f"{letter}.{corner}.{axis}"] = value
-        code, names = self.code, [str(each.operation.detail) for each in self.item.numbers]
+        code, names = self.code, self._numbers
         base = self.row_of_blocks("numbers", len(names) + len(known))
         for k, name in enumerate(names):
             if name in needed:
@@ -226,7 +251,7 @@ class _Loop:
         Args:
             targets: By name of a vector, the first row of what is added to it.
         """
-        code, corners = self.code, self.item.corners
+        code, corners = self.code, self.corners
         first = code.add(f"mul i64 %item, {corners}")
         for corner in range(corners):
             at = code.address("%places", code.add(f"add i64 {first}, {corner}"), "i64")
@@ -239,11 +264,19 @@ class _Loop:
 
     # --- the function -----------------------------------------------------------------------
 
-    def text(self, name: str, vectors: Sequence[str]) -> LoopText:
-        """Return the function."""
+    def text(
+        self, name: str, vectors: Sequence[str], record: type[Any] = ItemTable
+    ) -> LoopText:
+        """Return the function.
+
+        Args:
+            name: Of it.
+            vectors: Their names.
+            record: Class of its table.
+        """
         code = self.code
         lines = [
-            *_head(name, vectors),
+            *_head(name, vectors, record),
             *self.room,
             f"  %beyond = add i64 %size, {code.lanes - 1}",
             f"  %blocks = udiv i64 %beyond, {code.lanes}",
@@ -277,20 +310,18 @@ def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[in
     )
 
 
-def _head(name: str, vectors: Sequence[str]) -> list[str]:
+def _head(name: str, vectors: Sequence[str], record: type[Any]) -> list[str]:
     """Return the head of a function, and what reads its table."""
     parts = [
         f"ptr %{each}.m, ptr %{each}.p, i64 %{each}.n, i64 %{each}.s, ptr noalias %{each}, "
         f"i64 %{each}.shape, i64 %{each}.stride"
         for each in vectors
     ]
-    fields, _ = layout(ItemTable)
     lines = [f"define void @{name}({', '.join(['double %time', *parts, 'ptr %table'])}) {{"]
     lines.append("entry:")
-    for field, kind in (("size", "i64"), ("places", "ptr"), ("numbers", "ptr")):
-        lines.append(
-            f"  %word.{field} = getelementptr i64, ptr %table, i64 {fields[field].place}"
-        )
+    for field, words in layout(record)[0].items():
+        kind = "i64" if words.kind is int else "ptr"
+        lines.append(f"  %word.{field} = getelementptr i64, ptr %table, i64 {words.place}")
         lines.append(f"  %{field} = load {kind}, ptr %word.{field}, align 8")
     return lines
 
@@ -318,7 +349,7 @@ STATE = {"x": "x", "v": "v"}
 
 def force_loop(name: str, item: TracedItem, lanes: int = LANES) -> LoopText:
     """Return the loop that adds the forces of items and the power that they dissipate."""
-    loop, outputs = _Loop(item, lanes), [*item.forces, item.power]
+    loop, outputs = ItemLoop.of(item, lanes), [*item.forces, item.power]
     constants = [each.place for each in item.constants]
     values, known = loop.inputs(outputs, STATE, constants)
     written = loop.code.write(outputs, values, known)
@@ -346,7 +377,7 @@ def record_loop(
         constants: What the table has beside the numbers of the items.
         lanes: Items that are computed at a time.
     """
-    loop = _Loop(item, lanes)
+    loop = ItemLoop.of(item, lanes)
     code = loop.code
     values, known = loop.inputs(outputs, STATE, [each.place for each in constants])
     base = loop.row_of_blocks("out", len(outputs))
@@ -366,25 +397,29 @@ def pull_loop(
         learnt: By name of a number, whether it is the same one for all items.
         lanes: Items that are computed at a time.
     """
-    loop, outputs = _Loop(item, lanes), item.pulled(tuple(learnt))
+    loop, outputs = ItemLoop.of(item, lanes), item.pulled(tuple(learnt))
     constants = [each.place for each in item.constants]
     values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)
     room = loop.keep(loop.code.write(outputs, values, known))
 
     def write() -> None:
         loop.scatter(room, {"by_x": 0, "by_v": 3 * item.corners})
-        for row, at in enumerate(_places_of_numbers(loop, learnt), start=6 * item.corners):
+        for row, at in enumerate(
+            _places_of_numbers(loop, item.widths, learnt), start=6 * item.corners
+        ):
             loop.add_to(loop.code.address("%by", at), loop.kept(room, row))
 
     loop.each_lane(write)
     return loop.text(name, ("x", "v", "weight", "by_x", "by_v", "by"))
 
 
-def _places_of_numbers(loop: _Loop, learnt: Mapping[str, bool]) -> list[str]:
+def _places_of_numbers(
+    loop: ItemLoop, widths: Mapping[str, int], learnt: Mapping[str, bool]
+) -> list[str]:
     """Return where the numbers of the present item are among all learnt ones."""
     code, found, start = loop.code, list[str](), "0"
     for name, is_shared in learnt.items():
-        width = loop.item.widths[name]
+        width = widths[name]
         own = start
         if not is_shared:
             own = code.add(f"add i64 {start}, {code.add(f'mul i64 %item, {width}')}")
@@ -455,7 +490,7 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     What does not depend on the changes is computed once for an item. The arguments are those of
     ``pull_loop``.
     """
-    loop = _Loop(item, 1)
+    loop = ItemLoop.of(item, 1)
     outputs, rates = item.pushed(tuple(learnt))
     still = item.graph.apart_from(outputs, rates.values())
     values, known = loop.inputs(still, STATE, [each.place for each in item.constants])
@@ -463,7 +498,7 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     loop.code.line("%item = add i64 %first, 0")
     many = _Changes(loop.code)
     nodes = [many.row(place, axis) for (place,) in loop.places() for axis in range(3)]
-    numbers = [many.row(place) for place in _places_of_numbers(loop, learnt)]
+    numbers = [many.row(place) for place in _places_of_numbers(loop, item.widths, learnt)]
     spread = {each.place: many.in_all_lanes(value) for each, value in once}
     many.begin()
     rows = [("dx", each) for each in nodes] + [("dv", each) for each in nodes]
@@ -492,7 +527,7 @@ def product_loop(
         by: By what they are differentiated, such as x, shape (3 corner,).
         lanes: Items that are computed at a time.
     """
-    loop = _Loop(item, lanes)
+    loop = ItemLoop.of(item, lanes)
     outputs = along(slopes, dict(zip(by, item.weights, strict=True)))
     constants = [each.place for each in item.constants]
     values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)

@@ -1,0 +1,319 @@
+"""Loops over elements, around the energy at one of their points.
+
+``LANES`` elements are computed at a time, as in ``loops.items``. Gradients of shape functions
+are side by side for all lanes; blocks of elements that are alike share them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.autodiff.points import SIX, TracedPoint
+from tissuec.compiled.loops.items import LANES, ItemLoop, LoopText, blocked, filled
+from tissuec.kernels.records import Floats, Integers
+
+
+class PointTable(NamedTuple):
+    """Elements as loops read them.
+
+    Attributes:
+        size: Number of elements.
+        places: Three times the nodes, element by element, filled up to whole blocks of lanes.
+        numbers: Numbers of the elements, blocked as those of an ``ItemTable``.
+        key: Of the gradients of each block.
+        gradients: ∂N/∂X [1/m], flat, shape (key, point, 3 node, lane).
+        weight: Volume of each point [m³], flat, shape (key, point, lane).
+        slots: Where the first number of a tensor is among velocities; -1 without one; flat,
+            shape (block, tensor, lane).
+    """
+
+    size: int
+    places: Integers
+    numbers: Floats
+    key: Integers
+    gradients: Floats
+    weight: Floats
+    slots: Integers
+
+    @classmethod
+    def of(
+        cls,
+        nodes: NDArray[np.integer],
+        columns: Floats,
+        row: NDArray[np.integer],
+        gradients: Floats,
+        weight: Floats,
+        slots: NDArray[np.integer],
+    ) -> Self:
+        """Return a table.
+
+        Args:
+            nodes: Of the elements, shape (element, node).
+            columns: Numbers of the elements, in any unit, shape (number, element).
+            row: Of each element in the following two, shape (element,).
+            gradients: ∂N/∂X [1/m], shape (row, point, node, 3).
+            weight: Volume of each point [m³], shape (row, point).
+            slots: As the attribute, shape (tensor, element).
+        """
+        every = filled(len(nodes))
+        keys, key = np.unique(row[every].reshape(-1, LANES), axis=0, return_inverse=True)
+        steep = gradients.reshape(*gradients.shape[:2], -1)[keys]
+        return cls(
+            len(nodes),
+            (3 * nodes[every].astype(np.int64)).ravel(),
+            blocked(columns, every),
+            key.reshape(-1).astype(np.int64),
+            np.ascontiguousarray(np.moveaxis(steep, 1, -1)).ravel(),
+            np.ascontiguousarray(np.moveaxis(weight[keys], 1, -1)).ravel(),
+            blocked(slots, every).astype(np.int64),
+        )
+
+
+class _Points(ItemLoop):
+    """Writes one loop over elements."""
+
+    def __init__(self, point: TracedPoint, nodes: int, points: int):
+        super().__init__(point.graph, point.numbers, nodes, LANES)
+        self.point, self.nodes, self.points = point, nodes, points
+
+    # --- memory of a block ------------------------------------------------------------------
+
+    def room_of(self, rows: int) -> str:
+        """Return where values can be kept."""
+        name = f"%room.{len(self.room)}"
+        self.room.append(f"  {name} = alloca [{rows} x {self.code.kind}], align 64")
+        return name
+
+    def at(self, room: str, index: str | int) -> str:
+        """Return where a row of what is kept is."""
+        return self.code.address(room, index, self.code.kind)
+
+    def read(self, room: str, index: str | int) -> str:
+        """Return a row of what is kept."""
+        return self.code.load(self.at(room, index), align=self.code.size)
+
+    def put(self, value: str, room: str, index: str | int) -> None:
+        """Keep a row."""
+        self.code.store(value, self.at(room, index), align=self.code.size)
+
+    def add_up(self, value: str, room: str, index: str | int) -> None:
+        """Add to a row of what is kept."""
+        total = self.code.add(f"fadd {self.code.kind} {self.read(room, index)}, {value}")
+        self.put(total, room, index)
+
+    def clear(self, room: str, rows: int) -> None:
+        """Set rows to zero."""
+        for k in range(rows):
+            self.put(self.code.constant(0.0), room, k)
+
+    # --- points -----------------------------------------------------------------------------
+
+    def each_point(self, name: str, write: Callable[[str], None]) -> None:
+        """Write a loop over the points of an element.
+
+        Args:
+            name: Of the loop.
+            write: Writes what is done, given the number of the point.
+        """
+        code, before = self.code, self.code.block
+        code.line(f"br label %{name}")
+        code.label(name)
+        code.line(f"%{name}.q = phi i64 [ 0, %{before} ], [ %{name}.next, %{name}.end ]")
+        write(f"%{name}.q")
+        code.line(f"br label %{name}.end")
+        code.label(f"{name}.end")
+        code.line(f"%{name}.next = add i64 %{name}.q, 1")
+        code.line(f"%{name}.more = icmp ult i64 %{name}.next, {self.points}")
+        code.line(f"br i1 %{name}.more, label %{name}, label %{name}.out")
+        code.label(f"{name}.out")
+
+    def slopes_at(self, q: str) -> tuple[list[list[str]], str]:
+        """Return ∂N/∂X of each node at a point, and its volume."""
+        code = self.code
+        place = code.add(f"add i64 {code.add(f'mul i64 %row, {self.points}')}, {q}")
+        base = code.address(
+            "%gradients", code.add(f"mul i64 {place}, {3 * self.nodes * LANES}")
+        )
+        weight = code.load(code.address("%weight", code.add(f"mul i64 {place}, {LANES}")))
+        return [
+            [code.load(code.address(base, (3 * a + k) * LANES)) for k in range(3)]
+            for a in range(self.nodes)
+        ], weight
+
+    def gradient_of(self, room: str, slopes: Sequence[Sequence[str]]) -> list[str]:
+        """Return Σ x_a ⊗ ∂N_a/∂X of a vector that is kept, nine values."""
+        code, found = self.code, [""] * 9
+        for a, slope in enumerate(slopes):
+            for i in range(3):
+                x = self.read(room, 3 * a + i)
+                for k in range(3):
+                    place = 3 * i + k
+                    found[place] = (
+                        code.fused(x, slope[k], found[place])
+                        if a
+                        else code.add(f"fmul {code.kind} {x}, {slope[k]}")
+                    )
+        return found
+
+    def push(self, room: str, stress: Sequence[str], slopes: Sequence[Sequence[str]]) -> None:
+        """Add Σ P ∂N/∂X to the rows of the nodes of an element."""
+        for a, slope in enumerate(slopes):
+            for i in range(3):
+                value = self.read(room, 3 * a + i)
+                for k in range(3):
+                    value = self.code.fused(stress[3 * i + k], slope[k], value)
+                self.put(value, room, 3 * a + i)
+
+    def times(self, factor: str, values: Sequence[str]) -> list[str]:
+        """Return products with one factor."""
+        return [self.code.add(f"fmul {self.code.kind} {factor}, {each}") for each in values]
+
+    # --- tensors ----------------------------------------------------------------------------
+
+    def slot(self, tensor: int, lane: str | int) -> str:
+        """Return where the first number of a tensor of a lane is; -1 without one."""
+        code = self.code
+        row = code.add(f"mul i64 %block, {self.point.tensors * LANES}")
+        row = code.add(f"add i64 {row}, {tensor * LANES}")
+        return code.load(
+            code.address("%slots", code.add(f"add i64 {row}, {lane}"), "i64"), "i64"
+        )
+
+    def tensors_at(self, q: str, values: Mapping[str, str]) -> dict[str, str]:
+        """Return what is stored of all tensors at a point."""
+        code, found = self.code, dict[str, str]()
+        own = code.add(f"mul i64 {q}, {len(SIX)}") if self.point.tensors else ""
+        for tensor in range(self.point.tensors):
+            places: list[str] = []
+            for lane in range(LANES):
+                slot = self.slot(tensor, lane)
+                test = code.add(f"icmp slt i64 {slot}, 0")
+                there = code.add(f"add i64 {slot}, {own}")
+                places.append(code.add(f"select i1 {test}, i64 0, i64 {there}"))
+            more = [code.add(f"add i64 {place}, 3") for place in places]
+            six = [*self.gather("v", places), *self.gather("v", more)]
+            scaled = self.times(values[f"p.inverse_rate.{tensor}"], six)
+            found |= {f"t.{tensor}.{k}": value for k, value in enumerate(scaled)}
+        return found
+
+    def give(self, name: str, q: str, room: str) -> None:
+        """Add rates that are kept to those of the hidden nodes of each lane."""
+        code, own = self.code, self.code.add(f"mul i64 {q}, {len(SIX)}")
+        for tensor in range(self.point.tensors):
+            loop = f"{name}.{tensor}"
+
+            def write(tensor: int = tensor, loop: str = loop) -> None:
+                slot = self.slot(tensor, f"%{loop}.lane")
+                code.line(f"%{loop}.has = icmp sge i64 {slot}, 0")
+                code.line(f"br i1 %{loop}.has, label %{loop}.some, label %{loop}.end")
+                code.label(f"{loop}.some")
+                base = code.address("%f", code.add(f"add i64 {slot}, {own}"))
+                for k in range(len(SIX)):
+                    row = code.add(f"add i64 %{loop}.lane, {(len(SIX) * tensor + k) * LANES}")
+                    value = code.load(code.address(room, row), "double")
+                    self.add_to(code.address(base, k), value)
+
+            self.each_active(loop, write)
+
+    def each_active(self, name: str, write: Callable[[], None]) -> None:
+        """Write a loop over the lanes that are elements, which may go on to its end early."""
+        code, before = self.code, self.code.block
+        code.line(f"br label %{name}")
+        code.label(name)
+        code.line(f"%{name}.lane = phi i64 [ 0, %{before} ], [ %{name}.next, %{name}.end ]")
+        write()
+        code.line(f"br label %{name}.end")
+        code.label(f"{name}.end")
+        code.line(f"%{name}.next = add i64 %{name}.lane, 1")
+        code.line(f"%{name}.more = icmp ult i64 %{name}.next, %active")
+        code.line(f"br i1 %{name}.more, label %{name}, label %{name}.out")
+        code.label(f"{name}.out")
+
+
+def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
+    """Return the loop that adds forces, rates of what is remembered, and power that is lost.
+
+    Args:
+        name: Of the function.
+        point: Of the elements.
+        nodes, points: Of each element.
+    """
+    loop = _Points(point, nodes, points)
+    code = loop.code
+    is_lossy, is_viscous = point.power.value != 0.0, point.dissipation.value != 0.0
+    outputs = [*point.stress, point.power, *point.rates]
+    needed = [*outputs, point.state.pooled, point.slope_of_mean, *point.scales]
+    values, _ = loop.inputs(needed, {}, [])
+    at, forms, sums, pushed = (
+        loop.room_of(rows) for rows in (3 * nodes, 9 * points, 3, 3 * nodes + 1)
+    )
+    flow = loop.room_of(3 * nodes) if is_viscous else ""
+    places = loop.places()
+    for corner, place in enumerate(places):
+        for axis, value in enumerate(loop.gather("x", place)):
+            loop.put(value, at, 3 * corner + axis)
+        for axis, value in enumerate(loop.gather("v", place) if is_viscous else ()):
+            loop.put(value, flow, 3 * corner + axis)
+    loop.clear(sums, 3)
+    loop.clear(pushed, 3 * nodes + 1)
+    code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
+    code.line("%row = load i64, ptr %own.key, align 8")
+
+    def deform(q: str) -> None:
+        slopes, weight = loop.slopes_at(q)
+        form = loop.gradient_of(at, slopes)
+        first = code.add(f"mul i64 {q}, 9")
+        for k, value in enumerate(form):
+            loop.put(value, forms, code.add(f"add i64 {first}, {k}"))
+        given = values | {f"f.{k}": value for k, value in enumerate(form)}
+        (pooled,) = code.write([point.state.pooled], given)
+        loop.add_up(weight, sums, 0)
+        loop.put(code.fused(weight, pooled, loop.read(sums, 1)), sums, 1)
+
+    loop.each_point("deform", deform)
+    mean = code.add(f"fdiv {code.kind} {loop.read(sums, 1)}, {loop.read(sums, 0)}")
+    (swell,) = code.write([point.slope_of_mean], values | {"mean": mean})
+    rates = loop.room_of(len(point.rates)) if point.rates else ""
+
+    def press(q: str) -> None:
+        slopes, weight = loop.slopes_at(q)
+        first = code.add(f"mul i64 {q}, 9")
+        given = values | {"mean": mean, "swell": swell}
+        for k in range(9):
+            given[f"f.{k}"] = loop.read(forms, code.add(f"add i64 {first}, {k}"))
+        if is_viscous:
+            moved = loop.gradient_of(flow, slopes)
+            given |= {f"g.{k}": value for k, value in enumerate(moved)}
+        given |= loop.tensors_at(q, values)
+        stress, (lost,), changes = _split(code.write(outputs, given), 9, 1)
+        minus = code.add(f"fneg {code.kind} {weight}")
+        loop.push(pushed, loop.times(minus, stress), slopes)
+        if is_lossy:
+            row = 3 * nodes
+            loop.put(code.fused(weight, lost, loop.read(pushed, row)), pushed, row)
+        for k, change in enumerate(changes):
+            rate = values[f"p.rate.{k // len(SIX)}"]
+            loop.put(code.add(f"fmul {code.kind} {rate}, {change}"), rates, k)
+        if changes:
+            loop.give("give", q, rates)
+
+    loop.each_point("press", press)
+
+    def write() -> None:
+        loop.scatter(pushed, {"f": 0})
+        if is_lossy:
+            loop.add_to(code.address("%power", 1), loop.kept(pushed, 3 * nodes))
+
+    loop.each_lane(write)
+    return loop.text(name, ("x", "v", "f", "power"), PointTable)
+
+
+def _split(values: Sequence[str], *counts: int) -> tuple[Sequence[str], ...]:
+    """Return values in parts of so many, and the rest."""
+    found, start = list[Sequence[str]](), 0
+    for count in counts:
+        found.append(values[start : start + count])
+        start += count
+    return *found, values[start:]

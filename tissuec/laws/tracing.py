@@ -1,0 +1,102 @@
+"""Formulas of laws in a graph of numbers, for kernels that are made of them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from tissuec import autodiff
+from tissuec.autodiff import Number
+from tissuec.laws.formula import (
+    Applied,
+    Choice,
+    Constant,
+    Formula,
+    Power,
+    Product,
+    Quotient,
+    Spline,
+    Sum,
+    Variable,
+    VariablePower,
+)
+from tissuec.laws.principal import PrincipalSum
+
+_FUNCTIONS: Mapping[str, Callable[[Number], Number]] = {
+    "exp": autodiff.exp, "log": autodiff.log, "sqrt": autodiff.sqrt, "sin": autodiff.sin,
+    "cos": autodiff.cos,
+}  # fmt: skip
+
+
+def traced(formula: Formula, variables: Mapping[str, Number]) -> Number:
+    """Return the value of a formula; parts that are shared are written down once.
+
+    Args:
+        formula: The formula.
+        variables: Their values, by name.
+    """
+    found: dict[int, Number] = {}  # by identity, as formulas keep their parts
+    graph = next(iter(variables.values())).graph
+
+    def of(part: Formula) -> Number:
+        if id(part) not in found:
+            found[id(part)] = graph.number(_value(part, of, variables))
+        return found[id(part)]
+
+    return of(formula)
+
+
+def _value(
+    formula: Formula, of: Callable[[Formula], Number], variables: Mapping[str, Number]
+) -> Number | float:
+    match formula:
+        case Constant(value):
+            return value
+        case Variable(name):
+            return variables[name]
+        case Sum(left, right, minus):
+            return of(left) - of(right) if minus else of(left) + of(right)
+        case Product(left, right):
+            return of(left) * of(right)
+        case Quotient(above, below):
+            return of(above) / of(below)
+        case Power(base, exponent):
+            return of(base) ** exponent
+        case VariablePower(base, exponent):
+            return of(base) ** of(exponent)
+        case Applied(function, argument):
+            return _FUNCTIONS[function](of(argument))
+        case Choice(test, above, below):
+            return autodiff.where(of(test) < 0.0, of(below), of(above))
+        case Spline():
+            return _spline(formula, of(formula.argument))
+        case PrincipalSum(exponent):
+            value, rule = _principal(exponent)
+            arguments = [of(part) for part in formula.parts]
+            return autodiff.ruled(autodiff.in_arrays(value, arguments), arguments, rule)
+        case _:
+            raise TypeError(f"{type(formula).__name__} cannot be traced")
+
+
+def _spline(spline: Spline, x: Number) -> Number:
+    """Return the value of the piece that a number is in."""
+    first, *_ = spline.places
+    found = spline.pieces[0][0] + spline.before * (x - first)
+    for place, (value, slope, bend, twist) in zip(spline.places, spline.pieces, strict=True):
+        z = x - place
+        piece = value + z * (slope + z * (bend + z * twist))
+        found = autodiff.where(x < place, found, piece)
+    return found
+
+
+@cache
+def _principal(exponent: float) -> tuple[Callable[..., Any], Callable[..., Sequence[Number]]]:
+    """Return the value of a sum over principal stretches, and the rule of its derivatives."""
+    formula = PrincipalSum(exponent)
+
+    def value(i1: Any, i2: Any) -> Any:
+        return formula.at({"i1": i1, "i2": i2})
+
+    def rule(_: Number, i1: Number, i2: Number) -> Sequence[Number]:
+        return [traced(formula.slope(name), {"i1": i1, "i2": i2}) for name in ("i1", "i2")]
+
+    return value, rule
