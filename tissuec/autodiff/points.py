@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
-from tissuec.autodiff.derivatives import along, gradient
+from tissuec.autodiff.derivatives import along, gradient, hessian
 from tissuec.autodiff.graph import Graph, Number, Operand
 from tissuec.autodiff.potentials import Numbers
 from tissuec.autodiff.tensors import Tensor, Vector, dot
@@ -33,12 +33,14 @@ class PointState(NamedTuple):
         dissipation: D [W/m³].
         pooled: r, whose mean over the points of an element counts.
         rates: dT/dt [1/s], of which the upper halves count.
+        seen: Further numbers that are asked for, by name.
     """
 
     energy: Number
     dissipation: Operand
     pooled: Number
     rates: Sequence[Tensor] = ()
+    seen: Mapping[str, Sequence[Number]] = {}
 
 
 #: Takes F, dF/dt, the tensors that are remembered, and the numbers of the element.
@@ -111,7 +113,7 @@ class TracedPoint:
     @cached_property
     def stress(self) -> list[Number]:
         """Return P, nine numbers."""
-        elastic = gradient(self.state.energy + self.swell * self.state.pooled, self.f)
+        elastic = gradient(self._elastic, self.f)
         viscous = gradient(self.dissipation, self.rate)
         return [a + b for a, b in zip(elastic, viscous, strict=True)]
 
@@ -128,6 +130,48 @@ class TracedPoint:
             return viscous
         flat = [each for six in self.stored for each in six]
         return viscous - dot(gradient(self.state.energy, flat), self.rates)
+
+    # --- second derivatives -------------------------------------------------------------------
+
+    @property
+    def _elastic(self) -> Number:
+        return self.state.energy + self.swell * self.state.pooled
+
+    @cached_property
+    def moduli(self) -> list[Number]:
+        """Return ∂²(W + U' r)/∂F∂F at a constant mean, the lower half of 9 x 9 by rows."""
+        found = hessian(self._elastic, self.f)
+        return [found[i, j] for i in range(9) for j in range(i + 1)]
+
+    @cached_property
+    def pooling(self) -> list[Number]:
+        """Return ∂r/∂F, nine numbers."""
+        return gradient(self.state.pooled, self.f)
+
+    @cached_property
+    def bend_of_mean(self) -> Number:
+        """Return U''(M)."""
+        return gradient(self.slope_of_mean, [self.mean])[0]
+
+    @cached_property
+    def viscous_moduli(self) -> list[Number]:
+        """Return ∂²D/∂Ḟ∂Ḟ, the lower half of 9 x 9 by rows."""
+        found = hessian(self.dissipation, self.rate)
+        return [found[i, j] for i in range(9) for j in range(i + 1)]
+
+    @cached_property
+    def tangents(self) -> list[Number]:
+        """Return ∂P/∂T, ∂(dT/dt)/∂T and ∂(dT/dt)/∂F, column by column.
+
+        Columns are the six numbers of each tensor, which have the changes of P and of all
+        rates, and then the components of F, which have those of all rates.
+        """
+        found: list[Number] = []
+        for each in (each for six in self.stored for each in six):
+            found += along([*self.stress, *self.rates], {each: 1.0})
+        for each in self.f:
+            found += along(self.rates, {each: 1.0})
+        return found
 
 
 def _symmetric(six: Sequence[Number]) -> Tensor:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.forces import AbstractStruct
-from tissuec.forces.solid_strain import EnergySlopes, SolidStrain
+from tissuec.forces.solid_strain import EnergySlopes
 from tissuec.model.network import Floats, Indices
 
 #: Rows and columns of the six numbers of a symmetric tensor.
@@ -91,16 +91,23 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
             velocity: Of all nodes [m/s], shape (…, node, 3).
             points: Of each element.
         """
-        flat = velocity.reshape(*velocity.shape[:-2], -1)
-        place = self.places(points)
-        has = (self.slot >= 0)[..., None, None]
-        kept = flat[..., np.where(has, place, 0)] / self.rate[..., None, None]
-        told = np.where(has, kept, 0.0)
+        told = self.told(velocity, points)
         rows, columns = self.at
         size = int(rows.max()) + 1
         found = np.empty((*told.shape[:-1], size, size))
         found[..., rows, columns] = found[..., columns, rows] = told
         return found + np.eye(size)
+
+    def told(self, velocity: Floats, points: int) -> Floats:
+        """Return the numbers of T - 1, shape (…, row, element, point, number).
+
+        Args:
+            velocity, points: As of ``tensors``.
+        """
+        flat = velocity.reshape(*velocity.shape[:-2], -1)
+        has = (self.slot >= 0)[..., None, None]
+        kept = flat[..., np.where(has, self.places(points), 0)] / self.rate[..., None, None]
+        return np.where(has, kept, 0.0)
 
     def keep(self, velocity: Floats, tensors: Floats, items: Indices) -> None:
         """Set T of some elements, in the velocities of all nodes.
@@ -125,16 +132,6 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         """
         own = np.arange(self.numbers * points).reshape(points, self.numbers)
         return self.slot[..., None, None] + own
-
-
-def unimodular_inverse(tensors: Floats) -> Floats:
-    """Return det(T)^(1/3) T⁻¹, dimensionless, shape (…, 3, 3).
-
-    Args:
-        tensors: T, dimensionless, shape (…, 3, 3).
-    """
-    strain = SolidStrain(tensors)
-    return strain.g[..., None, None] * strain.cofactors
 
 
 class Branches(StoredTensors, frozen=True):
@@ -171,6 +168,11 @@ class Branches(StoredTensors, frozen=True):
     def keeps(self) -> NDArray[np.bool_]:
         """Return which branches exist, shape (branch, element)."""
         return self.shear > 0.0
+
+    @property
+    def pace(self) -> Floats:
+        """Return 1/τ [1/s], shape (branch, element); zero where there is no branch."""
+        return np.where(self.keeps, 1.0 / self.time, 0.0)
 
     @property
     def slowest(self) -> Floats:

@@ -36,7 +36,7 @@ acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept.
 and yielding are in ``forces.solid_memory``.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import ClassVar, NamedTuple, Self
 
@@ -44,44 +44,30 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.autodiff.evaluation import evaluate
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.points import PointTable, force_loop
+from tissuec.compiled.loops.points import (
+    PointTable,
+    force_loop,
+    record_loop,
+    recorded,
+    room_for,
+)
 from tissuec.core.source import Span
 from tissuec.forces import Items
 from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.element_memory import StoredTensors
-from tissuec.forces.elements_kernel import LEAST, STATE, ElementTable
+from tissuec.forces.element_memory import COLUMNS, ROWS, SIX, StoredTensors
+from tissuec.forces.elements_kernel import STATE, ElementTable
 from tissuec.forces.matrices import without_negative
-from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents, tangents_by_differences
-from tissuec.forces.solid_memory import (
-    NEVER,
-    PlasticDeformation,
-    RelaxingStress,
-    SolidBranches,
-    SolidYield,
-    YieldResponse,
-    branch_tangents,
-)
-from tissuec.forces.solid_point import SolidKind, traced_point
-from tissuec.forces.solid_strain import (
-    EnergySlopes,
-    FibreFamily,
-    Prestretch,
-    SolidFibres,
-    SolidStrain,
-)
+from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
+from tissuec.forces.solid_memory import NEVER, SolidBranches, SolidYield
+from tissuec.forces.solid_point import LEAST, SolidKind, traced_point
+from tissuec.forces.solid_strain import EnergySlopes, Prestretch, SolidFibres
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.kernels.records import BoundaryConditions
-from tissuec.laws.derivatives import (
-    DERIVATIVES,
-    Derivative,
-    at_invariants,
-    by_first,
-    by_second,
-    energy,
-)
+from tissuec.laws.derivatives import DERIVATIVES, at_invariants, by_first, by_second
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -92,9 +78,7 @@ _SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
 _MAKING = 85.0  # of the matrix, over one of them without tensors
 _BRANCH_SECONDS = 85e-9  # and for each branch, or where it yields
 _COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
-_PARTS = (
-    "fibres", "prestretch", "limits", "branches", "remembered", "yielding", "plastic",
-)  # fmt: skip
+_PARTS = ("fibres", "prestretch", "limits", "branches", "yielding")
 
 
 class SolidMaterial(NamedTuple):
@@ -147,11 +131,10 @@ class SolidElements(MaterialField, frozen=True):
         fibres: Families of fibres, without stress; there may be none.
         prestretch: None without any.
         branches: That relax; None without any.
-        remembered: Effect of the branches in their present state, where it is known; energies,
-            matrices and stresses include it. Otherwise they are those without branches.
         yielding: Their yield stresses and flow; None where nothing yields.
-        plastic: Their plastic deformation, where it is known; energies, matrices and stresses
-            are those of the elastic rest. Otherwise they are those before any flow.
+        recalled: Velocities of all nodes, of which those of hidden ones tell what elements
+            remember, shape (…, node, 3); energies, matrices and stresses include it. Without,
+            they are those without branches and before any flow.
         span: The entry that asks for the elements.
     """
 
@@ -167,9 +150,8 @@ class SolidElements(MaterialField, frozen=True):
     fibres: SolidFibres
     prestretch: Prestretch | None
     branches: SolidBranches | None
-    remembered: RelaxingStress | None
     yielding: SolidYield | None
-    plastic: PlasticDeformation | None
+    recalled: Floats | None
     span: Span
 
     @classmethod
@@ -226,7 +208,7 @@ class SolidElements(MaterialField, frozen=True):
         return cls(
             walls, walled, nodes, name, material.limits, laws, shape, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law,
-            fibres, prestretch, branches, None, yielding, None, span,
+            fibres, prestretch, branches, yielding, None, span,
         )  # fmt: skip
 
     @property
@@ -292,17 +274,21 @@ class SolidElements(MaterialField, frozen=True):
 
     def invariants(self, position: Floats) -> tuple[Floats, Floats]:
         """Return both isochoric invariants, shape (element, point); see ``MaterialField``."""
-        strain = self._elastic(SolidStrain(self.deformations(position)))
-        return strain.first, strain.second
+        first, second = self._seen("invariants", position)
+        return first, second
+
+    def _seen(self, name: str, position: Floats) -> list[Floats]:
+        """Return numbers that points have beside energies, shape (element, point) each."""
+        numbers = traced_point(self._present).state.seen[name]
+        return evaluate(numbers, self._values(position)) if numbers else []
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
-        strain = SolidStrain(self.deformations(position))
-        elastic = self._elastic(strain)
-        stress = elastic.cauchy(self._slopes(elastic))
-        for part in self._besides():
-            stress += part.cauchy(strain)
+        piola = self._recorded("stress", position).reshape(-1, self.points, 3, 3)
+        f = self.deformations(position)
+        volume = np.maximum(np.linalg.det(f), LEAST)[..., None, None]
         share = self._shares
+        stress = piola @ f.swapaxes(-1, -2) / volume
         return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
 
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
@@ -310,7 +296,7 @@ class SolidElements(MaterialField, frozen=True):
         volume = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(volume), volume
-        strain = self.yielding.plastic(velocity, self.points).equivalent
+        strain = self.yielding.equivalent(velocity, self.points)
         return np.einsum("eqa,eq->ea", self._shares, strain), volume
 
     @property
@@ -347,17 +333,13 @@ class SolidElements(MaterialField, frozen=True):
         """
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
-            strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
-            elastic = own._elastic(strain)
-            of_law = own._of_laws(elastic.first, elastic.second, energy)[0]
-            stored = own.shear[:, None] * of_law
-            stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
-            for part_of in own._besides():
-                stored += part_of.energy(strain)
+            point, values = traced_point(own._present), own._values(position)
+            weight = own.drawn.volume[own.row]
+            stored, pooled = evaluate([point.state.energy, point.state.pooled], values)
             volume = weight.sum(axis=-1)
-            mean = (weight * strain.j).sum(axis=-1) / volume
-            found[..., part] = (weight * stored).sum(axis=-1)
-            found[..., part] += 0.5 * own.bulk * volume * (mean - 1.0) ** 2
+            values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
+            of_mean = evaluate([point.of_mean], values)[0][..., 0]
+            found[..., part] = (weight * stored).sum(axis=-1) + volume * of_mean
         return found
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
@@ -366,27 +348,31 @@ class SolidElements(MaterialField, frozen=True):
         Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
         E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
         """
-        strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
-        volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
-        elastic = self._elastic(strain)
-        stiff = elastic.second_derivatives(self._slopes(elastic))
-        if self.plastic is not None:
-            stiff = self.plastic.drawn_back(stiff)
-        for part in self._besides():
-            stiff += part.second_derivatives(strain)
+        stiff = _whole(self._recorded("moduli", position))
         if not exact:
             stiff = without_negative(stiff)
+        weight, slopes = self.drawn.volume[self.row], self.drawn.gradients[self.row]
+        pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
+        swell = slopes @ pooling.swapaxes(-1, -2)
+        swell = np.einsum("eq,eqax->eax", weight, swell)
+        push = (self.bulk / weight.sum(axis=-1))[:, None, None] * swell
+        return self._between_nodes(stiff) + np.einsum("eax,eby->eaxby", push, swell)
+
+    def _between_nodes(self, moduli: Floats) -> Floats:
+        """Return Σ w ∂N/∂X A ∂N/∂X of each element, shape (element, node, 3, node, 3).
+
+        Args:
+            moduli: A at the points, in any unit, shape (element, point, 9, 9).
+        """
+        weight, slopes = self.drawn.volume[self.row], self.drawn.gradients[self.row]
         elements, points, count, _ = slopes.shape
         # By component and node instead of component and direction: first of one end, then of
         # the other.
-        stiff = (weight[..., None, None] * stiff).reshape(elements, points, 3, 3, 9)
-        half = slopes[:, :, None] @ stiff
+        moduli = (weight[..., None, None] * moduli).reshape(elements, points, 3, 3, 9)
+        half = slopes[:, :, None] @ moduli
         half = half.reshape(elements, points, 9 * count, 3) @ slopes.swapaxes(-1, -2)
         values = half.sum(axis=1).reshape(elements, 3, count, 3, count)
-        swell = slopes @ strain.cofactors.swapaxes(-1, -2)
-        swell = np.einsum("eq,eqax->eax", weight, swell)
-        push = (self.bulk / volume)[:, None, None] * swell
-        return values.transpose(0, 2, 1, 4, 3) + np.einsum("eax,eby->eaxby", push, swell)
+        return values.transpose(0, 2, 1, 4, 3)
 
     @property
     def is_damped(self) -> bool:
@@ -395,17 +381,7 @@ class SolidElements(MaterialField, frozen=True):
 
     def damping_of_elements(self, position: Floats) -> Floats:
         """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
-        strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
-        # Σ_k cof F_xk ∂N_a/∂X_k, so that Ḟ cof Fᵀ = Σ v_a ⊗ that.
-        way = np.einsum("eqxk,eqak->eqax", strain.cofactors, self.drawn.gradients[self.row])
-        thick = weight * self.viscosity[:, None] / np.maximum(strain.j, LEAST)
-        flat = way.reshape(*way.shape[:2], -1)
-        both = ((thick[..., None] * flat).swapaxes(-1, -2) @ flat).reshape(
-            len(way), *way.shape[2:], *way.shape[2:]
-        )
-        values = both.transpose(0, 1, 4, 3, 2) - (2.0 / 3.0) * both
-        values += np.trace(both, axis1=2, axis2=4)[:, :, None, :, None] * np.eye(3)[:, None]
-        return values
+        return self._between_nodes(_whole(self._recorded("viscous_moduli", position)))
 
     # --- bounds -------------------------------------------------------------------------------
 
@@ -457,7 +433,7 @@ class SolidElements(MaterialField, frozen=True):
     def relaxed(self) -> Self:
         """Return the elements without branches, which no longer flow; see ``Effect``."""
         yielding = self.yielding and self.yielding.stopped
-        return replace(self, branches=None, remembered=None, yielding=yielding)
+        return replace(self, branches=None, yielding=yielding)
 
     def stored(self, first: int, fastest: float) -> Self:
         """Return the elements with hidden nodes for their internal variables.
@@ -489,46 +465,52 @@ class SolidElements(MaterialField, frozen=True):
 
     def recalling(self, velocity: Floats) -> Self:
         """Return the elements with the present internal variables; see ``Effect``."""
-        if not self.remembers:
-            return self
-        branches, yielding = self.branches, self.yielding
-        return replace(
-            self,
-            remembered=branches and branches.remembered(velocity, self.points),
-            plastic=yielding and yielding.plastic(velocity, self.points),
-        )
+        return replace(self, recalled=velocity) if self.remembers else self
 
     def giving(self, position: Floats, velocity: Floats) -> float:
         """Return a bound of the rates at which elements relax and flow [1/s]; see ``Field``."""
         fastest = 0.0
-        for _, own in self.in_blocks() if self.remembers else ():
-            strain, relaxing = SolidStrain(own.deformations(position)), np.zeros(1)
-            if own.branches is not None:
-                rate, relaxing = own.branches.fastest(strain, velocity)
-                fastest = max(fastest, rate)
+        for _, own in self.recalling(velocity).in_blocks() if self.remembers else ():
+            held, relaxing = own._seen("held", position), np.zeros(1)
+            if (branches := own.branches) is not None:
+                rates = np.array(held) * branches.pace[..., None] / 3.0
+                fastest = max(fastest, float(rates.max()))
+                relaxing = (branches.shear[..., None] * held).sum(axis=0)
             if own.yielding is not None:
-                plastic = own.yielding.plastic(velocity, self.points)
-                elastic = plastic.elastic(strain)
-                slopes = own._slopes(elastic)
-                rate = own.yielding.fastest(elastic.first, elastic.second, slopes, relaxing)
-                fastest = max(fastest, rate)
+                i1, i2 = own.invariants(position)
+                slopes = EnergySlopes(*(own.shear[:, None] * own._slopes(i1, i2)))
+                fastest = max(fastest, own.yielding.fastest(i1, i2, slopes, relaxing))
         return fastest
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
         """Return the derivatives of branches and plastic strain, by points; see ``Field``."""
         if not self.remembers:
             return None
-        deformation, steep = self.deformations(position), self.drawn.gradients[self.row]
-        weight = self.drawn.volume[self.row]
-        if self.yielding is None:
-            assert self.branches is not None
-            return branch_tangents(
-                self.branches, deformation, velocity, self.nodes, steep, weight
-            )
-        response = YieldResponse(self.yielding, self.branches, self._slopes_at)
-        stored = [self.yielding, *([] if self.branches is None else [self.branches])]
-        return tangents_by_differences(
-            stored, response, deformation, velocity, self.nodes, steep, weight
+        stored, points = self._stored, self.points
+        flat = self.recalling(velocity)._recorded("tangents", position)
+        six = SIX * sum(len(each.slot) for each in stored)
+        by_tensors = flat[..., : six * (9 + six)].reshape(-1, points, six, 9 + six)
+        by_strain = flat[..., six * (9 + six) :].reshape(-1, points, 3, 3, six)
+        has = np.concatenate([each.slot for each in stored]) >= 0
+        rate = np.where(has, np.concatenate([each.rate for each in stored]), 0.0)
+        # Variables have the unit of velocities; those that do not exist take no part.
+        to_own = np.repeat(rate.T, SIX, axis=1)[:, None]
+        from_own = np.divide(1.0, to_own, where=to_own > 0.0, out=np.zeros_like(to_own))
+        steep, weight = self.drawn.gradients[self.row], self.drawn.volume[self.row]
+        pull = (from_own[..., None] * by_tensors[..., :9]).reshape(-1, points, six, 3, 3)
+        giving = from_own[..., None] * by_tensors[..., 9:] * to_own[..., None, :]
+        by_position = np.einsum(
+            "eqxkv,eqak->eqvax", by_strain * to_own[:, :, None, None], steep
+        )
+        push = -np.einsum("eq,eqvxk,eqak->eqaxv", weight, pull, steep)
+        places = np.concatenate([each.places(points) for each in stored])
+        slots = np.moveaxis(np.where(has[..., None, None], places, -1), 0, 2)
+        return MemoryTangents(
+            slots=slots.reshape(-1, six),
+            nodes=np.repeat(self.nodes, points, axis=0),
+            giving=-giving.swapaxes(-1, -2).reshape(-1, six, six),
+            by_position=by_position.reshape(-1, six, *by_position.shape[3:]),
+            pull=push.reshape(-1, *push.shape[2:]),
         )
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
@@ -537,9 +519,8 @@ class SolidElements(MaterialField, frozen=True):
             return
         for part, _ in self.in_blocks():
             items = part[moved[self.nodes[part]].any(axis=1)]
-            strain = SolidStrain(self.only(items).deformations(position))
-            right = strain.f.swapaxes(-1, -2) @ strain.f
-            self.branches.keep(velocity, strain.g[..., None, None] * right, items)
+            six = np.stack(self.only(items)._seen("isochoric", position), axis=-1)
+            self.branches.keep(velocity, _symmetric(six), items)
 
     # --- for the engine -----------------------------------------------------------------------
 
@@ -558,12 +539,22 @@ class SolidElements(MaterialField, frozen=True):
             laws or self.laws[:1], families, branches, self.yielding is not None, self.is_damped
         )
 
+    @property
+    def _present(self) -> SolidKind:
+        """Return what the points have that energies and matrices are of."""
+        kind = self._kind
+        if self.recalled is None:
+            kind = kind._replace(branches=0, is_yielding=False)
+        return kind
+
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
+        return self._table(place, self._kind)
+
+    def _table(self, place: Indices, kind: SolidKind) -> PointTable:
         used, row = np.unique(self.row, return_inverse=True)
-        columns = self._columns
-        rows = [np.reshape(columns[name], (self.item_count, -1)).T for name in columns]
-        slots = [each.slot for each in self._stored]
+        rows = [each.T for each in self._columns(kind).values()]
+        slots = [each.slot for each in self._stored] if kind.tensors else []
         every = np.concatenate([np.zeros((0, self.item_count), dtype=np.int64), *slots])
         moved = np.where(every >= 0, 3 * place[np.maximum(every, 0) // 3], -1)
         return PointTable.of(
@@ -576,42 +567,61 @@ class SolidElements(MaterialField, frozen=True):
         """Return what a point remembers: plastic strain first, and then branches."""
         return [each for each in (self.yielding, self.branches) if each is not None]
 
-    @property
-    def _columns(self) -> dict[str, Floats]:
-        """Return the numbers of elements in the order of ``SolidKind.widths``."""
-        found: dict[str, Floats] = {}
-        for name in self._kind.widths:
-            match name:
-                case "law":
-                    found[name] = np.unique(self.law, return_inverse=True)[1].astype(float)
-                case "fibre_stiffness":
-                    found[name] = self.fibres.stiffness
-                case "fibre_stiffening":
-                    found[name] = self.fibres.stiffening
-                case "dispersion":
-                    found[name] = self.fibres.dispersion
-                case "along":
-                    found[name] = self.fibres.along
-                case "branch_shear":
-                    assert self.branches is not None
-                    found[name] = self.branches.shear.T
-                case "branch_pace":
-                    assert self.branches is not None
-                    found[name] = np.where(self.branches.keeps, 1.0 / self.branches.time, 0.0).T
-                case "yield_stress":
-                    assert self.yielding is not None
-                    found[name] = np.minimum(self.yielding.limit, NEVER)
-                case "yield_pace":
-                    assert self.yielding is not None
-                    found[name] = 1.0 / self.yielding.viscosity
-                case _:
-                    found[name] = getattr(self, name)
-        if stored := self._stored:
-            rate = np.concatenate([each.rate for each in stored])
-            has = np.concatenate([each.slot for each in stored]) >= 0
-            found["rate"] = rate.T
-            found["inverse_rate"] = np.where(has, 1.0 / rate, 0.0).T
-        return found
+    def _columns(self, kind: SolidKind) -> dict[str, Floats]:
+        """Return the numbers of elements, shape (element, number) each."""
+        found = {"shear": self.shear, "bulk": self.bulk, "local": self.local}
+        if len(kind.laws) > 1:
+            found["law"] = np.unique(self.law, return_inverse=True)[1].astype(float)
+        if kind.is_viscous:
+            found["viscosity"] = self.viscosity
+        if kind.families:
+            fibres = self.fibres
+            found |= {
+                "fibre_stiffness": fibres.stiffness, "fibre_stiffening": fibres.stiffening,
+                "dispersion": fibres.dispersion, "along": fibres.along,
+            }  # fmt: skip
+        if kind.branches:
+            assert self.branches is not None
+            found |= {
+                "branch_shear": self.branches.shear.T,
+                "branch_pace": self.branches.pace.T,
+            }
+        if kind.is_yielding:
+            assert self.yielding is not None
+            found["yield_stress"] = np.minimum(self.yielding.limit, NEVER)
+            found["yield_pace"] = 1.0 / self.yielding.viscosity
+        if kind.tensors:
+            rate = np.concatenate([each.rate for each in self._stored])
+            has = np.concatenate([each.slot for each in self._stored]) >= 0
+            found |= {"rate": rate.T, "inverse_rate": np.where(has, 1.0 / rate, 0.0).T}
+        shapes = {name: max(1, each[:1].size) for name, each in found.items()}
+        return {name: np.reshape(each, (-1, shapes[name])) for name, each in found.items()}
+
+    def _values(self, position: Floats) -> dict[str, Floats]:
+        """Return all inputs of a point, by name, shape (…, element, point)."""
+        kind, f = self._present, self.deformations(position)
+        values = {f"f.{k}": f[..., k // 3, k % 3] for k in range(9)}
+        for name, each in self._columns(kind).items():
+            values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
+        if kind.tensors:
+            assert self.recalled is not None
+            parts = [each.told(self.recalled, self.points) for each in self._stored]
+            every = np.concatenate(parts, axis=-4)
+            for t, k in np.ndindex(kind.tensors, SIX):
+                values[f"t.{t}.{k}"] = every[..., t, :, :, k]
+        return values
+
+    def _recorded(self, name: str, position: Floats) -> Floats:
+        """Return numbers of each point in a state, shape (element, point, number)."""
+        kind, points, count = self._present, self.points, self.item_count
+        kernel, size = _record_kernel(kind, name, self.shape.nodes, points)
+        velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
+        room = room_for(size, points, count)
+        table = self._table(np.arange(len(position)), kind)
+        kernel(
+            0.0, *(np.ravel(each).astype(float) for each in (position, velocity)), room, table
+        )
+        return recorded(room, points, count)
 
     @property
     def crack_areas(self) -> Floats:
@@ -658,40 +668,40 @@ class SolidElements(MaterialField, frozen=True):
         """Return the number of points of an element."""
         return len(self.shape.weights)
 
-    def _elastic(self, strain: SolidStrain) -> SolidStrain:
-        """Return the elastic strain, for which laws store energy, at the points of F."""
-        return strain if self.plastic is None else self.plastic.elastic(strain)
-
-    def _besides(self) -> "Iterator[FibreFamily | RelaxingStress]":
-        """Yield the parts that have an energy in addition to that of the law."""
-        yield from self.fibres.families()
-        if self.remembered is not None:
-            yield self.remembered
-
-    def _slopes(self, strain: SolidStrain) -> EnergySlopes:
-        """Return the derivatives of the energy at all points, shape (element, point)."""
-        weight = self.drawn.volume[self.row]
-        mean = (weight * strain.j).sum(axis=-1) / weight.sum(axis=-1)
-        by = self._of_laws(strain.first, strain.second, *DERIVATIVES)
-        of_law = [*(self.shear[:, None] * by)]
-        pressure = self.bulk[:, None] * (mean[:, None] - 1.0)
-        pressure = pressure + self.local[:, None] * (strain.j - 1.0)
-        local = np.broadcast_to(self.local[:, None], strain.j.shape)
-        return EnergySlopes.of(of_law, pressure, local)
-
-    def _slopes_at(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
-        """Return the derivatives of energies by both invariants [Pa], of their shape."""
-        by = self._of_laws(first, second, *DERIVATIVES[:2])
-        one, other = self.shear[:, None] * by
-        return one, other
-
-    def _of_laws(self, first: Floats, second: Floats, *each: Derivative) -> Floats:
-        """Return derivatives of laws at points, shape (derivative, …, element, point).
+    def _slopes(self, i1: Floats, i2: Floats) -> Floats:
+        """Return derivatives of laws at points, shape (derivative, element, point).
 
         Args:
-            first, second: Isochoric invariants there, dimensionless.
+            i1, i2: Isochoric invariants there, dimensionless.
         """
-        return at_invariants(self.laws, self.law, each, first, second)
+        return at_invariants(self.laws, self.law, DERIVATIVES, i1, i2)
+
+
+def _whole(halves: Floats) -> Floats:
+    """Return symmetric matrices of nine rows from their lower halves, shape (…, 9, 9)."""
+    rows, columns = np.tril_indices(9)
+    found = np.empty((*halves.shape[:-1], 9, 9))
+    found[..., rows, columns] = found[..., columns, rows] = halves
+    return found
+
+
+def _symmetric(six: Floats) -> Floats:
+    """Return symmetric tensors from their six numbers, shape (…, 3, 3)."""
+    found = np.empty((*six.shape[:-1], 3, 3))
+    found[..., ROWS, COLUMNS] = found[..., COLUMNS, ROWS] = six
+    return found
+
+
+@cache
+def _record_kernel(
+    kind: SolidKind, name: str, nodes: int, points: int
+) -> tuple[GeneratedKernel, int]:
+    """Return what records a list of numbers of traced points, and how many these are."""
+    point = traced_point(kind)
+    outputs = getattr(point, name)
+    return GeneratedKernel(
+        f"elements_{name}", lambda own: record_loop(own, point, outputs, nodes, points)
+    ), len(outputs)
 
 
 @cache

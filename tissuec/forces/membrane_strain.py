@@ -174,9 +174,7 @@ class MembraneStrain:
     def of_laws(self) -> EnergySlopes:
         """Return the derivatives of laws by both invariants [Pa], shape (…, triangle)."""
         i1, i2, _ = self._invariants(self.root)
-        slopes = [*(self._wall.shear * self._of_laws(i1[0], i2[0], *DERIVATIVES))]
-        none = np.zeros_like(self.root)
-        return EnergySlopes.of(slopes, none, none)
+        return EnergySlopes(*(self._wall.shear * self._of_laws(i1[0], i2[0], *DERIVATIVES)))
 
     @property
     def isochoric(self) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor
-from tissuec.autodiff.points import PointState, TracedPoint
+from tissuec.autodiff.points import SIX, PointState, TracedPoint
 from tissuec.laws.derivatives import energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.tracing import traced
@@ -35,6 +35,11 @@ class SolidKind(NamedTuple):
     branches: int
     is_yielding: bool
     is_viscous: bool
+
+    @property
+    def tensors(self) -> int:
+        """Return how many tensors a point remembers."""
+        return int(self.is_yielding) + self.branches
 
     @property
     def widths(self) -> dict[str, int]:
@@ -82,9 +87,9 @@ def _point(
     else:
         first, second = i1, autodiff.square(cofactors)
     flows = p.shear * _law(kind.laws, g * first, g * g * second, p)
-    for k, tensor in enumerate(branches):
-        held = g * _inner(right, _unimodular_inverse(tensor))
-        flows = flows + 0.5 * _one_of(p.branch_shear, k) * (held - 3.0)
+    held = [g * _inner(right, _unimodular_inverse(tensor)) for tensor in branches]
+    for k, each in enumerate(held):
+        flows = flows + 0.5 * _one_of(p.branch_shear, k) * (each - 3.0)
     stored = flows + 0.5 * p.local * (j - 1.0) ** 2
     for k in range(kind.families):
         along = f.of(p.along[3 * k : 3 * k + 3])
@@ -99,7 +104,12 @@ def _point(
         moving = autodiff.deviator(autodiff.symmetric_part(rate @ cofactors.transposed))
         loss = p.viscosity / autodiff.maximum(j, LEAST) * autodiff.square(moving)
     rates = _rates(kind, f, g * right, flows, plastic, branches, p)
-    return PointState(stored, loss, j, rates)
+    seen = {
+        "invariants": [g * first, g * g * second],
+        "held": held,
+        "isochoric": [g * right.rows[i][k] for i, k in SIX],
+    }
+    return PointState(stored, loss, j, rates, seen)
 
 
 def _rates(

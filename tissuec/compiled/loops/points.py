@@ -10,6 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import SIX, TracedPoint
 from tissuec.compiled.loops.items import LANES, ItemLoop, LoopText, blocked, filled
 from tissuec.kernels.records import Floats, Integers
@@ -109,6 +110,51 @@ class _Points(ItemLoop):
             self.put(self.code.constant(0.0), room, k)
 
     # --- points -----------------------------------------------------------------------------
+
+    def begin(self, outputs: Sequence[Number]) -> None:
+        """Write what comes before the points that outputs are of: F of all, and its mean."""
+        code, point, rows = self.code, self.point, 3 * self.nodes
+        pooled, slope = point.state.pooled, point.slope_of_mean
+        self._values, _ = self.inputs([*outputs, pooled, slope, *point.scales], {}, [])
+        self._at, self._forms, sums = map(self.room_of, (rows, 9 * self.points, 2))
+        needed = point.graph.inputs_of(outputs)
+        self._flow = self.room_of(rows) if any(each.startswith("g.") for each in needed) else ""
+        for corner, place in enumerate(self.places()):
+            for room, vector in ((self._at, "x"), (self._flow, "v")):
+                for axis, value in enumerate(self.gather(vector, place) if room else ()):
+                    self.put(value, room, 3 * corner + axis)
+        self.clear(sums, 2)
+        code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
+        code.line("%row = load i64, ptr %own.key, align 8")
+
+        def deform(q: str) -> None:
+            slopes, weight = self.slopes_at(q)
+            form = self.gradient_of(self._at, slopes)
+            first = code.add(f"mul i64 {q}, 9")
+            for k, value in enumerate(form):
+                self.put(value, self._forms, code.add(f"add i64 {first}, {k}"))
+            given = self._values | {f"f.{k}": value for k, value in enumerate(form)}
+            (share,) = code.write([pooled], given)
+            self.add_up(weight, sums, 0)
+            self.put(code.fused(weight, share, self.read(sums, 1)), sums, 1)
+
+        self.each_point("deform", deform)
+        mean = code.add(f"fdiv {code.kind} {self.read(sums, 1)}, {self.read(sums, 0)}")
+        self._values["mean"] = mean
+        (self._values["swell"],) = code.write([slope], self._values)
+
+    def at_point(self, q: str) -> tuple[list[list[str]], str, dict[str, str]]:
+        """Return ∂N/∂X of the nodes at a point, its volume, and the values of all inputs."""
+        slopes, weight = self.slopes_at(q)
+        values = dict(self._values)
+        first = self.code.add(f"mul i64 {q}, 9")
+        for k in range(9):
+            place = self.code.add(f"add i64 {first}, {k}")
+            values[f"f.{k}"] = self.read(self._forms, place)
+        if self._flow:
+            moved = self.gradient_of(self._flow, slopes)
+            values |= {f"g.{k}": value for k, value in enumerate(moved)}
+        return slopes, weight, values | self.tensors_at(q, values)
 
     def each_point(self, name: str, write: Callable[[str], None]) -> None:
         """Write a loop over the points of an element.
@@ -241,53 +287,16 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
         nodes, points: Of each element.
     """
     loop = _Points(point, nodes, points)
-    code = loop.code
-    is_lossy, is_viscous = point.power.value != 0.0, point.dissipation.value != 0.0
+    code, is_lossy = loop.code, point.power.value != 0.0
     outputs = [*point.stress, point.power, *point.rates]
-    needed = [*outputs, point.state.pooled, point.slope_of_mean, *point.scales]
-    values, _ = loop.inputs(needed, {}, [])
-    at, forms, sums, pushed = (
-        loop.room_of(rows) for rows in (3 * nodes, 9 * points, 3, 3 * nodes + 1)
-    )
-    flow = loop.room_of(3 * nodes) if is_viscous else ""
-    places = loop.places()
-    for corner, place in enumerate(places):
-        for axis, value in enumerate(loop.gather("x", place)):
-            loop.put(value, at, 3 * corner + axis)
-        for axis, value in enumerate(loop.gather("v", place) if is_viscous else ()):
-            loop.put(value, flow, 3 * corner + axis)
-    loop.clear(sums, 3)
-    loop.clear(pushed, 3 * nodes + 1)
-    code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
-    code.line("%row = load i64, ptr %own.key, align 8")
-
-    def deform(q: str) -> None:
-        slopes, weight = loop.slopes_at(q)
-        form = loop.gradient_of(at, slopes)
-        first = code.add(f"mul i64 {q}, 9")
-        for k, value in enumerate(form):
-            loop.put(value, forms, code.add(f"add i64 {first}, {k}"))
-        given = values | {f"f.{k}": value for k, value in enumerate(form)}
-        (pooled,) = code.write([point.state.pooled], given)
-        loop.add_up(weight, sums, 0)
-        loop.put(code.fused(weight, pooled, loop.read(sums, 1)), sums, 1)
-
-    loop.each_point("deform", deform)
-    mean = code.add(f"fdiv {code.kind} {loop.read(sums, 1)}, {loop.read(sums, 0)}")
-    (swell,) = code.write([point.slope_of_mean], values | {"mean": mean})
+    loop.begin(outputs)
+    pushed = loop.room_of(3 * nodes + 1)
     rates = loop.room_of(len(point.rates)) if point.rates else ""
+    loop.clear(pushed, 3 * nodes + 1)
 
     def press(q: str) -> None:
-        slopes, weight = loop.slopes_at(q)
-        first = code.add(f"mul i64 {q}, 9")
-        given = values | {"mean": mean, "swell": swell}
-        for k in range(9):
-            given[f"f.{k}"] = loop.read(forms, code.add(f"add i64 {first}, {k}"))
-        if is_viscous:
-            moved = loop.gradient_of(flow, slopes)
-            given |= {f"g.{k}": value for k, value in enumerate(moved)}
-        given |= loop.tensors_at(q, values)
-        stress, (lost,), changes = _split(code.write(outputs, given), 9, 1)
+        slopes, weight, values = loop.at_point(q)
+        stress, (lost,), changes = _split(code.write(outputs, values), 9, 1)
         minus = code.add(f"fneg {code.kind} {weight}")
         loop.push(pushed, loop.times(minus, stress), slopes)
         if is_lossy:
@@ -308,6 +317,45 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
 
     loop.each_lane(write)
     return loop.text(name, ("x", "v", "f", "power"), PointTable)
+
+
+def record_loop(
+    name: str, point: TracedPoint, outputs: Sequence[Number], nodes: int, points: int
+) -> LoopText:
+    """Return the loop that writes numbers of each point, for ``recorded`` to read.
+
+    Args:
+        name: Of the function.
+        point: Of the elements.
+        outputs: The numbers.
+        nodes, points: Of each element.
+    """
+    loop = _Points(point, nodes, points)
+    code = loop.code
+    loop.begin(outputs)
+    size = len(outputs) * LANES
+
+    def write(q: str) -> None:
+        _, _, values = loop.at_point(q)
+        place = code.add(f"add i64 {code.add(f'mul i64 %block, {points}')}, {q}")
+        base = code.address("%out", code.add(f"mul i64 {place}, {size}"))
+        for k, value in enumerate(code.write(outputs, values)):
+            code.store(value, code.address(base, k * LANES))
+
+    loop.each_point("write", write)
+    return loop.text(name, ("x", "v", "out"), PointTable)
+
+
+def room_for(outputs: int, points: int, elements: int) -> Floats:
+    """Return room for what ``record_loop`` writes."""
+    return np.zeros(outputs * points * len(filled(elements)))
+
+
+def recorded(room: Floats, points: int, elements: int) -> Floats:
+    """Return what ``record_loop`` has written, in any unit, shape (element, point, output)."""
+    blocks = room.reshape(len(filled(elements)) // LANES, points, -1, LANES)
+    every = np.moveaxis(blocks, -1, 1)
+    return every.reshape(-1, *every.shape[2:])[:elements]
 
 
 def _split(values: Sequence[str], *counts: int) -> tuple[Sequence[str], ...]:

@@ -85,8 +85,6 @@ class ElementOrientation:
         r Σ |∂N_a/∂ξ|; det Z keeps its sign while this is less than the smallest singular value
         of Z, which is at least 1/|Z⁻¹| = det Z/|cof Z|.
         """
-        from tissuec.forces.solid_strain import SolidStrain
-
         is_out = np.zeros(field.item_count, dtype=bool)
         is_lost = np.zeros(field.item_count, dtype=bool)
         is_lost[field.lost_items(alive)] = True
@@ -94,9 +92,11 @@ class ElementOrientation:
         margin = np.inf
         for first in range(0, field.item_count, _PART):
             part = np.arange(first, min(first + _PART, field.item_count))
-            sides = SolidStrain(field.shape.sides(position[field.nodes[part]]))
-            is_out[part] = (sides.j <= 0.0).any(axis=1)
-            room = sides.j / (np.sqrt(sides.i2) * slope)
+            sides = field.shape.sides(position[field.nodes[part]])
+            cofactors = cross(np.roll(sides, -1, axis=-2), np.roll(sides, -2, axis=-2))
+            volume = dot(sides[..., 0, :], cofactors[..., 0, :])
+            is_out[part] = (volume <= 0.0).any(axis=1)
+            room = volume / (norm(cofactors.reshape(*volume.shape, 9)) * slope)
             margin = min(margin, float(room[~is_lost[part]].min(initial=np.inf)))
         return np.flatnonzero(is_out & ~is_lost), margin
 
