@@ -491,7 +491,7 @@ class SolidElements(MaterialField, frozen=True):
         six = SIX * sum(len(each.slot) for each in stored)
         by_tensors = flat[..., : six * (9 + six)].reshape(-1, points, six, 9 + six)
         by_strain = flat[..., six * (9 + six) :].reshape(-1, points, 3, 3, six)
-        has = np.concatenate([each.slot for each in stored]) >= 0
+        has = self._slots >= 0
         rate = np.where(has, np.concatenate([each.rate for each in stored]), 0.0)
         # Variables have the unit of velocities; those that do not exist take no part.
         to_own = np.repeat(rate.T, SIX, axis=1)[:, None]
@@ -549,18 +549,23 @@ class SolidElements(MaterialField, frozen=True):
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
-        return self._table(place, self._kind)
+        kind, slots = self._kind, self._slots
+        moved = np.where(slots >= 0, 3 * place[np.maximum(slots, 0) // 3], -1)
+        return self._table(kind, place[self.nodes], moved)
 
-    def _table(self, place: Indices, kind: SolidKind) -> PointTable:
+    def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
         used, row = np.unique(self.row, return_inverse=True)
         rows = [each.T for each in self._columns(kind).values()]
-        slots = [each.slot for each in self._stored] if kind.tensors else []
-        every = np.concatenate([np.zeros((0, self.item_count), dtype=np.int64), *slots])
-        moved = np.where(every >= 0, 3 * place[np.maximum(every, 0) // 3], -1)
         return PointTable.of(
-            place[self.nodes], np.concatenate(rows), row.reshape(-1),
-            self.drawn.gradients[used], self.drawn.volume[used], moved,
+            nodes, np.concatenate(rows), row.reshape(-1), self.drawn.gradients[used],
+            self.drawn.volume[used], slots[: kind.tensors],
         )  # fmt: skip
+
+    @property
+    def _slots(self) -> Indices:
+        """Return where tensors are kept, shape (tensor, element); see ``StoredTensors``."""
+        none = np.zeros((0, self.item_count), dtype=np.int64)
+        return np.concatenate([none, *(each.slot for each in self._stored)])
 
     @property
     def _stored(self) -> list[StoredTensors]:
@@ -592,8 +597,8 @@ class SolidElements(MaterialField, frozen=True):
             found["yield_pace"] = 1.0 / self.yielding.viscosity
         if kind.tensors:
             rate = np.concatenate([each.rate for each in self._stored])
-            has = np.concatenate([each.slot for each in self._stored]) >= 0
-            found |= {"rate": rate.T, "inverse_rate": np.where(has, 1.0 / rate, 0.0).T}
+            inverse = np.where(self._slots >= 0, 1.0 / rate, 0.0)
+            found |= {"rate": rate.T, "inverse_rate": inverse.T}
         shapes = {name: max(1, each[:1].size) for name, each in found.items()}
         return {name: np.reshape(each, (-1, shapes[name])) for name, each in found.items()}
 
@@ -613,15 +618,14 @@ class SolidElements(MaterialField, frozen=True):
 
     def _recorded(self, name: str, position: Floats) -> Floats:
         """Return numbers of each point in a state, shape (element, point, number)."""
-        kind, points, count = self._present, self.points, self.item_count
-        kernel, size = _record_kernel(kind, name, self.shape.nodes, points)
+        kind, count = self._present, self.item_count
+        kernel, size = _record_kernel(kind, name, self.shape.nodes, self.points)
+        # Nodes may be numbered among some of all, unlike the hidden ones.
         velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
-        room = room_for(size, points, count)
-        table = self._table(np.arange(len(position)), kind)
-        kernel(
-            0.0, *(np.ravel(each).astype(float) for each in (position, velocity)), room, table
-        )
-        return recorded(room, points, count)
+        room = room_for(size, self.points, count)
+        state = (np.ravel(each).astype(float) for each in (position, velocity))
+        kernel(0.0, *state, room.reshape(-1), self._table(kind, self.nodes, self._slots))
+        return recorded(room, count)
 
     @property
     def crack_areas(self) -> Floats:

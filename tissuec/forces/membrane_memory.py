@@ -164,6 +164,14 @@ class MembraneYield(ElementYield, frozen=True):
 
     at: ClassVar[Indices] = np.array([[0, 1, 0], [0, 1, 1]])
 
+    def equivalent(self, velocity: Floats) -> Floats:
+        """Return equivalent plastic strains, dimensionless, shape (…, triangle).
+
+        Args:
+            velocity: Of all nodes [m/s], shape (…, node, 3).
+        """
+        return self.plastic(velocity).equivalent
+
     def plastic(self, velocity: Floats) -> PlasticPlane:
         """Return the plastic deformation of the triangles.
 

@@ -269,7 +269,7 @@ class Membranes(MaterialField, frozen=True):
         share = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(share), share
-        return self.yielding.plastic(velocity).equivalent[:, None] * share, share
+        return self.yielding.equivalent(velocity)[:, None] * share, share
 
     # --- energy and matrix --------------------------------------------------------------------
 

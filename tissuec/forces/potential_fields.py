@@ -135,7 +135,8 @@ class PotentialField(ElementField, frozen=True):
         velocity = np.zeros_like(position) if velocity is None else velocity
         kernel, count = self._loops.record(name)
         room = loops.room_for(count, self.item_count)
-        kernel(0.0, _flat(position), _flat(velocity), room, self._table(_every(position)))
+        table = self._table(_every(position))
+        kernel(0.0, _flat(position), _flat(velocity), room.reshape(-1), table)
         return loops.recorded(room, self.item_count)
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
@@ -187,7 +188,7 @@ class PotentialField(ElementField, frozen=True):
         if not (count := len(self.traced.constants)) or not self.item_count:
             return ItemTable.of(nodes, own)
         room, none = loops.room_for(count, self.item_count), np.zeros(0)
-        self._loops.constants(0.0, none, none, room, ItemTable.of(nodes, own))
+        self._loops.constants(0.0, none, none, room.reshape(-1), ItemTable.of(nodes, own))
         more = loops.recorded(room, self.item_count).T
         return ItemTable.of(nodes, np.concatenate([own, more]))
 

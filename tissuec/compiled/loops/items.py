@@ -74,14 +74,13 @@ def blocked(columns: NDArray[Any], every: Indices) -> NDArray[Any]:
 
 
 def room_for(outputs: int, count: int) -> Floats:
-    """Return room for what ``record_loop`` writes of some items."""
-    return np.zeros(outputs * _filled(count))
+    """Return room for what ``record_loop`` writes, shape (block, output, lane)."""
+    return np.zeros((_filled(count) // LANES, outputs, LANES))
 
 
 def recorded(room: Floats, count: int) -> Floats:
     """Return what ``record_loop`` has written, in any unit, shape (item, output)."""
-    blocks = room.reshape(_filled(count) // LANES, -1, LANES)
-    return blocks.swapaxes(1, 2).reshape(_filled(count), -1)[:count]
+    return np.moveaxis(room, -1, 1).reshape(_filled(count), room.shape[1])[:count]
 
 
 class LoopText(NamedTuple):

@@ -59,8 +59,9 @@ class PointTable(NamedTuple):
             slots: As the attribute, shape (tensor, element).
         """
         every = filled(len(nodes))
-        keys, key = np.unique(row[every].reshape(-1, LANES), axis=0, return_inverse=True)
-        steep = gradients.reshape(*gradients.shape[:2], -1)[keys]
+        lanes = row[every].reshape(len(every) // LANES, LANES)
+        keys, key = np.unique(lanes, axis=0, return_inverse=True)
+        steep = gradients.reshape(*gradients.shape[:2], 3 * nodes.shape[1])[keys]
         return cls(
             len(nodes),
             (3 * nodes[every].astype(np.int64)).ravel(),
@@ -347,15 +348,15 @@ def record_loop(
 
 
 def room_for(outputs: int, points: int, elements: int) -> Floats:
-    """Return room for what ``record_loop`` writes."""
-    return np.zeros(outputs * points * len(filled(elements)))
+    """Return room for what ``record_loop`` writes, shape (block, point, output, lane)."""
+    return np.zeros((len(filled(elements)) // LANES, points, outputs, LANES))
 
 
-def recorded(room: Floats, points: int, elements: int) -> Floats:
+def recorded(room: Floats, elements: int) -> Floats:
     """Return what ``record_loop`` has written, in any unit, shape (element, point, output)."""
-    blocks = room.reshape(len(filled(elements)) // LANES, points, -1, LANES)
-    every = np.moveaxis(blocks, -1, 1)
-    return every.reshape(-1, *every.shape[2:])[:elements]
+    blocks, points, outputs, lanes = room.shape
+    every = np.moveaxis(room, -1, 1).reshape(blocks * lanes, points, outputs)
+    return every[:elements]
 
 
 def _split(values: Sequence[str], *counts: int) -> tuple[Sequence[str], ...]:
