@@ -11,6 +11,7 @@ from scipy.sparse import eye_array
 from tests.contact.scenes import contact_with
 from tests.derivatives import slopes
 from tests.engine.running import Bench
+from tests.forces.test_plates import TUBE, plates
 from tests.hand_net import make_net
 from tests.test_enclosures import RADIUS, ball
 from tests.test_hinges import shell
@@ -70,6 +71,12 @@ def bent():
     return Example(net.hinges, net.position + 1e-3 * noise, 0.01)
 
 
+def curved():
+    field, drawn = plates(TUBE, delay=0.02)
+    noise = np.random.default_rng(2).normal(size=drawn.shape)
+    return Example(field, drawn + 5e-4 * noise, 0.005)
+
+
 def touching():
     points = np.random.default_rng(3).uniform(size=(12, 3))
     faces = np.array([[9, 10, 11]])
@@ -119,9 +126,13 @@ NODAL = {
     "drag": lambda: alone(Drag, MASSES),
     "load": lambda: alone(Load, np.array([1, 4, 4]), TERMS, Span(Source("", ""), 0, 0)),
 }
-FIELDS = {
-    "enclosed": enclosed,
+#: Fields that follow from a potential; see ``test_potential_fields``.
+POTENTIALS = {
     "bent": bent,
+    "curved": curved,
+}
+FIELDS = POTENTIALS | {
+    "enclosed": enclosed,
     "touching": touching,
     "blowing": blowing,
     "foundation": lambda: on_some("foundation", 30.0, 0.4),

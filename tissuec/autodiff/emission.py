@@ -24,12 +24,12 @@ class Writer:
         lanes: Numbers side by side in each value.
         lines: The text so far.
         block: Label of the block that is written.
-        called: Functions of ``compiled.mathematics`` that are called.
+        called: Functions of ``compiled.mathematics`` that are called, each with its lanes.
     """
 
     def __init__(self, lanes: int, prefix: str = "v"):
         self.lanes, self.lines, self.block = lanes, list[str](), "entry"
-        self.called: set[str] = set()
+        self.called: set[tuple[str, int]] = set()
         self._prefix, self._count = prefix, 0
 
     # --- types and constants --------------------------------------------------------------
@@ -87,13 +87,14 @@ class Writer:
         """Write what ``load`` reads."""
         self.line(f"store {kind or self.kind} {value}, ptr {place}, align {align}")
 
-    def in_all_lanes(self, number: str) -> str:
-        """Return a value from one number."""
+    def in_all_lanes(self, one: str, kind: str = "double") -> str:
+        """Return a value from one number, or from one word or condition of another kind."""
         if self.lanes == 1:
-            return number
-        one = self.add(f"insertelement {self.kind} poison, double {number}, i64 0")
+            return one
+        many = self._side_by_side(kind)
+        first = self.add(f"insertelement {many} poison, {kind} {one}, i64 0")
         mask = f"<{self.lanes} x i32> zeroinitializer"
-        return self.add(f"shufflevector {self.kind} {one}, {self.kind} poison, {mask}")
+        return self.add(f"shufflevector {many} {first}, {many} poison, {mask}")
 
     def of_lane(self, value: str, lane: int) -> str:
         """Return the number of a lane."""
@@ -180,7 +181,7 @@ class Writer:
             test = self._compared(_EXTREMES[name], *values)
             return self.select(test, *values)
         if name in CALLED:
-            self.called.add(CALLED[name])
+            self.called.add((CALLED[name], self.lanes))
             suffix = "" if self.lanes == 1 else f"_{self.lanes}"
             return self.call(f"exact_{CALLED[name]}{suffix}", *values)
         match name:

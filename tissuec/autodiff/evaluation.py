@@ -13,20 +13,23 @@ Floats = NDArray[np.float64]
 _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "sum": np.add, "difference": np.subtract, "product": np.multiply, "quotient": np.divide,
     "negative": np.negative, "power": np.power, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
-    "sin": np.sin, "cos": np.cos, "maximum": np.maximum, "minimum": np.minimum,
+    "sin": np.sin, "cos": np.cos,
+    # As compiled: the second number, unless the first one is known to be beyond it.
+    "maximum": lambda a, b: np.where(np.greater(a, b), a, b),
+    "minimum": lambda a, b: np.where(np.less(a, b), a, b),
     "greater": np.greater, "where": np.where, "ruled": lambda value: value,
 }  # fmt: skip
 
 
 def evaluate(outputs: Sequence[Number], values: Mapping[str, Any]) -> list[Floats]:
-    """Return the values of outputs, in any units; they broadcast as those of inputs do.
+    """Return the values of outputs, in any units, of the shape that those of inputs have.
 
     Args:
         outputs: Numbers of one graph.
-        values: Of all inputs, by name: numbers or arrays.
+        values: Of all inputs, by name: numbers or arrays, also complex or long ones.
     """
     found = _evaluated(outputs, values)
-    return [np.asarray(found[each.place], dtype=float) for each in outputs]
+    return [np.asarray(1.0 * found[each.place]) for each in outputs]
 
 
 def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> str:

@@ -143,6 +143,11 @@ class Number:
         return detail if name == "constant" and isinstance(detail, float) else None
 
     @property
+    def is_condition(self) -> bool:
+        """Return whether this is a ``Condition``, which is true or false."""
+        return self.operation.name == "greater"
+
+    @property
     def _opposite(self) -> "Number | None":
         """Return the number of which this is the negative, where that is written down."""
         name, arguments, _ = self.operation

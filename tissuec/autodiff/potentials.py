@@ -181,9 +181,11 @@ class TracedItem:
             arguments = graph.arguments_of(place, by_rules=False)
             if name == "input" and not str(detail).startswith("p."):
                 varies.add(place)
-            if not varies.isdisjoint(arguments):
+            needs_costly = not is_costly.isdisjoint(arguments)
+            # Tables have numbers and no conditions.
+            if not varies.isdisjoint(arguments) or (name == "greater" and needs_costly):
                 varies.add(place)
-            elif name in _COSTLY or not is_costly.isdisjoint(arguments):
+            elif name in _COSTLY or needs_costly:
                 is_costly.add(place)
         needed = {
             each

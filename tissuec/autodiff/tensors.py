@@ -6,7 +6,7 @@ from typing import overload
 from tissuec.autodiff.functions import ruled, sqrt
 from tissuec.autodiff.graph import Number, Operand
 
-TINY = 1e-200  # keeps quotients by a length finite where it is zero
+TINY = 1e-100  # keeps quotients by a length, and by its square, finite where it is zero
 
 
 class Vector(Sequence[Number]):

@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING, Any
 import llvmlite.binding as llvm
 
 from tissuec.compiled.loading import machine_code
+from tissuec.core.resources import PACKAGE
 
 if TYPE_CHECKING:
     from tissuec.compiled.loops.items import LoopText
+
+
+_MATHEMATICS = PACKAGE / "compiled" / "mathematics.py"
 
 
 class GeneratedKernel:
@@ -27,7 +31,7 @@ class GeneratedKernel:
     def address(self) -> int:
         """Return where the function is in memory."""
         found = self._write(self.name)
-        code = machine_code(self.name, found.text.encode(), lambda: _linked(found))
+        code = machine_code(self.name, _identity(found), lambda: _linked(found))
         return int(code.get_function_address(self.name))
 
     def __call__(self, time: float, *arguments: Any) -> None:
@@ -43,14 +47,24 @@ class GeneratedKernel:
         kernel_on(self, record, len(vectors))(time, *vectors)
 
 
+def _identity(found: "LoopText") -> bytes:
+    """Return what tells the code of a function from that of all others."""
+    own = found.text.encode()
+    return own + _MATHEMATICS.read_bytes() if found.called else own
+
+
 def _linked(found: "LoopText") -> str:
     """Return the text of a module with all that the function calls."""
     if not found.called:
         return found.text
     from tissuec.compiled import mathematics  # which costs time at each start
 
-    declared = mathematics.declarations(found.called, found.lanes)
+    groups = {
+        lanes: tuple(name for name, own in found.called if own == lanes)
+        for _, lanes in found.called
+    }
+    declared = "\n".join(mathematics.declarations(each, k) for k, each in groups.items())
     module: Any = llvm.parse_assembly(f"{declared}\n{found.text}")
-    own = mathematics.defined(found.called, found.lanes)
-    module.link_in(llvm.parse_assembly(own))
+    for lanes, names in groups.items():
+        module.link_in(llvm.parse_assembly(mathematics.defined(names, lanes)))
     return str(module)

@@ -225,7 +225,10 @@ def _log(code: _Code, x: Value) -> Value:
 
 
 def _pow(code: _Code, x: Value, y: Value) -> Value:
-    """Write xʸ as in C, but what is not a number stays so."""
+    """Write xʸ as in C, but what is not a number stays so.
+
+    Powers of -∞ by fractions, and infinite powers of 1 and -1, are no numbers either.
+    """
     builder, size = code.builder, code.intrinsic("fabs", x)
     high, low = _logarithm(code, size)
     product = code.multiply(y, high)

@@ -88,13 +88,11 @@ class LoopText(NamedTuple):
 
     Attributes:
         text: The function, and the intrinsic functions that it calls.
-        called: Functions of ``compiled.mathematics`` that it calls.
-        lanes: Of these.
+        called: Functions of ``compiled.mathematics`` that it calls, each with its lanes.
     """
 
     text: str
-    called: tuple[str, ...]
-    lanes: int
+    called: tuple[tuple[str, int], ...]
 
 
 _SUFFIX = {1: "f64", 4: "v4f64", 8: "v8f64"}
@@ -299,7 +297,7 @@ class ItemLoop:
             "}",
             *_declarations(code.lanes),
         ]
-        return LoopText("\n".join(lines) + "\n", tuple(sorted(code.called)), code.lanes)
+        return LoopText("\n".join(lines) + "\n", tuple(sorted(code.called)))
 
 
 def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[int]) -> str:
@@ -449,9 +447,7 @@ class _Changes(Writer):
         self.line(f"%change = phi i64 [ 0, %{before} ], [ %change.next, %changes ]")
         self.line("%change.left = sub i64 %room.shape, %change")
         whole = f"<{LANES} x i64>"
-        one = self.add(f"insertelement {whole} poison, i64 %change.left, i64 0")
-        mask = f"<{LANES} x i32> zeroinitializer"
-        left = self.add(f"shufflevector {whole} {one}, {whole} poison, {mask}")
+        left = self.in_all_lanes("%change.left", "i64")
         self.line(f"%mask = icmp ugt {whole} {left}, <{lanes}>")
 
     def read(self, vector: str, row: str) -> str:
@@ -498,7 +494,10 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     many = _Changes(loop.code)
     nodes = [many.row(place, axis) for (place,) in loop.places() for axis in range(3)]
     numbers = [many.row(place) for place in _places_of_numbers(loop, item.widths, learnt)]
-    spread = {each.place: many.in_all_lanes(value) for each, value in once}
+    spread = {
+        each.place: many.in_all_lanes(value, "i1" if each.is_condition else "double")
+        for each, value in once
+    }
     many.begin()
     rows = [("dx", each) for each in nodes] + [("dv", each) for each in nodes]
     rows += [("dn", each) for each in numbers]
@@ -509,8 +508,7 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     for value, row in zip(many.write(outputs, given, spread), nodes, strict=True):
         many.add_to_row("df", row, value)
     many.end()
-    found = loop.text(name, ("x", "v", "dx", "dv", "dn", "df", "room"))
-    return found._replace(lanes=LANES)
+    return loop.text(name, ("x", "v", "dx", "dv", "dn", "df", "room"))
 
 
 def product_loop(
