@@ -5,19 +5,14 @@ A member states its potential, a function of the corners of an item as in
 matrices, bounds and the derivatives for learning follow; nothing else is written by hand.
 """
 
-from collections.abc import Callable, Sequence
-from functools import cache, cached_property
+from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.autodiff.graph import Number
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
-from tissuec.compiled.calls import kernel_on
-from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops import items as loops
-from tissuec.compiled.loops.items import ItemTable
 from tissuec.forces import Items, Resisting
 from tissuec.forces.element_fields import ElementField
 from tissuec.forces.matrices import ForceDerivatives, without_negative
@@ -26,6 +21,10 @@ from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
+
+    from tissuec.compiled.generated import GeneratedKernel
+    from tissuec.compiled.loops.items import ItemTable
+    from tissuec.forces.potential_kernels import PotentialKernels
 
 
 class PotentialField(ElementField, frozen=True):
@@ -42,17 +41,23 @@ class PotentialField(ElementField, frozen=True):
     learnt: ClassVar[tuple[str, ...]] = ()
 
     @property
-    def _loops(self) -> "_Loops":
+    def traced(self) -> TracedItem:
+        """Return an item as its potential was traced.
+
+        Raises:
+            TracingError: The potential cannot be traced.
+        """
         widths = tuple(
             (name, int(np.prod(np.shape(getattr(self, name))[1:], dtype=int)))
             for name in self.columns
         )
-        return _loops_of(type(self), self.nodes.shape[1], widths)
+        return _traced(type(self).item_potential, self.nodes.shape[1], widths)
 
     @property
-    def traced(self) -> TracedItem:
-        """Return an item as its potential was traced."""
-        return self._loops.item
+    def _kernels(self) -> "PotentialKernels":
+        from tissuec.forces.potential_kernels import kernels_of  # which costs time
+
+        return kernels_of(type(self).__name__.lower(), self.traced, self.learnt)
 
     def only(self, items: Indices) -> Self:
         """Return some items, by indices of shape (n,), with the walls of all."""
@@ -133,23 +138,22 @@ class PotentialField(ElementField, frozen=True):
     def _recorded(self, name: str, position: Floats, velocity: Floats | None = None) -> Floats:
         """Return numbers of each item in a state, shape (item, number)."""
         velocity = np.zeros_like(position) if velocity is None else velocity
-        kernel, count = self._loops.record(name)
-        room = loops.room_for(count, self.item_count)
-        table = self._table(_every(position))
-        kernel(0.0, _flat(position), _flat(velocity), room.reshape(-1), table)
-        return loops.recorded(room, self.item_count)
+        state = _flat(position), _flat(velocity)
+        return self._kernels.recorded(name, *state, self._table(_every(position)))
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return ∂²E/∂x∂x as an operator [N/m]; see ``Effect``."""
-        return self._operator(self._loops.stiffness_product, position)
+        return self._operator(self._kernels.stiffness_product, position)
 
     def braking(self, position: Floats) -> Resisting | None:
         """Return ∂²D/∂v∂v at rest as an operator [N s/m]; see ``Effect``."""
         if not self.is_damped:
             return None
-        return self._operator(self._loops.damping_product, position)
+        return self._operator(self._kernels.damping_product, position)
 
-    def _operator(self, kernel: GeneratedKernel, position: Floats) -> Resisting:
+    def _operator(self, kernel: "GeneratedKernel", position: Floats) -> Resisting:
+        from tissuec.compiled.calls import kernel_on  # which costs time
+
         x, still = _flat(position), np.zeros(position.size)
         call = kernel_on(kernel, self._table(_every(position)))
 
@@ -165,39 +169,31 @@ class PotentialField(ElementField, frozen=True):
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the loop that adds forces and powers."""
-        return self._loops.forces
+        return self._kernels.forces
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the items."""
         corners = self.nodes.shape[1]
         return Items(place[self.nodes].ravel(), corners * np.arange(self.item_count + 1))
 
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ItemTable:
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "ItemTable":
         """Return the items with other numbers of nodes."""
         return self._table(place)
 
-    def _table(self, place: Indices) -> ItemTable:
+    def _table(self, place: Indices) -> "ItemTable":
         shapes = ((self.item_count, width) for width in self.traced.widths.values())
-        own = np.concatenate(
-            [
-                np.reshape(getattr(self, name), shape).T
-                for name, shape in zip(self.columns, shapes, strict=True)
-            ]
-        )
-        nodes = place[self.nodes]
-        if not (count := len(self.traced.constants)) or not self.item_count:
-            return ItemTable.of(nodes, own)
-        room, none = loops.room_for(count, self.item_count), np.zeros(0)
-        self._loops.constants(0.0, none, none, room.reshape(-1), ItemTable.of(nodes, own))
-        more = loops.recorded(room, self.item_count).T
-        return ItemTable.of(nodes, np.concatenate([own, more]))
+        columns = [
+            np.reshape(getattr(self, name), shape).T
+            for name, shape in zip(self.columns, shapes, strict=True)
+        ]
+        return self._kernels.table(place[self.nodes], np.concatenate(columns))
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
         """Return the derivatives of forces, also by what can be learnt."""
         if not self.learnt:
             return "have no exact derivatives"
-        return ForceDerivatives(self.learnt, self._loops.pull, self._loops.push)
+        return ForceDerivatives(self.learnt, self._kernels.pull, self._kernels.push)
 
 
 def _every(position: Floats) -> Indices:
@@ -208,77 +204,8 @@ def _flat(vectors: Floats) -> Floats:
     return np.ascontiguousarray(vectors, dtype=float).reshape(-1)
 
 
-class _Loops:
-    """The kernels of all fields of one class whose items have equally many numbers."""
-
-    def __init__(
-        self, name: str, item: TracedItem, learnt: Sequence[str],
-    ):  # fmt: skip
-        self._name, self.item = name, item
-        self._learnt = dict.fromkeys(learnt, False)
-        self._records: dict[str, tuple[GeneratedKernel, int]] = {}
-
-    @cached_property
-    def forces(self) -> GeneratedKernel:
-        return GeneratedKernel(
-            f"{self._name}_forces", lambda name: loops.force_loop(name, self.item)
-        )
-
-    @cached_property
-    def constants(self) -> GeneratedKernel:
-        item = self.item
-        return GeneratedKernel(
-            f"{self._name}_constants",
-            lambda name: loops.record_loop(name, item, item.constants, []),
-        )
-
-    def record(self, what: str) -> tuple[GeneratedKernel, int]:
-        """Return what records an attribute of the traced item, and how many numbers it has."""
-        if what not in self._records:
-            found: Number | list[Number] | dict[tuple[int, int], Number]
-            found = getattr(self.item, what)
-            if isinstance(found, Number):
-                found = [found]
-            outputs = list(found.values()) if isinstance(found, dict) else found
-            kernel = GeneratedKernel(
-                f"{self._name}_{what}",
-                lambda name: loops.record_loop(name, self.item, outputs, self.item.constants),
-            )
-            self._records[what] = kernel, len(outputs)
-        return self._records[what]
-
-    @cached_property
-    def stiffness_product(self) -> GeneratedKernel:
-        item = self.item
-        return GeneratedKernel(
-            f"{self._name}_stiffness_product",
-            lambda name: loops.product_loop(name, item, item.stored, item.x),
-        )
-
-    @cached_property
-    def damping_product(self) -> GeneratedKernel:
-        item = self.item
-        return GeneratedKernel(
-            f"{self._name}_damping_product",
-            lambda name: loops.product_loop(name, item, item.braking, item.v),
-        )
-
-    @cached_property
-    def pull(self) -> GeneratedKernel:
-        return GeneratedKernel(
-            f"{self._name}_pull", lambda name: loops.pull_loop(name, self.item, self._learnt)
-        )
-
-    @cached_property
-    def push(self) -> GeneratedKernel:
-        return GeneratedKernel(
-            f"{self._name}_push", lambda name: loops.push_loop(name, self.item, self._learnt)
-        )
-
-
 @cache
-def _loops_of(
-    field: type[PotentialField], corners: int, widths: tuple[tuple[str, int], ...]
-) -> _Loops:
-    item = TracedItem(field.item_potential, corners, dict(widths))
-    return _Loops(field.__name__.lower(), item, field.learnt)
+def _traced(
+    potential: PotentialFunction, corners: int, widths: tuple[tuple[str, int], ...]
+) -> TracedItem:
+    return TracedItem(potential, corners, dict(widths))

@@ -1,0 +1,113 @@
+"""The kernels that follow from the potential of an item; see ``potential_fields``."""
+
+from collections.abc import Sequence
+from functools import cache, cached_property, partial
+
+import numpy as np
+
+from tissuec.autodiff.graph import Number
+from tissuec.autodiff.potentials import TracedItem
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops import items as loops
+from tissuec.compiled.loops.items import ItemTable
+from tissuec.model.network import Floats, Indices
+
+
+class PotentialKernels:
+    """The kernels of items whose potential was traced, each made when it is needed.
+
+    Attributes:
+        item: As traced.
+    """
+
+    def __init__(self, name: str, item: TracedItem, learnt: Sequence[str]):
+        self._name, self.item = name, item
+        self._learnt = dict.fromkeys(learnt, False)
+        self._records: dict[str, tuple[GeneratedKernel, int]] = {}
+
+    def _named(self, what: str, loop: "partial[loops.LoopText]") -> GeneratedKernel:
+        return GeneratedKernel(f"{self._name}_{what}", loop)
+
+    @cached_property
+    def forces(self) -> GeneratedKernel:
+        """Return what adds forces and powers."""
+        return self._named("forces", partial(loops.force_loop, item=self.item))
+
+    @cached_property
+    def stiffness_product(self) -> GeneratedKernel:
+        """Return what adds ∂²E/∂x∂x times a vector."""
+        item = self.item
+        loop = partial(loops.product_loop, item=item, slopes=item.stored, by=item.x)
+        return self._named("stiffness_product", loop)
+
+    @cached_property
+    def damping_product(self) -> GeneratedKernel:
+        """Return what adds ∂²D/∂v∂v times a vector."""
+        item = self.item
+        loop = partial(loops.product_loop, item=item, slopes=item.braking, by=item.v)
+        return self._named("damping_product", loop)
+
+    @cached_property
+    def pull(self) -> GeneratedKernel:
+        """Return ``pull_back`` of ``forces.matrices``."""
+        loop = partial(loops.pull_loop, item=self.item, learnt=self._learnt)
+        return self._named("pull", loop)
+
+    @cached_property
+    def push(self) -> GeneratedKernel:
+        """Return ``push_forward`` of ``forces.matrices``."""
+        loop = partial(loops.push_loop, item=self.item, learnt=self._learnt)
+        return self._named("push", loop)
+
+    def recorded(self, what: str, x: Floats, v: Floats, table: ItemTable) -> Floats:
+        """Return an attribute of the traced item for each item, shape (item, number).
+
+        Args:
+            what: Its name, such as "matrix"; its numbers have any unit.
+            x, v: Positions [m] and velocities [m/s] of all nodes, shape (3 node,).
+            table: The items.
+        """
+        if what not in self._records:
+            self._records[what] = self._recording(what)
+        kernel, count = self._records[what]
+        room = loops.room_for(count, table.size)
+        kernel(0.0, x, v, room.reshape(-1), table)
+        return loops.recorded(room, table.size)
+
+    def _recording(self, what: str) -> tuple[GeneratedKernel, int]:
+        """Return the kernel that records an attribute, and how many numbers it has."""
+        found: Number | list[Number] | dict[tuple[int, int], Number]
+        found = getattr(self.item, what)
+        if isinstance(found, Number):
+            found = [found]
+        outputs = list(found.values()) if isinstance(found, dict) else found
+        # Constants are not read by what records them.
+        known = [] if what == "constants" else self.item.constants
+        loop = partial(loops.record_loop, item=self.item, outputs=outputs, constants=known)
+        return self._named(what, loop), len(outputs)
+
+    def table(self, nodes: Indices, columns: Floats) -> ItemTable:
+        """Return the table of items, with the constants that follow from their numbers.
+
+        Args:
+            nodes: Shape (item, corner).
+            columns: Numbers of the items, in SI units, shape (number, item).
+        """
+        found = ItemTable.of(nodes, columns)
+        if not self.item.constants or not len(nodes):
+            return found
+        none = np.zeros(0)
+        more = self.recorded("constants", none, none, found).T
+        return ItemTable.of(nodes, np.concatenate([columns, more]))
+
+
+@cache
+def kernels_of(name: str, item: TracedItem, learnt: tuple[str, ...]) -> PotentialKernels:
+    """Return the kernels of an item, once for each.
+
+    Args:
+        name: By which they are known in the cache.
+        item: As traced.
+        learnt: Names of the numbers that can be learnt.
+    """
+    return PotentialKernels(name, item, learnt)
