@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from msgspec import Struct
+from msgspec.structs import replace
 from scipy.sparse import eye_array
 
 from tests.contact.scenes import contact_with
@@ -163,16 +164,10 @@ def called(kernel, table, time, *vectors):
 
 def evaluated(field, place, time, x, v, f, power):
     """Add what the graph of a potential has by NumPy, in place of its compiled form."""
-    item, nodes = field.traced, place[field.nodes]
-    values = {}
-    for letter, vector in (("x", x), ("v", v)):
-        for corner, rows in enumerate(vector.reshape(-1, 3)[nodes].swapaxes(0, 1)):
-            values |= {f"{letter}.{corner}.{axis}": rows[:, axis] for axis in range(3)}
-    for name, width in item.widths.items():
-        rows = np.reshape(getattr(field, name), (len(nodes), width))
-        values |= {f"p.{name}.{k}": rows[:, k] for k in range(width)}
+    moved, item = replace(field, nodes=place[field.nodes]), field.traced
+    values = moved.inputs(x.reshape(-1, 3), v.reshape(-1, 3))
     *found, lost = evaluate([*item.forces, item.power], values)
-    at = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)
+    at = (3 * moved.nodes[:, :, None] + np.arange(3)).reshape(len(moved.nodes), -1)
     np.add.at(f, at, np.stack(found, axis=1))
     power[1] += lost.sum()
 

@@ -1,4 +1,4 @@
-"""What follows from the potential of a field: forces, matrices, derivatives, and finite ones."""
+"""What follows from the potential of a field: forces, matrices, derivatives."""
 
 from functools import cache
 from importlib import import_module
@@ -40,7 +40,11 @@ def test_every_field_with_a_potential_has_an_example():
     for module in iter_modules(room.__path__, "tissuec.forces."):
         import_module(module.name)
     known = {type(example(name)[0]) for name in POTENTIALS}
-    shipped = {each for each in every_class() if each.__module__.startswith("tissuec.")}
+    shipped = {
+        each
+        for each in every_class()
+        if each.__module__.startswith("tissuec.") and hasattr(each, "item_potential")
+    }
     assert shipped == known
 
 
@@ -145,7 +149,9 @@ def test_derivatives_for_learning_are_transposes_and_agree_with_differences(name
             for n, s in zip(sizes, scales, strict=True)]  # fmt: skip
     df = np.zeros((x.size, changes))
     given = [each.ravel() for each in (*ways, df)]
-    kernel_on(found.push_forward, table, 7)(0.0, x.ravel(), v.ravel(), *given, np.zeros(changes))
+    kernel_on(found.push_forward, table, 7)(
+        0.0, x.ravel(), v.ravel(), *given, np.zeros(changes)
+    )
     pushed = given[-1].reshape(df.shape)
     pulled = sum(slope @ way for slope, way in zip(by, ways, strict=True))
     scale = np.abs(weight) @ np.abs(pushed)
@@ -158,3 +164,45 @@ def test_derivatives_for_learning_are_transposes_and_agree_with_differences(name
 
     expected = difference(moved, 0.0, 1.0, 2e-4)
     np.testing.assert_allclose(pushed[:, 0], expected, atol=1e-8 * np.abs(expected).max())
+
+
+# --- degenerate items -------------------------------------------------------------------------
+
+
+def degenerate(position, size):
+    """Yield states in which items have no length, area or order."""
+    yield 0.0 * position
+    for k in range(len(position) - 1):
+        moved = position.copy()
+        moved[k] = moved[k + 1]
+        yield moved
+    for axis in range(3):
+        moved = position.copy()
+        moved[:, axis] = 0.0
+        yield moved  # without volume, folded flat
+        line = 0.0 * position
+        line[:, axis] = position[:, axis]
+        yield line  # without area
+    yield -position
+    yield position[::-1]
+    for scale in (1e-60, 1e-9, 1e30):
+        yield scale * position
+
+
+@every("name", POTENTIALS)
+def test_degenerate_items_have_finite_forces_and_matrices(name):
+    field, position, size = example(name)
+    velocity = 10.0 * size * np.random.default_rng(0).normal(size=position.shape)
+    number, count = np.arange(len(position)), len(position)
+    for k, state in enumerate(degenerate(position, size)):
+        slow = field.damping_matrices(state, velocity, number, count) or ()
+        matrices = field.matrix(0.0, state, number, count), *slow
+        found = [field.energy(0.0, state), field.powers(0.0, state, velocity)]
+        found += [forces(field, state, velocity), *(each.data for each in matrices)]
+        if field.learnt:
+            sizes = state.size, state.size, numbers_of(field, field.learnt).size
+            found += (by := [np.zeros(n) for n in sizes])
+            pull = kernel_on(field.derivatives.pull_back, field.table(number, None, state), 6)
+            pull(0.0, state.ravel(), velocity.ravel(), velocity.ravel(), *by)
+        assert all(np.isfinite(each).all() for each in found), k
+    field.check(position)

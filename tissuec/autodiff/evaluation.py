@@ -1,7 +1,7 @@
 """Graphs evaluated by NumPy: for many states at once, and to find what is not finite."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +32,20 @@ def evaluate(outputs: Sequence[Number], values: Mapping[str, Any]) -> list[Float
     return [np.asarray(1.0 * found[each.place]) for each in outputs]
 
 
-def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> str:
-    """Return the first operation whose result is not finite though its arguments are, or "".
+class Failure(NamedTuple):
+    """An operation whose result is not finite though its arguments are.
+
+    Attributes:
+        place: In the graph.
+        text: With numbers, such as "sqrt(-1) = nan".
+    """
+
+    place: int
+    text: str
+
+
+def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> Failure | None:
+    """Return the first operation that fails, if any does.
 
     Args:
         outputs, values: As those of ``evaluate``.
@@ -41,13 +53,17 @@ def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> str:
     found = _evaluated(outputs, values)
     for place, result in found.items():
         name, arguments, _ = outputs[0].graph.operations[place]
-        if np.isfinite(result).all() or name in ("constant", "input"):
+        if name == "input" or np.isfinite(result).all():
             continue
         taken = [found[each] for each in arguments if each in found]
-        if all(np.isfinite(each).all() for each in taken):
-            shown = ", ".join(f"{np.ravel(each)[0]:.6g}" for each in taken)
-            return f"{name}({shown}) = {np.ravel(result)[0]:.6g}"
-    return ""
+        *given, result = np.broadcast_arrays(*taken, result)
+        fails = ~np.isfinite(result)
+        for each in given:
+            fails &= np.isfinite(each)
+        if fails.any():
+            shown = ", ".join(f"{each[fails][0]:.6g}" for each in given)
+            return Failure(place, f"{name}({shown}) = {result[fails][0]:.6g}")
+    return None
 
 
 def _evaluated(outputs: Sequence[Number], values: Mapping[str, Any]) -> dict[int, Any]:

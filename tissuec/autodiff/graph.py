@@ -6,8 +6,10 @@ operation come before it, so that a sweep over a graph needs no sorting.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, Union, overload
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from numbers import Real
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, Union, cast, overload
 
 if TYPE_CHECKING:
     from tissuec.autodiff.tensors import Tensor, Vector
@@ -21,8 +23,16 @@ Operand: TypeAlias = Union["Number", float]
 Rule: TypeAlias = Callable[..., Sequence[Operand]]
 
 
-class TracingError(TypeError):
+class TracingError(ValueError):
     """A traced function does what cannot be written down; the message is a sentence."""
+
+
+#: Functions of NumPy that are operators.
+_OPERATORS: "Mapping[str, Callable[[Any, Any], Any]]" = {
+    "add": operator.add, "subtract": operator.sub, "multiply": operator.mul,
+    "divide": operator.truediv, "power": operator.pow, "greater": operator.gt,
+    "less": operator.lt,
+}  # fmt: skip
 
 
 class Operation(NamedTuple):
@@ -53,10 +63,14 @@ class Graph:
         self._places: dict[Operation, int] = {}
 
     def number(self, value: Operand) -> "Number":
-        """Return a number of this graph."""
+        """Return a number of this graph; raises TracingError of what is none."""
         if isinstance(value, Number):
             return value
-        return self.record(Operation("constant", (), float(value)))
+        try:
+            return self.record(Operation("constant", (), float(value)))
+        except TypeError:
+            kind = type(value).__name__
+            raise TracingError(f"it computes with a {kind} as if it were a number") from None
 
     def input(self, name: str) -> "Number":
         """Return the input of a name."""
@@ -71,7 +85,11 @@ class Graph:
         return Number(self, place)
 
     def apply(self, name: str, *values: Operand) -> "Number":
-        """Return the result of an operation by its name."""
+        """Return the result of an operation by its name; raises TracingError of conditions."""
+        if name != "where" and any(isinstance(value, Condition) for value in values):
+            raise TracingError(
+                "it computes with a condition: write where(condition, 1.0, 0.0) for a number"
+            )
         places = tuple(self.number(value).place for value in values)
         return self.record(Operation(name, places))
 
@@ -126,7 +144,6 @@ class Number:
     """
 
     __slots__ = ("graph", "place")
-    __array_ufunc__ = None  # so that NumPy leaves what it does not know to the methods here
 
     def __init__(self, graph: Graph, place: int):
         self.graph, self.place = graph, place
@@ -171,9 +188,9 @@ class Number:
     def __mul__(self, other: Scaled) -> Scaled: ...
 
     def __mul__(self, other: Any) -> Any:
-        if not isinstance(other, Number | float | int):
+        if not isinstance(other, Number | Real):
             return NotImplemented  # a vector
-        return _product(self, self.graph.number(other))
+        return _product(self, self.graph.number(cast(Operand, other)))
 
     def __rmul__(self, other: Operand) -> "Number":
         return _product(self.graph.number(other), self)
@@ -201,12 +218,18 @@ class Number:
 
     def __ge__(self, other: Operand) -> "Condition":
         raise TracingError(
-            "numbers are compared by > and <, as both sides meet where they are equal"
+            "it compares numbers by >= or <=: write > or <, as both sides of where(…) have to "
+            "meet where numbers are equal"
         )
 
     __le__ = __ge__
 
     def __eq__(self, other: object) -> bool:
+        if isinstance(other, Real):
+            raise TracingError(
+                "it compares a number by == or !=: write where(a > b, …), whose sides have to "
+                "meet where numbers are equal"
+            )
         return isinstance(other, Number) and (self.graph, self.place) == (
             other.graph,
             other.place,
@@ -215,16 +238,30 @@ class Number:
     def __hash__(self) -> int:
         return self.place
 
+    def __abs__(self) -> "Number":
+        return self.graph.apply("maximum", self, -self)
+
     def __bool__(self) -> bool:
         raise TracingError("it branches on a number: write where(condition, one, other)")
 
     def __float__(self) -> float:
         raise TracingError(
-            "it needs the value of a number: use the functions of tissuec.autodiff, "
-            "such as sqrt, in place of those of math and numpy"
+            "it needs the value of a number: write functions of tissuec.autodiff, such as sqrt "
+            "and maximum, in place of those of math and numpy"
         )
 
     __int__ = __index__ = __float__  # pyright: ignore[reportAssignmentType]
+
+    def __array_ufunc__(self, function: Any, method: str, *values: Any, **options: Any) -> Any:
+        """Do what operators of numbers of NumPy do; raises TracingError of other functions."""
+        known = _OPERATORS.get(function.__name__)
+        if known is None:
+            raise TracingError(
+                f"it takes {function.__name__} of numpy: write functions of tissuec.autodiff, "
+                "such as sqrt and maximum"
+            )
+        one, other = (each if isinstance(each, Number) else float(each) for each in values)
+        return known(one, other)
 
 
 class Condition(Number):

@@ -13,9 +13,13 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from tissuec.autodiff.derivatives import along, gradient, hessian
-from tissuec.autodiff.graph import Graph, Number, Operand
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.graph import Condition, Graph, Number, Operand, TracingError
 from tissuec.autodiff.tensors import Vector, dot
+from tissuec.autodiff.tracing import traced
 
 #: Of an operation that is worth being done once for an item instead of in each evaluation.
 _COSTLY = ("quotient", "sqrt", "exp", "log", "power", "sin", "cos")
@@ -29,7 +33,7 @@ class Potential(NamedTuple):
         dissipation: D, whose derivatives by velocities are forces against these [W].
     """
 
-    energy: Number
+    energy: Operand
     dissipation: Operand = 0.0
 
 
@@ -40,7 +44,7 @@ class Numbers:
         self.__dict__.update(numbers)
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"an item has no number {name!r}; it has {', '.join(vars(self))}")
+        raise TracingError(f'an item has no number "{name}"; it has {", ".join(vars(self))}')
 
 
 #: Takes positions and velocities of the corners, and the numbers.
@@ -52,7 +56,13 @@ PotentialFunction: TypeAlias = Callable[
 class TracedItem:
     """An item whose potential was traced.
 
+    Args:
+        function: The potential.
+        corners, widths: As the attributes.
+        graph: An empty one.
+
     Attributes:
+        function: The potential.
         corners: Nodes of an item.
         widths: By name, how many components a number of the item has.
         graph: All that follows.
@@ -61,8 +71,12 @@ class TracedItem:
         potential: E and D.
     """
 
-    def __init__(self, function: PotentialFunction, corners: int, widths: Mapping[str, int]):
-        self.corners, self.widths, self.graph = corners, dict(widths), Graph()
+    def __init__(
+        self, function: PotentialFunction, corners: int, widths: Mapping[str, int],
+        graph: Graph | None = None,
+    ):  # fmt: skip
+        self.function, self.corners, self.widths = function, corners, dict(widths)
+        self.graph = graph or Graph()
         points, rates = self._points("x"), self._points("v")
         self.x, self.v = self._flat(points), self._flat(rates)
         vectors = {name: self._number(name, width) for name, width in widths.items()}
@@ -70,9 +84,23 @@ class TracedItem:
         given = {
             name: vector if widths[name] > 1 else vector[0] for name, vector in vectors.items()
         }
-        found = function(points, rates, Numbers(given))
-        energy, dissipation = found if isinstance(found, Potential) else (found, 0.0)
-        self.potential = Potential(energy, self.graph.number(dissipation))
+        self.potential = traced(
+            function, lambda: self._checked(function(points, rates, Numbers(given)))
+        )
+
+    def _checked(self, found: Potential | Operand) -> Potential:
+        """Return E and D of what a function has returned; raises TracingError of others."""
+        if not isinstance(found, Potential):
+            found = Potential(found)
+        if any(not isinstance(each, Number | float | int) or isinstance(each, Condition)
+               for each in found):  # fmt: skip
+            raise TracingError("it has to return an energy, or Potential(energy, dissipation)")
+        energy, dissipation = (self.graph.number(each) for each in found)
+        if any(name.startswith("v.") for name in self.graph.inputs_of([energy])):
+            raise TracingError(
+                "its energy depends on velocities: return Potential(energy, dissipation)"
+            )
+        return Potential(energy, dissipation)
 
     def _points(self, name: str) -> list[Vector]:
         return [
@@ -89,12 +117,28 @@ class TracedItem:
     @property
     def energy(self) -> Number:
         """Return E."""
-        return self.potential.energy
+        return self.graph.number(self.potential.energy)
 
     @property
     def dissipation(self) -> Number:
         """Return D."""
         return self.graph.number(self.potential.dissipation)
+
+    @cached_property
+    def is_held(self) -> bool:
+        """Return whether E changes where all corners move alike: items then hold their nodes.
+
+        This is tried in states drawn at random.
+        """
+        moved = [
+            along([self.energy], dict.fromkeys(self.x[axis::3], 1.0))[0] for axis in range(3)
+        ]
+        chance, count = np.random.default_rng(0), 64
+        values = {str(each.operation.detail): chance.normal(size=count) for each in self.x}
+        for each in self.numbers:
+            values[str(each.operation.detail)] = chance.uniform(0.5, 1.5, count)
+        scale = sum(np.abs(each) for each in evaluate(self.stored, values))
+        return any((np.abs(each) > 1e-9 * scale).any() for each in evaluate(moved, values))
 
     @property
     def is_damped(self) -> bool:

@@ -4,7 +4,8 @@ import numpy as np
 
 from tissuec.compiler.ambient_damping import skin_areas
 from tissuec.compiler.sets import Groups
-from tissuec.forces import Acted
+from tissuec.forces import Acted, Field
+from tissuec.forces.potential_fields import PotentialField
 from tissuec.model.blocks import FieldBlock, name_of_force
 from tissuec.model.network import Network
 from tissuec.scene.model import Scene
@@ -25,6 +26,7 @@ def force_blocks(
             acted = Acted(*own, network.skin, network.springs.ends, network.skin_marks)
             try:
                 field = force.entries.on(acted)
+                _check(field, network)
             except ValueError as error:
                 reason = str(error)
                 findings.reject(
@@ -34,3 +36,10 @@ def force_blocks(
                 )
             found.append(FieldBlock(name_of_force(force.name), force.kind, field, force.span))
     return found
+
+
+def _check(field: Field, network: Network) -> None:
+    """Check what another package has written; raises ValueError of what cannot be computed."""
+    is_own = type(field).__module__.startswith("tissuec.")
+    if isinstance(field, PotentialField) and not is_own:
+        field.check(network.position)

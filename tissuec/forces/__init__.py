@@ -530,6 +530,14 @@ class Acted(Struct, frozen=True, eq=False):
     ends: NDArray[np.integer]
     skin_marks: Indices | None = None
 
+    def drawn(self, nodes: Indices) -> Floats:
+        """Return where some of these nodes are drawn [m], shape (…, 3).
+
+        Args:
+            nodes: Their indices, shape (…).
+        """
+        return self.position[np.searchsorted(self.nodes, nodes)]
+
     @property
     def triangles(self) -> "SkinTriangles":
         """Return the triangles of the skin all of whose corners are among the nodes.

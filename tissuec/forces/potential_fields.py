@@ -2,7 +2,8 @@
 
 A member states its potential, a function of the corners of an item as in
 ``autodiff.potentials``, and which of its attributes are numbers of the items. Forces, powers,
-matrices, bounds and the derivatives for learning follow; nothing else is written by hand.
+matrices, bounds, the derivatives for learning, and whether it holds nodes from outside follow;
+nothing else is written by hand.
 """
 
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
 from tissuec.forces import Items, Resisting
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from tissuec.compiled.generated import GeneratedKernel
     from tissuec.compiled.loops.items import ItemTable
     from tissuec.forces.potential_kernels import PotentialKernels
+    from tissuec.forces.triangles import SkinTriangles
 
 
 class PotentialField(ElementField, frozen=True):
@@ -32,7 +35,8 @@ class PotentialField(ElementField, frozen=True):
 
     Attributes:
         item_potential: The potential of an item.
-        columns: Attributes that are numbers of the items, shape (item,) or (item, …).
+        columns: Attributes that are numbers of the items, shape (item,) or (item, …), or one
+            number for all items.
         learnt: Those of them by which there are derivatives for learning.
     """
 
@@ -53,16 +57,59 @@ class PotentialField(ElementField, frozen=True):
         )
         return _traced(type(self).item_potential, self.nodes.shape[1], widths)
 
+    def check(self, position: Floats) -> None:
+        """Check that all that follows is finite where nodes are at rest.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Raises:
+            TracingError: It is not, or the potential cannot be traced.
+        """
+        from tissuec.autodiff.probe import probe  # for fields of other packages
+
+        probe(self.traced, self.inputs(position, np.zeros_like(position)))
+
+    def inputs(self, position: Floats, velocity: Floats) -> dict[str, Floats]:
+        """Return the inputs of all items as they were traced, by name, shape (item,) each.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        names = [str(each.operation.detail) for each in self.traced.numbers]
+        found = dict(zip(names, self._numbers(), strict=True))
+        for letter, vectors in (("x", position), ("v", velocity)):
+            for corner, axis in np.ndindex(self.nodes.shape[1], 3):
+                found[f"{letter}.{corner}.{axis}"] = vectors[self.nodes[:, corner], axis]
+        return found
+
+    def _numbers(self) -> Floats:
+        """Return the numbers of the items, in SI units, shape (number, item)."""
+        count, found = self.item_count, [np.zeros((0, self.item_count))]
+        for name, width in self.traced.widths.items():
+            own = np.reshape(getattr(self, name), (-1, width))
+            found.append(np.broadcast_to(own, (count, width)).T)
+        return np.concatenate(found)
+
     @property
     def _kernels(self) -> "PotentialKernels":
         from tissuec.forces.potential_kernels import kernels_of  # which costs time
 
-        return kernels_of(type(self).__name__.lower(), self.traced, self.learnt)
+        shared = tuple((name, np.ndim(getattr(self, name)) == 0) for name in self.learnt)
+        return kernels_of(type(self).__name__.lower(), self.traced, shared)
 
     def only(self, items: Indices) -> Self:
         """Return some items, by indices of shape (n,), with the walls of all."""
         names = set(self.__struct_fields__).intersection(("nodes", *self.columns))
-        return replace(self, **{name: getattr(self, name)[items] for name in names})
+        arrays = {name: getattr(self, name) for name in names if np.ndim(getattr(self, name))}
+        return replace(self, **{name: array[items] for name, array in arrays.items()})
+
+    def touched(self, position: Floats) -> NDArray[np.bool_]:
+        """Return the nodes that are held from outside, shape (node,); see ``Effect``."""
+        found = np.zeros(len(position), dtype=bool)
+        if self.traced.is_held:
+            found[self.nodes] = True
+        return found
 
     # --- energies, matrices and bounds ----------------------------------------------------
 
@@ -181,12 +228,7 @@ class PotentialField(ElementField, frozen=True):
         return self._table(place)
 
     def _table(self, place: Indices) -> "ItemTable":
-        shapes = ((self.item_count, width) for width in self.traced.widths.values())
-        columns = [
-            np.reshape(getattr(self, name), shape).T
-            for name, shape in zip(self.columns, shapes, strict=True)
-        ]
-        return self._kernels.table(place[self.nodes], np.concatenate(columns))
+        return self._kernels.table(place[self.nodes], self._numbers())
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
@@ -194,6 +236,35 @@ class PotentialField(ElementField, frozen=True):
         if not self.learnt:
             return "have no exact derivatives"
         return ForceDerivatives(self.learnt, self._kernels.pull, self._kernels.push)
+
+
+class TriangleField(PotentialField, frozen=True):
+    """A field with a potential on triangles of the skin; torn ones do not act.
+
+    Attributes:
+        skin: The triangles.
+    """
+
+    skin: "SkinTriangles"
+
+    @classmethod
+    def on(cls, skin: "SkinTriangles", **columns: Floats | float) -> Self:
+        """Return the field on some triangles.
+
+        Args:
+            skin: The triangles.
+            columns: As the attributes of the class, in SI units, shape (triangle, …) or ().
+        """
+        none = np.zeros(0, dtype=np.int64)
+        return cls(walls=none, walled=none, nodes=skin.corners, skin=skin, **columns)
+
+    def only(self, items: Indices) -> Self:
+        """Return some triangles, by indices of shape (n,)."""
+        return replace(super().only(items), skin=self.skin.some(items))
+
+    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the triangles that are torn, ascending; ``alive`` as in ``Field``."""
+        return self.skin.torn(alive)
 
 
 def _every(position: Floats) -> Indices:

@@ -1,6 +1,6 @@
 """The kernels that follow from the potential of an item; see ``potential_fields``."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from functools import cache, cached_property, partial
 
 import numpy as np
@@ -16,13 +16,14 @@ from tissuec.model.network import Floats, Indices
 class PotentialKernels:
     """The kernels of items whose potential was traced, each made when it is needed.
 
-    Attributes:
+    Args:
+        name: By which they are known in the cache.
         item: As traced.
+        learnt: By the name of each number that can be learnt, whether all items share it.
     """
 
-    def __init__(self, name: str, item: TracedItem, learnt: Sequence[str]):
-        self._name, self.item = name, item
-        self._learnt = dict.fromkeys(learnt, False)
+    def __init__(self, name: str, item: TracedItem, learnt: Mapping[str, bool]):
+        self._name, self.item, self._learnt = name, item, learnt
         self._records: dict[str, tuple[GeneratedKernel, int]] = {}
 
     def _named(self, what: str, loop: "partial[loops.LoopText]") -> GeneratedKernel:
@@ -102,12 +103,8 @@ class PotentialKernels:
 
 
 @cache
-def kernels_of(name: str, item: TracedItem, learnt: tuple[str, ...]) -> PotentialKernels:
-    """Return the kernels of an item, once for each.
-
-    Args:
-        name: By which they are known in the cache.
-        item: As traced.
-        learnt: Names of the numbers that can be learnt.
-    """
-    return PotentialKernels(name, item, learnt)
+def kernels_of(
+    name: str, item: TracedItem, learnt: tuple[tuple[str, bool], ...]
+) -> PotentialKernels:
+    """Return ``PotentialKernels``, once for each; the arguments are theirs."""
+    return PotentialKernels(name, item, dict(learnt))
