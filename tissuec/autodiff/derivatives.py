@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias, cast
 
 from tissuec.autodiff.functions import cos, log, sin, where
-from tissuec.autodiff.graph import Condition, Graph, Number, Operand, Rule
+from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, Rule
 
 _Partials: TypeAlias = Callable[..., Sequence[Operand]]
 
@@ -23,7 +23,7 @@ def _of_minimum(_: Number, a: Number, b: Number) -> Sequence[Operand]:
 
 
 def _of_where(_: Number, condition: Number, one: Number, other: Number) -> Sequence[Operand]:
-    test = Condition(condition.graph, condition.place)
+    test = Inequality(condition.graph, condition.place)
     return 0.0, where(test, 1.0, 0.0), where(test, 0.0, 1.0)
 
 
@@ -75,7 +75,6 @@ def gradient(
     """Return the derivatives of a number by all inputs.
 
     Args:
-        output: The number.
         inputs: By what; inputs of the graph, or results in it.
         fixed: What counts as constant.
     """

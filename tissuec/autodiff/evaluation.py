@@ -32,7 +32,7 @@ def evaluate(outputs: Sequence[Number], values: Mapping[str, Any]) -> list[Float
     return [np.asarray(1.0 * found[each.place]) for each in outputs]
 
 
-class Failure(NamedTuple):
+class FailedOperation(NamedTuple):
     """An operation whose result is not finite though its arguments are.
 
     Attributes:
@@ -44,7 +44,7 @@ class Failure(NamedTuple):
     text: str
 
 
-def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> Failure | None:
+def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> FailedOperation | None:
     """Return the first operation that fails, if any does.
 
     Args:
@@ -62,7 +62,7 @@ def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> Failure | N
             fails &= np.isfinite(each)
         if fails.any():
             shown = ", ".join(f"{each[fails][0]:.6g}" for each in given)
-            return Failure(place, f"{name}({shown}) = {result[fails][0]:.6g}")
+            return FailedOperation(place, f"{name}({shown}) = {result[fails][0]:.6g}")
     return None
 
 

@@ -5,11 +5,15 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, Protocol, overload
 
-from tissuec.autodiff.graph import Condition, Graph, Number, Operand, Operation, Rule
+from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, Operation, Rule
 
 
 def graph_of(*values: object) -> Graph:
-    """Return the graph of the first number among values; raises TypeError without one."""
+    """Return the graph of the first number among values.
+
+    Raises:
+        TypeError: None is a number of a graph.
+    """
     for value in values:
         if isinstance(value, Number):
             return value.graph
@@ -62,7 +66,7 @@ def _extreme(
     return one if one == other else graph.apply(name, one, other)
 
 
-def where(condition: Condition, one: Operand, other: Operand) -> Number:
+def where(condition: Inequality, one: Operand, other: Operand) -> Number:
     """Return one number where a condition holds, and another one where not.
 
     Both are computed everywhere. Where one of them or its derivative is not finite, clamp its
@@ -80,8 +84,7 @@ def ruled(value: Number, arguments: Sequence[Number], rule: Rule) -> Number:
     iteration.
 
     Args:
-        value: The value.
-        arguments: What it depends on.
+        arguments: What the value depends on.
         rule: Takes the value and the arguments, and returns the derivatives by these, which
             have derivatives themselves. It is one function for all calls, not made anew.
     """

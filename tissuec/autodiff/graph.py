@@ -9,13 +9,7 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, Union, cast, overload
-
-if TYPE_CHECKING:
-    from tissuec.autodiff.tensors import Tensor, Vector
-
-#: What a number can scale.
-Scaled = TypeVar("Scaled", "Vector", "Tensor")
+from typing import Any, NamedTuple, TypeAlias, Union
 
 #: What operations take: a number of a graph, or any other one, which is constant.
 Operand: TypeAlias = Union["Number", float]
@@ -63,7 +57,11 @@ class Graph:
         self._places: dict[Operation, int] = {}
 
     def number(self, value: Operand) -> "Number":
-        """Return a number of this graph; raises TracingError of what is none."""
+        """Return a number of this graph.
+
+        Raises:
+            TracingError: It is no number.
+        """
         if isinstance(value, Number):
             return value
         try:
@@ -85,8 +83,12 @@ class Graph:
         return Number(self, place)
 
     def apply(self, name: str, *values: Operand) -> "Number":
-        """Return the result of an operation by its name; raises TracingError of conditions."""
-        if name != "where" and any(isinstance(value, Condition) for value in values):
+        """Return the result of an operation by its name.
+
+        Raises:
+            TracingError: It computes with conditions.
+        """
+        if name != "where" and any(isinstance(value, Inequality) for value in values):
             raise TracingError(
                 "it computes with a condition: write where(condition, 1.0, 0.0) for a number"
             )
@@ -161,7 +163,7 @@ class Number:
 
     @property
     def is_condition(self) -> bool:
-        """Return whether this is a ``Condition``, which is true or false."""
+        """Return whether this is a ``Inequality``, which is true or false."""
         return self.operation.name == "greater"
 
     @property
@@ -182,15 +184,10 @@ class Number:
     def __rsub__(self, other: Operand) -> "Number":
         return _difference(self.graph.number(other), self)
 
-    @overload
-    def __mul__(self, other: Operand) -> "Number": ...
-    @overload
-    def __mul__(self, other: Scaled) -> Scaled: ...
-
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Operand) -> "Number":
         if not isinstance(other, Number | Real):
-            return NotImplemented  # a vector
-        return _product(self, self.graph.number(cast(Operand, other)))
+            return NotImplemented  # of what scales itself by numbers, such as a vector
+        return _product(self, self.graph.number(other))
 
     def __rmul__(self, other: Operand) -> "Number":
         return _product(self.graph.number(other), self)
@@ -210,13 +207,13 @@ class Number:
     def __rpow__(self, base: Operand) -> "Number":
         return _power(self.graph.number(base), self)
 
-    def __gt__(self, other: Operand) -> "Condition":
-        return Condition(self.graph, self.graph.apply("greater", self, other).place)
+    def __gt__(self, other: Operand) -> "Inequality":
+        return Inequality(self.graph, self.graph.apply("greater", self, other).place)
 
-    def __lt__(self, other: Operand) -> "Condition":
-        return Condition(self.graph, self.graph.apply("greater", other, self).place)
+    def __lt__(self, other: Operand) -> "Inequality":
+        return Inequality(self.graph, self.graph.apply("greater", other, self).place)
 
-    def __ge__(self, other: Operand) -> "Condition":
+    def __ge__(self, other: Operand) -> "Inequality":
         raise TracingError(
             "it compares numbers by >= or <=: write > or <, as both sides of where(…) have to "
             "meet where numbers are equal"
@@ -264,7 +261,7 @@ class Number:
         return known(one, other)
 
 
-class Condition(Number):
+class Inequality(Number):
     """Whether one number is greater than another one; see ``functions.where``."""
 
     __slots__ = ()

@@ -17,7 +17,7 @@ import numpy as np
 
 from tissuec.autodiff.derivatives import along, gradient, hessian
 from tissuec.autodiff.evaluation import evaluate
-from tissuec.autodiff.graph import Condition, Graph, Number, Operand, TracingError
+from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, TracingError
 from tissuec.autodiff.tensors import Vector, dot
 from tissuec.autodiff.tracing import traced
 
@@ -92,7 +92,7 @@ class TracedItem:
         """Return E and D of what a function has returned; raises TracingError of others."""
         if not isinstance(found, Potential):
             found = Potential(found)
-        if any(not isinstance(each, Number | float | int) or isinstance(each, Condition)
+        if any(not isinstance(each, Number | float | int) or isinstance(each, Inequality)
                for each in found):  # fmt: skip
             raise TracingError("it has to return an energy, or Potential(energy, dissipation)")
         energy, dissipation = (self.graph.number(each) for each in found)

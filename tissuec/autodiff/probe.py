@@ -16,7 +16,6 @@ def probe(item: TracedItem, values: Mapping[str, Any]) -> None:
     """Check that energies, forces and matrices of items are finite.
 
     Args:
-        item: As traced.
         values: Of all inputs, by name: numbers, or arrays of many items.
 
     Raises:

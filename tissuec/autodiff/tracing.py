@@ -18,7 +18,6 @@ def traced(function: Callable[..., Any], trace: Callable[[], _Result]) -> _Resul
     """Return the result of tracing a function.
 
     Args:
-        function: The function.
         trace: Calls it.
 
     Raises:

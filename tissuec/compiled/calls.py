@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from tissuec.compiled.bundles import BUNDLES, of_field
-from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loading import address, is_shipped
 from tissuec.compiled.record_tables import RecordField, RecordTable, place_of, signature
 from tissuec.kernels import stages, vectors
@@ -93,7 +92,7 @@ class Shipped:
         return ctypes.CFUNCTYPE(_RESULTS[self._result], *kinds)
 
 
-class Operation(Shipped):
+class NetOperation(Shipped):
     """An operation on nets, whose address the net has."""
 
     def __init__(self, made_from: Callable[..., Any]):
@@ -220,8 +219,8 @@ def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
     Args:
         table: What it will be given; it keeps what has to be kept.
     """
-    if isinstance(kernel, GeneratedKernel):
-        return kernel.address
+    if made := getattr(kernel, "address", None):  # see ``compiled.generated``
+        return made
     bundle = of_field(kernel)
     if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
         return address(bundle, kernel.__name__)
@@ -238,9 +237,7 @@ def kernel_on(
     """Return the kernel of a field of all arguments but the last one, a record.
 
     Args:
-        kernel: The kernel.
-        record: The record.
-        vectors: How many it takes.
+        vectors: How many vectors it takes.
     """
     table = RecordTable(record)
     function = _of_fields(vectors)(kernel_address(kernel, table))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import llvmlite.binding as llvm
 
+from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.loading import machine_code
 from tissuec.core.resources import PACKAGE
 
@@ -41,8 +42,6 @@ class GeneratedKernel:
             time: [s].
             arguments: Its vectors, and the record of its items.
         """
-        from tissuec.compiled.calls import kernel_on  # which knows of this class
-
         *vectors, record = arguments
         kernel_on(self, record, len(vectors))(time, *vectors)
 

@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import Struct
 
 from tissuec.compiled.bundles import FLAGS
-from tissuec.compiled.calls import Operation
+from tissuec.compiled.calls import NetOperation
 from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.forces.accelerations import (
     force,
@@ -37,7 +37,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     )
 }  # fmt: skip
 #: The compiled ones, which take a net that has their addresses.
-OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}
+OPERATIONS = {name: NetOperation(function) for name, function in FUNCTIONS.items()}
 # Operations on nets that only some scenes need.
 NEEDED = {
     "bend_of_passed": "cornered",

@@ -148,7 +148,7 @@ class Plates(PotentialField, frozen=True):
 
     @property
     def hinged(self) -> Floats:
-        """Return 1 for edges that have a neighbour and 0 for others, shape (triangle, 3)."""
+        """Return 1 for edges that have a neighbour, 0 for others [1], shape (triangle, 3)."""
         return self.is_hinge.astype(float)
 
     @property

@@ -252,7 +252,6 @@ class TriangleField(PotentialField, frozen=True):
         """Return the field on some triangles.
 
         Args:
-            skin: The triangles.
             columns: As the attributes of the class, in SI units, shape (triangle, …) or ().
         """
         none = np.zeros(0, dtype=np.int64)

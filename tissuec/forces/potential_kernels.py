@@ -66,7 +66,6 @@ class PotentialKernels:
         Args:
             what: Its name, such as "matrix"; its numbers have any unit.
             x, v: Positions [m] and velocities [m/s] of all nodes, shape (3 node,).
-            table: The items.
         """
         if what not in self._records:
             self._records[what] = self._recording(what)

@@ -231,15 +231,15 @@ def _order_text(item: Statement) -> str:
     return "".join(pieces)
 
 
-class Fold(Struct, frozen=True):
+class FoldingRange(Struct, frozen=True):
     """Lines that can be folded away, as offsets."""
 
     start: int
     stop: int
 
 
-def folds(view: View) -> Iterator[Fold]:
+def folds(view: View) -> Iterator[FoldingRange]:
     """Yield the blocks of a text."""
     for statement in view.structure.statements:
         if statement.is_head and statement.parts:
-            yield Fold(statement.parts[0].start, statement.close)
+            yield FoldingRange(statement.parts[0].start, statement.close)

@@ -35,7 +35,7 @@ from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate
-    from tissuec.engine.execution.recorder import Writer
+    from tissuec.engine.execution.recorder import FrameWriter
     from tissuec.engine.execution.run import Outcome
 
 MEASURED = "measure "  # how the logs of measures begin
@@ -54,7 +54,7 @@ class Observer(MemoryRecording):
     def __init__(self, compiled: Compiled, plan: Plan, request: "Request", path: Path | None):
         super().__init__()
         self.plan, self._writer = plan, None
-        self._rest: Writer = MemoryRecording()  # nothing reads it
+        self._rest: FrameWriter = MemoryRecording()  # nothing reads it
         if path is not None:
             from tissuec.engine.execution.recorder import wishes
             from tissuec.results.writer import ResultWriter

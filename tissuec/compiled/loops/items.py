@@ -53,7 +53,7 @@ class ItemTable(NamedTuple):
 
 
 def filled(count: int) -> Indices:
-    """Return the numbers of items, and the last one as often as fills a block."""
+    """Return the numbers of items, and the last one as often as fills a block, shape (n,)."""
     return np.minimum(np.arange(_filled(count)), count - 1)
 
 
@@ -74,7 +74,7 @@ def blocked(columns: NDArray[Any], every: Indices) -> NDArray[Any]:
 
 
 def room_for(outputs: int, count: int) -> Floats:
-    """Return room for what ``record_loop`` writes, shape (block, output, lane)."""
+    """Return room for what ``record_loop`` writes, in any unit, shape (block, output, lane)."""
     return np.zeros((_filled(count) // LANES, outputs, LANES))
 
 
@@ -368,9 +368,6 @@ def record_loop(
     """Return the loop that writes numbers of each item, for ``recorded`` to read.
 
     Args:
-        name: Of the function.
-        item: The items.
-        outputs: The numbers.
         constants: What the table has beside the numbers of the items.
         lanes: Items that are computed at a time.
     """
@@ -389,8 +386,6 @@ def pull_loop(
     """Return the loop ``pull_back`` of ``forces.matrices``.
 
     Args:
-        name: Of the function.
-        item: The items.
         learnt: By name of a number, whether it is the same one for all items.
         lanes: Items that are computed at a time.
     """
@@ -518,8 +513,6 @@ def product_loop(
     """Return the loop that adds a matrix times a vector: how slopes change along it.
 
     Args:
-        name: Of the function.
-        item: The items.
         slopes: Of the nodes of an item, such as ∂E/∂x, shape (3 corner,).
         by: By what they are differentiated, such as x, shape (3 corner,).
         lanes: Items that are computed at a time.

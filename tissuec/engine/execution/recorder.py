@@ -51,7 +51,7 @@ APART = 0.001
 Part: TypeAlias = Callable[[float], Snapshot | None]
 
 
-class Writer(Protocol):
+class FrameWriter(Protocol):
     """Destination of rows: a result file, or memory.
 
     Shared arguments:
@@ -191,7 +191,7 @@ class Recorder:
         self,
         network: Network,
         plan: Plan,
-        writer: Writer,
+        writer: FrameWriter,
         *,
         tap: Tap | None = None,
     ):
@@ -535,7 +535,7 @@ def sample_times(plan: Plan) -> Floats:
     return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
 
 
-def _observed(plan: Plan, writer: Writer) -> Iterator[_Observed]:
+def _observed(plan: Plan, writer: FrameWriter) -> Iterator[_Observed]:
     """Yield the logs of a plan, and the energies if they are recorded."""
     for log in plan.output.logs:
         row = partial(log.measure.sample, log.subjects)

@@ -17,7 +17,7 @@ from tissuec.meshes.formats import (
     known_by,
     numbered_parts,
 )
-from tissuec.meshes.formats.numbers import Numbers, as_whole
+from tissuec.meshes.formats.numbers import NumberStream, as_whole
 
 _KINDS = {
     "edges": ("line", 2), "triangles": ("triangle", 3), "quadrilaterals": ("quad", 4),
@@ -65,22 +65,22 @@ def read(data: bytes, path: Path) -> RawMesh:
     return RawMesh(position, tuple(cells), parts, {}, ignored)
 
 
-def _sections(data: bytes) -> dict[str, Numbers]:
+def _sections(data: bytes) -> dict[str, NumberStream]:
     """Return the numbers after each keyword, by the keyword in lower case."""
     lines = [line.split(b"#")[0] for line in data.splitlines()]
     words = b" ".join(lines).split()
     heads = [k for k, word in enumerate(words) if word[:1].isalpha() and len(word) > 2]
-    found: dict[str, Numbers] = {}
+    found: dict[str, NumberStream] = {}
     for start, end in zip(heads, [*heads[1:], len(words)], strict=True):
         key = words[start].decode("ascii", "replace").lower()
         if key in found and key in (*_KINDS, "vertices"):
             raise FormatError(f'"{key.capitalize()}" is given twice')
         if key in (*_KINDS, "vertices", "dimension", "meshversionformatted"):
-            found[key] = Numbers(b" ".join(words[start + 1 : end]))
+            found[key] = NumberStream(b" ".join(words[start + 1 : end]))
     return found
 
 
-def _rows(name: str, numbers: Numbers, width: int) -> Floats:
+def _rows(name: str, numbers: NumberStream, width: int) -> Floats:
     """Return the rows of a section; there must be as many as it declares."""
     count = numbers.one()
     if numbers.left != count * width:

@@ -21,7 +21,7 @@ from tissuec.meshes.formats import (
     RawMesh,
     known_by,
 )
-from tissuec.meshes.formats.numbers import Numbers, as_floats, as_whole
+from tissuec.meshes.formats.numbers import NumberStream, as_floats, as_whole
 
 #: Numbers of element types -> kind and number of nodes, of which the first are the corners.
 _KINDS = {
@@ -95,7 +95,7 @@ class _MshReader:
 
     def section(self, name: bytes, written: bytes, data: bytes, place: int) -> int:
         """Read a section and return the place after it."""
-        readers: dict[bytes, Callable[[Numbers], None]] = {
+        readers: dict[bytes, Callable[[NumberStream], None]] = {
             b"Nodes": self._nodes_4 if self.version >= 4.0 else self._nodes,
             b"Elements": self._elements_4 if self.version >= 4.0 else self._elements,
             b"Entities": self._entities,
@@ -103,8 +103,8 @@ class _MshReader:
         if name in readers and self.order:
             if self.version < 4.0:  # the count is text
                 line, _, _ = data[place : place + 32].partition(b"\n")
-                self.declared, place = Numbers(line).one(), place + len(line) + 1
-            numbers = Numbers(data[place:], self.order)
+                self.declared, place = NumberStream(line).one(), place + len(line) + 1
+            numbers = NumberStream(data[place:], self.order)
             readers[name](numbers)
             place += numbers.used
         end = re.compile(rb"\$END%s\b" % re.escape(written), re.IGNORECASE)
@@ -119,7 +119,7 @@ class _MshReader:
         elif name == b"ParametricNodes":
             self._parametric(content)
         elif name in readers and not self.order:
-            numbers = Numbers(content)
+            numbers = NumberStream(content)
             if self.version < 4.0:
                 self.declared = numbers.one()
             readers[name](numbers)
@@ -135,7 +135,7 @@ class _MshReader:
 
     # --- nodes --------------------------------------------------------------------------------
 
-    def _nodes(self, numbers: Numbers) -> None:
+    def _nodes(self, numbers: NumberStream) -> None:
         tags, places = numbers.table(self.declared, [("i4", 1), ("f8", 3)])
         self._enter(as_whole(tags[:, 0]), places)
 
@@ -148,7 +148,7 @@ class _MshReader:
         values = as_floats([word for row in rows for word in row]).reshape(-1, 4)
         self._enter(as_whole(values[:, 0]), values[:, 1:])
 
-    def _nodes_4(self, numbers: Numbers) -> None:
+    def _nodes_4(self, numbers: NumberStream) -> None:
         size = "u8"
         blocks = numbers.one(size)
         numbers.take(1 if self.version < 4.1 else 3, size)  # the count, and extreme tags
@@ -176,7 +176,7 @@ class _MshReader:
 
     # --- elements -----------------------------------------------------------------------------
 
-    def _elements(self, numbers: Numbers) -> None:
+    def _elements(self, numbers: NumberStream) -> None:
         """Read the elements of versions 1 and 2; the first of the tags of each is a group."""
         if self.order:
             while self.count < self.declared:
@@ -216,7 +216,7 @@ class _MshReader:
             members.append(elements[groups == group])
         self._add(kind, nodes, elements)
 
-    def _entities(self, numbers: Numbers) -> None:
+    def _entities(self, numbers: NumberStream) -> None:
         counts = numbers.whole(4, "u8").tolist()
         for dimension, count in enumerate(counts):
             for _ in range(count):
@@ -228,7 +228,7 @@ class _MshReader:
                 if dimension:
                     numbers.take(numbers.one("u8"), "i4")  # the entities that bound it
 
-    def _elements_4(self, numbers: Numbers) -> None:
+    def _elements_4(self, numbers: NumberStream) -> None:
         size = "u8"
         blocks = numbers.one(size)
         numbers.take(1 if self.version < 4.1 else 3, size)

@@ -11,7 +11,7 @@ from tissuec.meshes.formats import Floats, FormatError, Indices
 LARGEST = 2.0**53  # up to here floating-point numbers hold every whole number
 
 
-class Numbers:
+class NumberStream:
     """Numbers that are taken one after the other.
 
     Args:

@@ -21,7 +21,7 @@ from tissuec.meshes.formats import (
     known_by,
     numbered_parts,
 )
-from tissuec.meshes.formats.numbers import Numbers, as_whole
+from tissuec.meshes.formats.numbers import NumberStream, as_whole
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -68,7 +68,7 @@ def read(data: bytes, path: Path) -> RawMesh:
     if not data.startswith(b"ply") or end is None:
         raise FormatError('it does not begin with a header from "ply" to "end_header"')
     order, elements = _header(data[: end.start()].decode("ascii", "replace"))
-    numbers = Numbers(data[end.end() :], order)
+    numbers = NumberStream(data[end.end() :], order)
     found: dict[str, dict[str, Any]] = {}
     for element in elements:
         try:
@@ -106,7 +106,7 @@ def _header(text: str) -> tuple[str, list[_Element]]:
     return order, elements
 
 
-def _columns(element: _Element, numbers: Numbers) -> dict[str, Any]:
+def _columns(element: _Element, numbers: NumberStream) -> dict[str, Any]:
     """Return the values of each property: an array, or a ``_List``."""
     properties, count = element.properties, element.rows
     if count and not properties:
@@ -125,13 +125,15 @@ def _columns(element: _Element, numbers: Numbers) -> dict[str, Any]:
     return _row_by_row(element, numbers)
 
 
-def _row(numbers: Numbers, one: _Property) -> tuple[int, NDArray[Any]]:
+def _row(numbers: NumberStream, one: _Property) -> tuple[int, NDArray[Any]]:
     """Return the length of the next list, and its values."""
     size = numbers.one(one.length)
     return size, numbers.take(size, one.type)
 
 
-def _uniform(element: _Element, numbers: Numbers, sizes: list[int]) -> dict[str, Any] | None:
+def _uniform(
+    element: _Element, numbers: NumberStream, sizes: list[int]
+) -> dict[str, Any] | None:
     """Return the properties if the lists of all rows are as long as those of the first."""
     record: list[tuple[str, int]] = []
     for one, size in zip(element.properties, sizes, strict=True):
@@ -153,7 +155,7 @@ def _uniform(element: _Element, numbers: Numbers, sizes: list[int]) -> dict[str,
     return found
 
 
-def _row_by_row(element: _Element, numbers: Numbers) -> dict[str, Any]:
+def _row_by_row(element: _Element, numbers: NumberStream) -> dict[str, Any]:
     parts: dict[str, list[NDArray[Any]]] = {one.name: [] for one in element.properties}
     for _ in range(element.rows):
         for one in element.properties:
