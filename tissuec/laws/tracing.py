@@ -31,7 +31,6 @@ def traced(formula: Formula, variables: Mapping[str, Number]) -> Number:
     """Return the value of a formula; parts that are shared are written down once.
 
     Args:
-        formula: The formula.
         variables: Their values, by name.
     """
     found: dict[int, Number] = {}  # by identity, as formulas keep their parts
