@@ -29,7 +29,7 @@ FAMILIES = {
     "formats": ("tests/imports/test_imported.py", "organ.off"),
     "tools": ("tests/contact/test_instruments.py", "spatula"),
     "measures": ("tests/script/measures", "spread"),
-    "forces": ("tests/forces/test_fields.py", "magnet or area"),
+    "forces": ("tests/forces/test_fields.py", "magnet or area or hardening"),
     "spring": ("tests/laws/test_laws.py", "saturating"),
     "solid": ("tests/laws/test_solid_laws.py", "gent or sample"),
     "integrators": ("tests/engine/test_conservation.py", BOGACKI),
@@ -136,6 +136,7 @@ def test_tables_list_the_examples_once_they_are_regenerated(extended):
         "spread(A)",
         "is magnet`",
         "is area elasticity`",
+        "is hardening foundation`",
         "`membrane tension`",
         "is saturating`",
     ):

@@ -101,13 +101,13 @@ def on_some(kind, *entries):
     return Example(FORCES[kind](*entries).on(acted), moved, 1.0, balances=False)
 
 
-def on_triangles(kind, *entries):
+def on_triangles(kind, *entries, balances=True):
     """Return an example of a force on some of the triangles of a sphere."""
     net = ball()[0]
     own = np.arange(30), net.position[:30], net.mass[:30], np.ones(30)
     field = FORCES[kind](*entries).on(Acted(*own, net.skin, net.springs.ends))
     noise = np.random.default_rng(7).normal(size=net.position.shape)
-    return Example(field, net.position * (1.0 + 0.1 * noise), RADIUS, is_bounded=True)
+    return Example(field, net.position * (1.0 + 0.1 * noise), RADIUS, balances=balances)
 
 
 def alone(kind, *numbers):
@@ -132,12 +132,13 @@ POTENTIALS = {
     "bent": bent,
     "curved": curved,
 }
-FIELDS = POTENTIALS | {
+FIELDS = {
     "enclosed": enclosed,
     "touching": touching,
     "blowing": blowing,
     "foundation": lambda: on_some("foundation", 30.0, 0.4),
 }
+FIELDS |= POTENTIALS
 EFFECTS = FIELDS | NODAL
 
 

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from tissuec.compiled.generated import GeneratedKernel
     from tissuec.compiled.loops.items import ItemTable
     from tissuec.forces.potential_kernels import PotentialKernels
-    from tissuec.forces.triangles import SkinTriangles
 
 
 class PotentialField(ElementField, frozen=True):
@@ -236,34 +235,6 @@ class PotentialField(ElementField, frozen=True):
         if not self.learnt:
             return "have no exact derivatives"
         return ForceDerivatives(self.learnt, self._kernels.pull, self._kernels.push)
-
-
-class TriangleField(PotentialField, frozen=True):
-    """A field with a potential on triangles of the skin; torn ones do not act.
-
-    Attributes:
-        skin: The triangles.
-    """
-
-    skin: "SkinTriangles"
-
-    @classmethod
-    def on(cls, skin: "SkinTriangles", **columns: Floats | float) -> Self:
-        """Return the field on some triangles.
-
-        Args:
-            columns: As the attributes of the class, in SI units, shape (triangle, …) or ().
-        """
-        none = np.zeros(0, dtype=np.int64)
-        return cls(walls=none, walled=none, nodes=skin.corners, skin=skin, **columns)
-
-    def only(self, items: Indices) -> Self:
-        """Return some triangles, by indices of shape (n,)."""
-        return replace(super().only(items), skin=self.skin.some(items))
-
-    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
-        """Return the triangles that are torn, ascending; ``alive`` as in ``Field``."""
-        return self.skin.torn(alive)
 
 
 def _every(position: Floats) -> Indices:
