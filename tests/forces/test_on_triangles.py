@@ -83,10 +83,19 @@ def sheet(on="sheet", asked=OUTPUT):
     return SHEET.format(on=on, asked=asked)
 
 
+def forget_words():
+    """Forget the words of members, also those that editors offer."""
+    forget()
+    for name in [each for each in sys.modules if each.startswith("tissuec.lsp.")]:
+        for known in vars(sys.modules[name]).values():
+            getattr(known, "cache_clear", lambda: None)()
+
+
 @pytest.fixture(scope="module", autouse=True)
 def plugged(tmp_path_factory):
     """Add the two files of the page as modules of another package."""
     folder = tmp_path_factory.mktemp("membranes")
+    forget_words()
     before = len(FORCES), len(FORMULAS)
     for number, text in enumerate(FILES.values()):
         path = folder / f"membranes_{number}.py"
@@ -98,10 +107,7 @@ def plugged(tmp_path_factory):
     yield
     for family in (FORCES, FORMULAS):
         del family._members[MEMBER]
-    forget()
-    for name in [each for each in sys.modules if each.startswith("tissuec.lsp.")]:
-        for known in vars(sys.modules[name]).values():
-            getattr(known, "cache_clear", lambda: None)()  # words that editors offer
+    forget_words()
     for number in range(len(FILES)):
         del sys.modules[f"membranes_{number}"]
 
