@@ -24,12 +24,13 @@ import click
 from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene, silent
+from tissuec.autodiff import TracingError
 from tissuec.compiled.binding import Binder
 from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.integrators import banded, iterative
-from tissuec.forces import accelerations, springs_kernel
+from tissuec.forces import accelerations, potential_fields, springs_kernel
 from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
@@ -97,7 +98,9 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.symmetry_kernel": None,
     "tissuec.forces.membranes_kernel": None,
     "tissuec.forces.membrane_memory_kernel": None,
-    "tissuec.forces.plates_kernel": None,
+    "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
+    "tissuec.forces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
+    "tissuec.forces.plates": ("_plate",),
     "tissuec.forces.pressure_kernel": None,
     "tissuec.forces.fluids_kernel": None,
 }
@@ -292,7 +295,7 @@ class _Enlarge(ast.NodeTransformer):
         self._place, self._target = place, ""
 
     def _larger(self, node: ast.expr) -> ast.expr:
-        if isinstance(node, ast.Tuple):
+        if isinstance(node, ast.Tuple | ast.List):
             node.elts = [self._larger(each) for each in node.elts]
             return node
         if isinstance(node, (ast.Name, ast.Attribute)):
@@ -359,7 +362,7 @@ def functions_of(module: ModuleType) -> list[FunctionType]:
             found.append(value)
         elif inspect.isclass(value) and value.__module__ == module.__name__:
             for member in vars(value).values():
-                member = getattr(member, "fget", member)
+                member = getattr(member, "fget", getattr(member, "__func__", member))
                 if inspect.isfunction(member) and member.__module__ == module.__name__:
                     found.append(member)
     return found
@@ -371,7 +374,8 @@ def _parsed(function: FunctionType) -> tuple[ast.Module, int]:
 
 
 def apply(mutant: Mutant) -> None:
-    """Change the running program."""
+    """Change the running program; potentials are traced anew."""
+    potential_fields.traced_item.cache_clear()
     module = import_module(mutant.module)
     if not mutant.line:
         setattr(module, mutant.function, getattr(module, mutant.function) * FACTOR)
@@ -497,7 +501,7 @@ def in_child(work: Callable[[], object], patience: float = PATIENCE) -> object:
             signal.setitimer(signal.ITIMER_PROF, patience)
             try:
                 answer = work()
-            except (TypeError, IndexError, AttributeError, NameError) as error:
+            except (TypeError, IndexError, AttributeError, NameError, TracingError) as error:
                 answer = f"no number: {type(error).__name__}"
             except BaseException as error:
                 answer = f"failed: {type(error).__name__}"

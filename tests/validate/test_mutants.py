@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.forces.test_potential_fields import POTENTIALS, example
 from tests.validate.mutants import FORCES, SCENES, found_in, functions_of, survey, tried
 from tissuec import forces
 
@@ -51,6 +52,8 @@ def test_every_kernel_of_forces_is_surveyed():
         for path in Path(forces.__file__).parent.glob("*_kernel.py")
         if not path.stem.removesuffix("_kernel").endswith(NOT_SURVEYED)
     }
+    for each in POTENTIALS:
+        kernels.add(type(example(each)[0]).__module__)
     assert kernels <= set(FORCES)
     for name, only in FORCES.items():
         found = {function.__name__ for function in functions_of(import_module(name))}

@@ -54,7 +54,7 @@ class PotentialField(ElementField, frozen=True):
             (name, int(np.prod(np.shape(getattr(self, name))[1:], dtype=int)))
             for name in self.columns
         )
-        return _traced(type(self).item_potential, self.nodes.shape[1], widths)
+        return traced_item(type(self).item_potential, self.nodes.shape[1], widths)
 
     def check(self, position: Floats) -> None:
         """Check that all that follows is finite where nodes are at rest.
@@ -246,7 +246,8 @@ def _flat(vectors: Floats) -> Floats:
 
 
 @cache
-def _traced(
+def traced_item(
     potential: PotentialFunction, corners: int, widths: tuple[tuple[str, int], ...]
 ) -> TracedItem:
+    """Return ``TracedItem``, once for each; the arguments are its own."""
     return TracedItem(potential, corners, dict(widths))
