@@ -22,7 +22,7 @@ _OPERATIONS: Mapping[str, Callable[..., Any]] = {
 
 
 def evaluate(outputs: Sequence[Number], values: Mapping[str, Any]) -> list[Floats]:
-    """Return the values of outputs, in any units, of the shape that those of inputs have.
+    """Return the values of outputs, in any units, shape () or that of the values of inputs.
 
     Args:
         outputs: Numbers of one graph.

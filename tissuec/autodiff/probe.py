@@ -3,8 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from tissuec.autodiff.derivatives import partials
-from tissuec.autodiff.evaluation import failing
+from tissuec.autodiff.evaluation import evaluate, failing
 from tissuec.autodiff.graph import Number, TracingError
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.autodiff.tracing import LocatedGraph, place_of
@@ -22,7 +24,7 @@ def probe(item: TracedItem, values: Mapping[str, Any]) -> None:
         TracingError: One is not; with the line of the function that is responsible.
     """
     outputs = [item.energy, item.dissipation, *item.forces, *_second(item)]
-    if failing(outputs, values) is None:
+    if all(np.isfinite(each).all() for each in evaluate(outputs, values)):
         return
     # Traced once more, with lines.
     graph = LocatedGraph()
