@@ -163,7 +163,13 @@ def brakes_at_once(x, v, p):
     return Potential(0.0, p.stiffness * sqrt(square(v[0])))  # here
 
 
+def chooses_too_late(x, v, p):
+    length = norm(x[1] - x[0])
+    return p.stiffness * where(length > 0.1, 1.0 / length, 10.0)  # here
+
+
 PROBED = {
+    chooses_too_late: r"quotient\(1, 0\) = inf: clamp the argument",
     has_no_direction: r"sqrt has no derivative: quotient\(0.5, 0\) = inf: clamp the argument",
     divides_by_nothing: r"quotient\(0, 0\) = nan: clamp the argument",
     leaves_numbers: r"log\(-1\) = nan: ",
@@ -185,8 +191,7 @@ def test_what_is_not_finite_at_rest_is_told_with_its_line(function):
 def test_what_is_finite_passes_the_probe():
     def fine(x, v, p):
         e = x[1] - x[0]
-        # What is not chosen may be infinite, and so may its derivatives.
-        near = where(norm(e) > 0.1, 1.0 / norm(e), 10.0)
+        near = where(norm(e) > 0.1, 1.0 / maximum(norm(e), 0.1), 10.0)
         return Potential(p.stiffness * (near - 1.0) ** 2 * exp(-norm(e)), square(v[0]))
 
     probe(TracedItem(fine, 2, WIDTHS), AT_REST)
