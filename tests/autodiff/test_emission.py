@@ -152,7 +152,7 @@ def recorded(lanes):
     outputs, room = list(FUNCTIONS.values()), loops.room_for(len(FUNCTIONS), count)
     write = partial(loops.record_loop, item=PAIR, outputs=outputs, constants=[], lanes=lanes)
     table = ItemTable.of(np.zeros((count, 1), dtype=int), ROWS)
-    called(write, table, none, none, room)
+    called(write, table, none, none, room.reshape(-1))
     return loops.recorded(room, count)
 
 

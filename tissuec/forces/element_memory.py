@@ -99,7 +99,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         return found + np.eye(size)
 
     def told(self, velocity: Floats, points: int) -> Floats:
-        """Return the numbers of T - 1, shape (…, row, element, point, number).
+        """Return the numbers of T - 1 [1], shape (…, row, element, point, number).
 
         Args:
             velocity, points: As of ``tensors``.

@@ -327,8 +327,6 @@ def record_loop(
 
     Args:
         name: Of the function.
-        point: Of the elements.
-        outputs: The numbers.
         nodes, points: Of each element.
     """
     loop = _Points(point, nodes, points)
@@ -348,7 +346,11 @@ def record_loop(
 
 
 def room_for(outputs: int, points: int, elements: int) -> Floats:
-    """Return room for what ``record_loop`` writes, shape (block, point, output, lane)."""
+    """Return room for what ``record_loop`` writes, in any unit.
+
+    Returns:
+        Shape (block, point, output, lane).
+    """
     return np.zeros((len(filled(elements)) // LANES, points, outputs, LANES))
 
 
