@@ -346,11 +346,7 @@ def record_loop(
 
 
 def room_for(outputs: int, points: int, elements: int) -> Floats:
-    """Return room for what ``record_loop`` writes, in any unit.
-
-    Returns:
-        Shape (block, point, output, lane).
-    """
+    """Return room for ``record_loop``, in any unit, shape (block, point, output, lane)."""
     return np.zeros((len(filled(elements)) // LANES, points, outputs, LANES))
 
 
