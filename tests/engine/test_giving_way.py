@@ -95,8 +95,9 @@ def test_a_run_asks_often_and_ends_at_the_first_yes(name):
         asked = count(1)
         found = outcome_of(name, lambda asked=asked, last=last: next(asked) >= last)
         assert found.kind == "interrupted", last
-        # The answer is asked for again only on the way out.
-        assert next(asked) - 1 <= last + 2, last
+        # The answer is asked for again only on the way out: by the other operation of a matrix
+        # that was left, the pause and the run.
+        assert next(asked) - 1 <= last + 3, last
 
 
 def test_work_that_takes_little_time_is_brought_to_its_end(monkeypatch):

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tissuec.core.signals import Halted
 from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
 from tissuec.engine.kernel_inputs import KernelInputs
@@ -349,7 +350,7 @@ class Engine:
                     return Interruption("reached", stepper.progress.time)
                 stepper.begin_segment(stepper.inputs.next_knot(stepper.progress.time, until))
             self._control.contend(state)
-            reason = self._call(watch, survey)
+            reason = self._called(watch, survey)
             if reason is None:
                 continue
             if reason in (HELD, SURPASSED, VIEWED):
@@ -366,6 +367,19 @@ class Engine:
                 stepper.asked = stepper.evaluations
                 if pause is not None and pause(stepper.progress.time):
                     return Interruption("paused", stepper.progress.time)
+
+    def _called(self, watch: Watch | None, survey: Survey | None) -> int | None:
+        """Call the loop over steps as ``_call``; return to its start if a step gives way."""
+        stepper = self.stepper
+        if not stepper.integrator.implicit:
+            return self._call(watch, survey)
+        kept = Standpoint(stepper)
+        try:
+            return self._call(watch, survey)
+        except Halted:
+            kept.bring_back(stepper)
+            stepper.work.solver.made[2] = 1.0  # the factor is of a state that is left
+            return stepper.call(0, 0)  # to the next moment at which a run can pause
 
     def _call(self, watch: Watch | None, survey: Survey | None) -> int | None:
         """Call the loop over steps; return why it returned, or None to call it again.
