@@ -36,7 +36,7 @@ from tissuec.scene.sentences import (
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.common import DirectedMeasure
-from tissuec.script.measures.needs import NEEDS
+from tissuec.script.measures.needs import NEEDS, YES
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 
@@ -398,7 +398,10 @@ class Conditions:
             if not need.text or self._has(key, name):
                 continue
             known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
-            hint = alternatives(name.text, known, what="there are") or need.hint
+            others = alternatives(name.text, known, what="there are")
+            # Where any set will do, it is one of the body that is meant.
+            is_of_sets = need.kinds.get("nodes of a set") == YES
+            hint = need.hint if is_of_sets else others or need.hint
             message = f"{measure.form} needs {need.text}"
             self.findings.reject("TIS702", message, name.span, hint=hint)
 
@@ -408,13 +411,15 @@ class Conditions:
         if name.key in bodies:
             return has_by_kind(need, bodies[name.key].drawing)
         if name.key in self.tools:
+            if "tool" not in NEEDS[need].kinds:
+                return True  # reported elsewhere
             return any(bool(one.drawing.mesh.elements) for one in bodies.values())
         if need == "springs":
             springs = self.groups.springs(name).indices
             edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
             return not np.isin(springs, np.concatenate([springs[:0], *edges])).all()
-        if self.groups.is_springs(name):
-            return True  # reported elsewhere
+        if self.groups.is_springs(name) or NEEDS[need].kinds.get("nodes of a set") == YES:
+            return True  # springs are reported elsewhere
         return self.groups.has_elements(self.groups.nodes(name).indices)
 
     def _along(self, argument: s.Argument, key: str) -> Floats:

@@ -329,17 +329,24 @@ class Scope:
         )
 
     def angle(self, node: s.Expression, *, what: str) -> float:
-        """Return an angle [rad]; more than a turn without a unit is probably one in degrees."""
+        """Return an angle [rad]; a large one without a unit is probably meant in degrees."""
         value = self.number(node)
         self.expect(value, NUMBER, node.span, what=what)
         self._doubt_radians(value, node.span)
         return float(value.amount)
 
     def _doubt_radians(self, value: Value, span: Span) -> None:
-        """Warn of more than a whole turn that is written without a unit."""
-        if not value.is_literal or value.is_many or abs(float(value.amount)) <= TURN:
+        """Warn of a number without a unit that hardly anybody means in radians.
+
+        That is more than a turn, and a whole number above half a turn: larger angles in radians
+        are multiples of pi, or typed with decimals.
+        """
+        if not value.is_literal or value.is_many:
             return
-        amount, turns = float(value.amount), abs(float(value.amount)) / TURN
+        amount = float(value.amount)
+        turns = abs(amount) / TURN
+        if turns <= (0.5 if amount.is_integer() else 1.0):
+            return
         hint: str = "write deg or rad after the number"
         if span.text.replace(".", "").isdigit():
             ways = f"{span.text} deg", f"{span.text} rad"

@@ -20,6 +20,8 @@ from tissuec.script.parts import (
     ValueClause,
 )
 
+#: Name of the source of sentences that options of commands stand for.
+OPTIONS = "options"
 VARY, ROWS, MEASURE, EVENT = "vary", "rows", "measure", "time"
 
 GRID, LIST, ONE_AT_A_TIME = "grid", "list", "one at a time"

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
-from tissuec.script.verbs import Group, Mover
+from tissuec.script.verbs import Action, Group, Mover, follows
 
 FIX = "fix"
 _NOTHING = np.zeros(0, dtype=np.int64)
@@ -75,6 +75,19 @@ class Holding(Protocol):
     def holding(self) -> HoldChange | None:
         """Return the change that it makes; None if nothing."""
         ...
+
+
+def nodes_held_by(action: Action) -> Indices:
+    """Return the nodes that an action holds or drives, shape (n,)."""
+    if not follows(action, Holding):
+        return _NOTHING
+    match action.holding():
+        case Fixed(nodes) | Taken(_, nodes):
+            return nodes
+        case Driven(mover, _):
+            return _NOTHING if mover.nodes is None else mover.nodes
+        case _:
+            return _NOTHING
 
 
 def sentence(span: Span) -> str:
