@@ -131,6 +131,52 @@ def test_a_volume_that_pressure_does_not_reach_is_named_with_both_numbers():
     assert not stiff.without_effect
 
 
+HALVES = """language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue glue { spring constant = 9 N/m; viscosity = 10 mN*s/m; mass = 1 mg }
+body block {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, TOP) mm }; tissue is gel
+}
+MORE
+set base = nodes of block where z == 0 mm
+environment { gravity = (0, 0, -9.81) m/s^2; contact is CONTACT }
+script {
+  at 0 s: fix base
+  at 2 ms: CUT
+}
+simulate { duration = 4 ms; tolerance = 1e-2 }
+"""
+ACROSS = "at 2 ms: cut block along plane through (0, 0, 7) mm facing (0, 0, 1)"
+TWO = """body upper {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 10.5) mm to (10, 10, 15.5) mm }; tissue is gel
+}
+set top = nodes of block where z == 10 mm
+set low = nodes of upper where z == 10.5 mm
+joint seam { springs from top to low; reach = 1 mm; tissue is glue }"""
+
+
+@pytest.mark.parametrize(
+    ("contact", "top", "more", "cut", "said"),
+    [
+        ("everywhere", 15, "", ACROSS, True),
+        ("everywhere", 15, "", "", False),
+        ("tools only", 15, "tool ball { kind is probe; centre = (0, 0, 90) mm; radius = 1 mm }",
+         ACROSS, False),
+        # The way out that it names.
+        ("everywhere", 10, TWO, "at 2 ms: cut seam", False),
+    ],
+)  # fmt: skip
+def test_cut_faces_of_elements_that_touch_nothing_are_named_once(contact, top, more, cut, said):
+    text = HALVES.replace("CONTACT", contact).replace("TOP", str(top)).replace("MORE", more)
+    text = text.replace("at 2 ms: CUT", cut)
+    found = tissuec.run(text, companion="off").without_effect
+    bared = [one for one in found if one.kind == "cut faces"]
+    assert len(bared) == said
+    if said:
+        assert "faces of block that are cut or torn open from 2 ms on" in bared[0].what
+        assert "bodies with a joint between them" in bared[0].remedy
+
+
 def test_watching_changes_no_bit(monkeypatch):
     text = BLOCK.format(
         script=f"at 0 s: fix base\n  {DOWN}\n  when force(ball) > 1 N: end the run"
