@@ -117,6 +117,8 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
     for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
 }
 
+FROM_KILO = 1e4  # of a unit, from which on a thousand of it is shown: 1400 J/m^2, 20 kJ/m^2
+
 #: What people mean by 1 g of gravity [m/s^2]: CGPM, 1901.
 STANDARD_GRAVITY = 9.80665
 
@@ -323,7 +325,7 @@ def show_or_kilo(value: float, unit: str, *, digits: int = 3) -> str:
         unit: Without a prefix.
         digits: Number of significant digits.
     """
-    return show_in(value, f"k{unit}" if abs(value) >= 1e4 else unit, digits=digits)
+    return show_in(value, f"k{unit}" if abs(value) >= FROM_KILO else unit, digits=digits)
 
 
 def converted(number: str, unit: str) -> str | None:
