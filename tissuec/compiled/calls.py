@@ -92,6 +92,16 @@ class Shipped:
         return ctypes.CFUNCTYPE(_RESULTS[self._result], *kinds)
 
 
+def first_of(function: Callable[..., Any], *values: Any) -> Callable[..., Any]:
+    """Return a function of its first arguments, which are numbers, given all others.
+
+    It may be a ``Shipped`` one, see ``Shipped.of_first``, or one in Python.
+    """
+    if isinstance(function, Shipped):
+        return function.of_first(*values)
+    return lambda *first: function(*first, *values)
+
+
 class Operation(Shipped):
     """An operation on nets, whose address the net has."""
 
