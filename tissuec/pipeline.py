@@ -26,7 +26,6 @@ from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic, in_order_of_text
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.program.imports import Program, load
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
     from tissuec.engine.execution.run import Outcome
     from tissuec.results.writer import ResultWriter
+    from tissuec.scene.learning.model import VocabularyFit
 
 
 def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...]]:
@@ -105,7 +105,7 @@ class FittableProgram(Struct, frozen=True, eq=False):
     """
 
     compiled: Compiled | None
-    blocks: tuple[FitProblem | VocabularyFit, ...]
+    blocks: "tuple[FitProblem | VocabularyFit, ...]"
 
 
 def read_fittable(request: Request) -> tuple[FittableProgram, tuple[Diagnostic, ...]]:
@@ -132,7 +132,7 @@ def read_fittable(request: Request) -> tuple[FittableProgram, tuple[Diagnostic, 
 
 def read_vocabulary_fits(
     request: Request,
-) -> tuple[tuple[VocabularyFit, ...], tuple[Diagnostic, ...]]:
+) -> "tuple[tuple[VocabularyFit, ...], tuple[Diagnostic, ...]]":
     """Return the learn blocks of a text that is not a scene, and its warnings.
 
     Raises:
@@ -141,6 +141,7 @@ def read_vocabulary_fits(
     """
     from tissuec.compiler.learning.expectations import demands_of
     from tissuec.scene.learning.block import read_learn_blocks, refuse_without_scene
+    from tissuec.scene.learning.model import VocabularyFit
 
     findings = Findings()
     program = _loaded(request, findings)
