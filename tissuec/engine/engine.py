@@ -29,6 +29,8 @@ from tissuec.engine.saving import restore_control, restore_stepper, saved_choice
 from tissuec.engine.step_events import AcceptedStep, Survey, Watch
 from tissuec.engine.stepper import Stepper
 from tissuec.engine.watching import (
+    FIRST_TOGETHER,
+    MOST_TOGETHER,
     Loads,
     Standpoint,
     cut_step,
@@ -108,6 +110,8 @@ class Engine:
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._closely = -np.inf  # until when steps are examined one by one [s]
         self._densely = -np.inf  # until when all of them are examined [s]
+        self._together = FIRST_TOGETHER  # steps that are examined together
+        self._kept: Standpoint | None = None
         self._loads: Loads | None = None  # of elements that may break
         self.follow: Follow = unfollowed
 
@@ -398,21 +402,32 @@ class Engine:
         spacing = self.method.spacing if is_sparse else 0.0
         together = 1
         if watch is None or survey is not None:
-            together = steps_together(stepper, sparsely=spacing > 0.0)
+            together = min(self._together, steps_together(stepper))
         if together == 1 or stepper.progress.time < self._closely:
             return stepper.call(1, limit)
-        kept = Standpoint(stepper)
+        kept = self._standpoint()
         reason = stepper.call(together, limit, spacing)
         if may_happen(stepper, survey, self._loads, kept):
-            if spacing:
+            if together > FIRST_TOGETHER:
+                self._together = FIRST_TOGETHER
+            elif spacing:
                 self._densely = stepper.progress.end
             else:
                 self._closely = stepper.progress.end
             kept.bring_back(stepper)
             return None
+        self._together = min(2 * self._together, MOST_TOGETHER)
         if reason not in (SURPASSED, VIEWED):
             stepper.update(glanced=0)
         return None if reason == HELD else reason
+
+    def _standpoint(self) -> Standpoint:
+        """Return the present state of the stepper."""
+        if self._kept is None or self._kept.work is not self.stepper.work:
+            self._kept = Standpoint(self.stepper)
+        else:
+            self._kept.take(self.stepper)
+        return self._kept
 
     def _goes_on(self, reason: int, state: State) -> bool:
         """Do what lets the loop over steps continue, if possible; return whether it does."""

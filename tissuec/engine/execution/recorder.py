@@ -358,11 +358,7 @@ class Recorder:
         self._write_errors(samples, rows)
         self._judge.sample(snapshot, rows, self.memory)
         if self.takes_notes:
-            examined = [
-                row
-                for row, time in enumerate(samples.time.tolist())
-                if self.look(self._state, time, samples.position[row])
-            ]
+            examined = self._look_at(self._state, samples)
             if examined and self.plan.triggers:
                 self._effects.measure(snapshot.pick(np.array(examined)), self.memory.effects)
 
@@ -382,6 +378,17 @@ class Recorder:
         self._write(lambda rate: snapshot if rate in missing else None)
         if self.plan.output.every in missing and len(self.plan.output.frames):
             self.writer.errors(sample.time, sample.error[:, None])
+
+    def _look_at(self, state: State, samples: Samples) -> list[int]:
+        """Look for doubts at some of a batch of samples, and return which."""
+        examined, time, row = list[int](), samples.time, 0
+        while True:
+            row += int(np.searchsorted(time[row:], self.memory.doubts.next))
+            if row == len(time):
+                return examined
+            self.look(state, float(time[row]), samples.position[row])
+            examined.append(row)
+            row += 1
 
     def look(
         self, state: State, time: float, position: Floats, *, always: bool = False

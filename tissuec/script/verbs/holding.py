@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from tissuec.core.arrays import distinct, divided
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
@@ -171,11 +172,11 @@ def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Ind
     found = [_NOTHING]
     for name in filter(concerns, tuple(state.holders)):
         held = state.holders.pop(name)
-        found.append(np.intersect1d(held, nodes))
-        stays = np.setdiff1d(held, nodes)
+        released, stays = divided(held, nodes)
+        found.append(released)
         if len(stays):
             state.holders[name] = stays
         else:
             state.hold_ends.pop(name, None)
     state.place_held()
-    return np.unique(np.concatenate(found))
+    return distinct(np.concatenate(found))
