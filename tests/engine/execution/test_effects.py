@@ -90,6 +90,9 @@ def test_a_condition_that_is_never_true_has_the_value_that_is_closest():
     below = "when position(ball along (0, 0, 1)) < 5 mm: end the run"
     (found,) = [one for one in notes(f"{GONE_BY}\n  {below}") if "never" in one]
     assert found.endswith("closest at 100 ms: position(ball along (0, 0, 1)) = 10.1 mm")
+    third = "when position(ball along (0, 0, 1)) / 3 > 15 mm: end the run"
+    (found,) = [one for one in notes(f"{GONE_BY}\n  {third}") if "never" in one]
+    assert found.endswith("/ 3 = 3.667 mm")
     true = "when position(ball along (0, 0, 1)) > 15 mm: end the run"
     assert not [one for one in notes(f"{AWAY}\n  {true}") if "never" in one]
 

@@ -24,6 +24,7 @@ from tissuec.script.plan import Plan
 from tissuec.script.verbs.holding import sentence
 
 STILL = 1e-9  # of the size of the scene: displacements that rounding may cause
+DIGITS = 4  # of the values that came closest to a condition
 MISSED = 0.05  # of an ordered volume: a larger difference is reported
 
 
@@ -35,8 +36,8 @@ class Comparing(Protocol):
         """Return that in the unit of its sides, shape (…); None where it is not known."""
         ...
 
-    def describe(self, snapshot: Snapshot) -> str:
-        """Return the measured values."""
+    def describe(self, snapshot: Snapshot, *, digits: int) -> str:
+        """Return the measured values, with so many significant digits."""
         ...
 
 
@@ -140,7 +141,11 @@ class EffectWatcher:
             known = memory.closest.get(number)
             if np.isfinite(least) and (known is None or least < known[0]):
                 one = snapshot.pick(row) if is_batch else snapshot
-                memory.closest[number] = least, condition.describe(one), float(one.time)
+                memory.closest[number] = (
+                    least,
+                    condition.describe(one, digits=DIGITS),
+                    float(one.time),
+                )
 
     def found(
         self, state: State, waiting: Iterable[int], memory: EffectMemory
