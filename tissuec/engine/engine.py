@@ -27,7 +27,7 @@ from tissuec.engine.method_control import MethodControl
 from tissuec.engine.run_arrays import SampleBuffer
 from tissuec.engine.saving import restore_control, restore_stepper, saved_choice, saved_engine
 from tissuec.engine.step_events import AcceptedStep, Survey, Watch
-from tissuec.engine.stepper import Stepper
+from tissuec.engine.stepper import PAUSE, Stepper
 from tissuec.engine.watching import (
     FIRST_TOGETHER,
     MOST_TOGETHER,
@@ -53,9 +53,6 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
-
-
-PAUSE = 0.05  # predicted time of evaluations after which a pause is offered [s]
 
 
 class Engine:
@@ -392,7 +389,7 @@ class Engine:
         by one if a condition may hold in them, or an element break.
         """
         stepper = self.stepper
-        limit = min(stepper.call_limit(), stepper.asked + self._control.evaluations_in(PAUSE))
+        limit = stepper.call_limit(self._control.evaluations_in(PAUSE))
         if self._control.is_free:
             limit = min(limit, self._control.trial.look)
         if watch is None and self._loads is None:
