@@ -36,6 +36,7 @@ from tissuec.script.fit_problem import Data, FitProblem
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
     from tissuec.engine.execution.run import Outcome
+    from tissuec.measurements.experiment import Experiment
     from tissuec.results.writer import ResultWriter
     from tissuec.scene.learning.model import VocabularyFit
 
@@ -207,13 +208,18 @@ def _check_data(compiled: Compiled, request: Request) -> None:
     Raises:
         CompileError: Data is wrong, or the scene is with the settings of an experiment.
     """
-    from tissuec.measurements.reading import check_times, read_experiment  # where data is
+    from tissuec.measurements.reading import (  # where data is
+        check_count,
+        check_times,
+        read_experiment,
+    )
 
     library = compiled.scene.constants.library
     if library is not None and library.kept is not None:
         return  # the text of a result, which keeps no data
     found: dict[Span | None, Diagnostic] = {}
     for fit_problem in compiled.fit_problems:
+        experiments: list[Experiment] = []
         for data in fit_problem.data:
             try:
                 own, problem = set_for(compiled, fit_problem, data, request)
@@ -223,9 +229,15 @@ def _check_data(compiled: Compiled, request: Request) -> None:
                     from tissuec.compiler.learning.displacements import rows_of
 
                     rows_of(own, experiment.series, problem.axis)
+                experiments.append(experiment)
             except CompileError as error:
                 for one in error.diagnostics:
                     found.setdefault(one.span, one)
+        if not found:
+            try:
+                check_count(experiments, fit_problem)
+            except CompileError as error:
+                found |= {one.span: one for one in error.diagnostics}
     findings = compiled.scene.constants.findings
     findings.extend(found.values())
     findings.raise_errors()

@@ -1,3 +1,4 @@
+# ruff: noqa: E501  # texts as they are
 """What changes nothing, measures something else, or is off the mesh: a block, a wall, a thread.
 
 Each row is a scene with something more, the code of the answer, a part of its message or hint,
@@ -57,7 +58,7 @@ class Silence(NamedTuple):
         text: What is written there.
         code: Of the answer.
         said: A part of its message, or of its hint.
-        mended: What is written there by following the hint.
+        mended: What is written there by following the hint; nothing to remove it.
     """
 
     place: str
@@ -132,4 +133,69 @@ UNITS = {
         "from 60 ms to 90 ms: turn tip by 4 deg around (1, 0, 0) using smooth profile",
     ),
 }  # fmt: skip
-SILENCES = {**IDLE, **MEASURED, **UNITS}
+_BODY = "body more like block { tissue is own; moved by (0, 0, 90) mm }"
+
+
+def _own(written: str) -> str:
+    return f"tissue own like gel {{ {written} }}\n{_BODY}"
+
+
+#: The same kinds, by fewer words: the code of the answer, and a part of it.
+MORE = {
+    "release of what is fixed": S("SCRIPT", "at 60 ms: release base", "TIS401", 'write "free base"'),
+    "viscosity of elements changed": S(
+        "SCRIPT", "at 20 ms: change viscosity of block to 1 N*s/m", "TIS309", "changes nothing"),
+    "friction without contact": S("ENVIRONMENT", "friction = 0.3", "TIS306", "contact is tools only"),
+    "thickness without contact": S("ENVIRONMENT", "contact thickness = 1 mm", "TIS306", "no effect"),
+    "stiffness without contact": S("ENVIRONMENT", "contact stiffness = 1 kN/m", "TIS306", "no effect"),
+    "rupture without a limit": S("BLOCK", "rupture is allowed", "TIS206", "breaking strain"),
+    "output later than the end": S("OUTPUT", "torque(rim) every 1 s", "W405", "shorter time"),
+    "cut beside a thread": S(
+        "SCRIPT", "at 20 ms: cut suture along plane through (50, 0, 0) mm facing (1, 0, 0)",
+        "W410", "cut where it is"),
+    "action after the end": S("SCRIPT", "at 2 s: fix tip", "W402", "ends at"),
+    "tool without contact": S(
+        "", "tool ball { kind is probe; centre = (5, 0, 90) mm; radius = 5 mm }", "W407", "contact is"),
+    "unused number": S("", "param spare = 1 mm", "W501", "never used"),
+    "unused set": S("", "set spare = nodes of block where x == 0 mm", "W502", "never used"),
+    "fixed set is moved": S(
+        "SCRIPT", "from 60 ms to 90 ms: move base by (0, 0, 1) mm using smooth profile", "W409", ""),
+    "fixed set is pushed": S(
+        "SCRIPT", "from 60 ms to 90 ms: push base with (0, 0, 1) mN using ramp", "W417", "is fixed"),
+    "interval of a fix": S("SCRIPT", "from 60 ms to 90 ms: fix tip", "W412", ""),
+    "breaking strain without rupture": S("", _own("breaking strain = 30 %"), "W404", "rupture is allowed"),
+    "stress of a thread": S("OUTPUT", "stress(suture) every 10 ms", "TIS702", "block, flap"),
+    "tension of a solid": S("OUTPUT", "tension(block) every 10 ms", "TIS702", "suture"),
+    "volume of a flat wall": S("OUTPUT", "volume(flap) every 10 ms", "TIS702", "encloses"),
+    "pressure of a wall": S("OUTPUT", "pressure(flap) every 10 ms", "W703", "nothing presses flap"),
+    "grip of a set": S("OUTPUT", "grip(roof) every 10 ms", "TIS702", "forceps with jaws"),
+    "penetration without contact": S("OUTPUT", "penetration(block) every 10 ms", "TIS702", "contact is off"),
+    "contact area without contact": S("OUTPUT", "contact area(block) every 10 ms", "TIS702", "contact is off"),
+    "elastic energy of a row of nodes": S("OUTPUT", "elastic energy(rim) every 10 ms", "W703", "a body"),
+    "plastic strain of gel": S("OUTPUT", "plastic strain(block) every 10 ms", "W703", "yield stress"),
+    "ruptures of a thread": S("OUTPUT", "ruptured(suture) every 10 ms", "W404", "always 0"),
+    "applied pressure without any": S("OUTPUT", "applied pressure(roof) every 10 ms", "W703", "presses"),
+    "force of a whole wall": S("OUTPUT", "force(flap) every 10 ms", "W703", "that is held"),
+    "distance from itself": S("OUTPUT", "distance(rim, rim) every 10 ms", "TIS702", "both are rim"),
+    "magnitude that is not negative": S(
+        "", "expect force(roof) >= 0 N over run", "W701", "write a direction"),
+    "damping without a unit": S("ENVIRONMENT", "damping = 5", "TIS501", '"5 N*s/m"'),
+    "density in g/cm^3": S("", _own("density = 1 kg/m^3"), "W504", "did you mean 1 g/cm^3"),
+    "Poisson's ratio in per cent": S("", _own("Poisson's ratio = 45"), "TIS308", "0.4999"),
+    "thickness in m": S("", "body more like flap { thickness = 1 m; moved by (0, 0, 90) mm }", "W504", "1 mm"),
+    "motion in m": S(
+        "SCRIPT", "from 60 ms to 90 ms: move tip by (0, 0, 1) m using smooth profile", "W504", "units"),
+    "sine of degrees": S("BLOCK", "velocity = (0, 0, sin(30)) m/s", "W504", "30 deg"),
+    "box in m": S(
+        "", "body more { mesh is lattice { cell = 5 m; box from (0, 0, 90) m to (20, 10, 100) m }; "
+        "tissue is gel }", "W504", "20 cm"),
+    "region beside the mesh": S("BLOCK", "region part where x > 30 mm { tissue is hard }", "TIS302", "20 mm"),
+    "region within a cell": S(
+        "BLOCK", "region part where within 1 mm of (12, 5, 5) mm { tissue is hard }", "TIS302", "no node"),
+    "plane of symmetry beside the mesh": S(
+        "ENVIRONMENT", "symmetric about plane through (50, 0, 0) mm facing (1, 0, 0)", "TIS309", "nearest"),
+    "plane of symmetry through a body": S(
+        "ENVIRONMENT", "symmetric about plane through (10, 0, 0) mm facing (1, 0, 0)", "TIS309", "one side"),
+    "joint out of reach": S(
+        "", "joint glue { springs from roof to tip; reach = 1 mm; tissue is silk }", "TIS302", "30 mm apart"),
+}  # fmt: skip
