@@ -287,6 +287,20 @@ def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
     return show_si(value, si_unit(dimension), digits=digits)
 
 
+def show_apart(first: float, second: float, dimension: Dimension) -> tuple[str, str]:
+    """Return two different values as texts that differ: ``100.75 ms``, ``100.74 ms``.
+
+    Args:
+        first, second: In SI units.
+    """
+    one, other = "", ""
+    for digits in range(3, 18):  # 17 tell apart all numbers
+        one, other = (show(value, dimension, digits=digits) for value in (first, second))
+        if one != other:
+            break
+    return one, other
+
+
 def show_si(value: float, unit: str, *, digits: int = 3) -> str:
     """Return a value as text for users.
 
