@@ -76,5 +76,6 @@ def test_their_rows_of_the_matrix_are_those_of_all(kind):
     for field in State.start(network, gravity=np.zeros(3), drag=0.0).elements:
         own = field.matrix(0.0, network.position, number, int(free.sum())).toarray()
         whole = field.matrix(0.0, network.position, every, len(free)).toarray()
+        assert not field.matrix(0.0, network.position, np.full_like(number, -1), 0).nnz
         # The same sums in another order.
         assert own == pytest.approx(whole[np.ix_(rows, rows)], abs=1e-14 * whole.max())
