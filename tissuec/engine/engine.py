@@ -379,7 +379,6 @@ class Engine:
             return self._call(watch, survey)
         except Halted:
             kept.bring_back(stepper)
-            stepper.work.solver.made[2] = 1.0  # the factor is of a state that is left
             return stepper.call(0, 0)  # to the next moment at which a run can pause
 
     def _call(self, watch: Watch | None, survey: Survey | None) -> int | None:

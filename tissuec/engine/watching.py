@@ -208,6 +208,9 @@ class Standpoint:
         stepper.progress = self._progress
         for array, kept in self._arrays:
             array[...] = kept
+        made = stepper.work.solver.made
+        if made[4] == 1.0:
+            made[2] = 1.0  # its factor is outside of these arrays, and of a state that is left
 
 
 def first_interruption(
