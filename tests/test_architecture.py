@@ -46,6 +46,7 @@ def test_light_commands_import_no_heavy_library(name, repository):
 RARE = (
     "tissuec.forces.contact", "tissuec.forces.jets", "tissuec.forces.foundation",
     "tissuec.lang.classify", "tissuec.compiler.forces", "tissuec.compiler.learning.problems",
+    "tissuec.scene.learning.model", "tissuec.scene.study",
     "tissuec.compiler.materials.matter",
     "tissuec.matter", "tissuec.meshes.repair", "tissuec.meshes.filling",
     "tissuec.learn", "tissuec.validate", "tissuec.analysis.bench", "tissuec.view.plots",
@@ -63,8 +64,35 @@ simulate { duration = 10 ms }
 """
 
 
-def test_a_run_of_two_masses_imports_nothing_that_its_scene_does_not_need(tmp_path):
-    (tmp_path / "pair.tis").write_text(PLAIN)
+#: A tube that a tool lifts and lets go.
+LIFTED = """language 1
+tissue wall { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg }
+body duct {
+  mesh is tube {
+    axis from (0, 0, 0) mm to (20, 0, 0) mm
+    radius = 3 mm; rings = 4; sides = 6
+  }
+  tissue is wall
+}
+set end = nodes of duct where x < 1 mm
+set middle = nodes of duct where x between 5 mm and 8 mm
+tool hook { kind is forceps }
+environment { gravity = (0, 0, 0) m/s^2; contact is off }
+script {
+  at 0 s: fix end
+  at 1 ms: grasp middle with hook
+  from 1 ms to 4 ms: move hook by (0, 0, 1) mm using smooth profile
+  when force(hook) > 50 N: release middle from hook
+  at 6 ms: release middle from hook
+}
+simulate { duration = 10 ms }
+output { trajectory of duct every 1 ms; energy every 1 ms }
+"""
+
+
+@pytest.mark.parametrize("scene", [PLAIN, LIFTED], ids=["two masses", "lifted tube"])
+def test_a_run_imports_nothing_that_its_scene_does_not_need(scene, tmp_path):
+    (tmp_path / "pair.tis").write_text(scene)
     code = (
         "import sys, tissuec\n"
         "tissuec.run('pair.tis', out='pair.vtkhdf', companion='off')\n"

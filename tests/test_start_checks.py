@@ -245,13 +245,14 @@ def test_a_body_falls_as_far_as_its_warning_says(damping):
     ("low", "entries", "warns"),
     [
         (12.0, "", False),  # they touch
-        (11.1, "", False),  # they overlap by less than a quarter of a cell
+        (11.7, "", False),  # they overlap by less than a tenth of a cell
+        (11.1, "", True),
         (10.9, "", True),
         (11.9, "contact thickness = 0.2 mm", False),
         (11.7, "contact thickness = 0.2 mm", True),
     ],
 )
-def test_solids_overlap_that_overlap_by_more_than_the_thickness(low, entries, warns):
+def test_solids_that_are_drawn_into_each_other_are_found(low, entries, warns):
     text = f"""language 1
 tissue gel {{ Young's modulus = 6 kPa; density = 1000 kg/m^3; retardation time = 20 ms }}
 body cube {{
@@ -266,6 +267,45 @@ environment {{ gravity = (0, 0, 0) m/s^2; contact is bodies too; {entries} }}
 simulate {{ duration = 1 ms }}
 """
     assert ("W406" in codes(text)) is warns
+
+
+STACK = """language 1
+tissue gel { Young's modulus = 6 kPa; density = 1000 kg/m^3; retardation time = 20 ms }
+body slab {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (20, 20, 10) mm }; tissue is gel
+}
+body cube { mesh is lattice { cell = 5 mm; box from BOX mm }; tissue is gel }
+environment { gravity = (0, 0, 0) m/s^2; contact is bodies too }
+script { SCRIPT }
+simulate { duration = 1 ms }
+"""
+
+
+@pytest.mark.parametrize(
+    ("box", "script", "said"),
+    [  # flush sides, and others
+        (
+            "(0, 0, 8) mm to (20, 20, 18)",
+            "",
+            "1.25 mm below the surface, and pushes them apart",
+        ),
+        ("(0, 0, 8) mm to (20, 20, 18)", "at 0 s: settle", "begins to press 1.25 mm below"),
+        ("(5, 5, 8) mm to (15, 15, 18)", "at 0 s: settle", "begins to press 1.25 mm below"),
+        ("(0, 0, 9) mm to (20, 20, 19)", "", "this depth has no force"),
+        ("(0, 0, 10) mm to (20, 20, 20)", "at 0 s: settle", ""),
+        ("(20, 0, 0) mm to (40, 20, 10)", "", ""),
+    ],
+)
+def test_a_drawn_overlap_is_named_with_its_depth_whatever_the_sides_do(box, script, said):
+    text = STACK.replace("BOX", box).replace("SCRIPT", script)
+    found = [one for one in tissuec.check(text) if one.code == "W406"]
+    assert len(found) == bool(said)
+    for one in found:
+        depth = 10 - int(box.split(")")[0].split()[-1])
+        assert one.message.startswith(f"cube is drawn {depth} mm into slab")
+        assert said in one.message and one.hint.startswith(
+            f"draw them {depth} mm further apart"
+        )
 
 
 @pytest.mark.parametrize("contact", ["off", "bodies too"])

@@ -26,7 +26,6 @@ from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic, in_order_of_text
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
-from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.program.imports import Program, load
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
@@ -37,7 +36,9 @@ from tissuec.script.fit_problem import Data, FitProblem
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
     from tissuec.engine.execution.run import Outcome
+    from tissuec.measurements.experiment import Experiment
     from tissuec.results.writer import ResultWriter
+    from tissuec.scene.learning.model import VocabularyFit
 
 
 def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...]]:
@@ -105,7 +106,7 @@ class FittableProgram(Struct, frozen=True, eq=False):
     """
 
     compiled: Compiled | None
-    blocks: tuple[FitProblem | VocabularyFit, ...]
+    blocks: "tuple[FitProblem | VocabularyFit, ...]"
 
 
 def read_fittable(request: Request) -> tuple[FittableProgram, tuple[Diagnostic, ...]]:
@@ -132,7 +133,7 @@ def read_fittable(request: Request) -> tuple[FittableProgram, tuple[Diagnostic, 
 
 def read_vocabulary_fits(
     request: Request,
-) -> tuple[tuple[VocabularyFit, ...], tuple[Diagnostic, ...]]:
+) -> "tuple[tuple[VocabularyFit, ...], tuple[Diagnostic, ...]]":
     """Return the learn blocks of a text that is not a scene, and its warnings.
 
     Raises:
@@ -141,6 +142,7 @@ def read_vocabulary_fits(
     """
     from tissuec.compiler.learning.expectations import demands_of
     from tissuec.scene.learning.block import read_learn_blocks, refuse_without_scene
+    from tissuec.scene.learning.model import VocabularyFit
 
     findings = Findings()
     program = _loaded(request, findings)
@@ -206,13 +208,18 @@ def _check_data(compiled: Compiled, request: Request) -> None:
     Raises:
         CompileError: Data is wrong, or the scene is with the settings of an experiment.
     """
-    from tissuec.measurements.reading import check_times, read_experiment  # where data is
+    from tissuec.measurements.reading import (  # where data is
+        check_count,
+        check_times,
+        read_experiment,
+    )
 
     library = compiled.scene.constants.library
     if library is not None and library.kept is not None:
         return  # the text of a result, which keeps no data
     found: dict[Span | None, Diagnostic] = {}
     for fit_problem in compiled.fit_problems:
+        experiments: list[Experiment] = []
         for data in fit_problem.data:
             try:
                 own, problem = set_for(compiled, fit_problem, data, request)
@@ -222,9 +229,15 @@ def _check_data(compiled: Compiled, request: Request) -> None:
                     from tissuec.compiler.learning.displacements import rows_of
 
                     rows_of(own, experiment.series, problem.axis)
+                experiments.append(experiment)
             except CompileError as error:
                 for one in error.diagnostics:
                     found.setdefault(one.span, one)
+        if not found:
+            try:
+                check_count(experiments, fit_problem)
+            except CompileError as error:
+                found |= {one.span: one for one in error.diagnostics}
     findings = compiled.scene.constants.findings
     findings.extend(found.values())
     findings.raise_errors()

@@ -29,7 +29,8 @@ from tissuec.scene.reading.entries import Entry, entries_of, entry_table
 from tissuec.scene.reading.expressions import FUNCTIONS
 from tissuec.scene.reading.parts import blocks
 from tissuec.scene.reading.parts import parts as text_parts
-from tissuec.scene.study.entries import AGGREGATES, DESIGNS, DISTRIBUTIONS
+from tissuec.scene.reading.spellings import AGGREGATES
+from tissuec.scene.study.entries import DESIGNS, DISTRIBUTIONS
 from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES

@@ -13,6 +13,7 @@ import pytest
 import tissuec
 from tests.api.scenes import FLYING, PULL
 from tissuec.engine.execution.companion import Companion
+from tissuec.results import kept_open
 
 
 def last(trajectory, name="bob"):
@@ -190,6 +191,40 @@ def test_arrays_and_logs_outlive_the_trajectory_that_they_came_from(temporary):
     gc.collect()
     assert position[-1, 2, 0] == log.value[-1, 0] == pytest.approx(0.021)
     assert np.isnan(tension[-1, 1]) and np.isfinite(tension[0]).all()
+
+
+def test_more_results_can_be_kept_than_files_be_open(temporary, monkeypatch):
+    """Those read last are open; a log keeps the folder of a result that is gone."""
+    monkeypatch.setattr(kept_open, "MOST_OPEN", 2)
+    before = len(kept_open._open)
+    kept = [tissuec.run(PULL, pull=f"{pull} mm") for pull in (0.5, 1.0, 1.5, 2.0)]
+    logs = [one.logs["position of bob"] for one in kept]
+    for _ in range(2):
+        ends = [log.value[-1, 0] for log in logs]
+        assert ends == pytest.approx([0.0205, 0.021, 0.0215, 0.022], abs=1e-9)
+        assert len(kept_open._open) <= max(before, 2)
+    kept.clear()
+    gc.collect()
+    assert len(folders(temporary)) == 4
+    assert logs[0].value[-1, 0] == ends[0]
+    logs.clear()
+    gc.collect()
+    assert folders(temporary) == []
+
+
+def test_a_kept_result_is_not_mixed_with_one_that_replaces_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept_open, "MOST_OPEN", 1)
+    out = tmp_path / "a.vtkhdf"
+    first = tissuec.run(PULL, out=out)
+    second = tissuec.run(PULL, out=out, pull="2 mm")  # the first cannot be opened again
+    tissuec.run(PULL, out=tmp_path / "b.vtkhdf")
+    for one, end in ((first, 0.021), (second, 0.022)):
+        assert one.position[-1, 2, 0] == pytest.approx(end, abs=1e-9)
+    other = tissuec.load(tmp_path / "b.vtkhdf")  # which closes the second
+    assert other.position[-1, 2, 0] == pytest.approx(0.021, abs=1e-9)
+    out.unlink()
+    with pytest.raises(tissuec.ResultError, match="cannot be read"):
+        _ = second.velocity[:]
 
 
 def fail(time):

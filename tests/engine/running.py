@@ -22,9 +22,9 @@ def set_pace(monkeypatch, backend, springs):
     """Have the loop over steps of a backend come back after some evaluations of springs."""
     usual = Stepper.call_limit
 
-    def call_limit(stepper):
+    def call_limit(stepper, foreseen):
         if stepper.backend != backend:
-            return usual(stepper)
+            return usual(stepper, foreseen)
         return stepper.asked + springs // (len(stepper.inputs.springs.ids) + 100)
 
     monkeypatch.setattr(Stepper, "call_limit", call_limit)

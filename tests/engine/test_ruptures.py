@@ -9,6 +9,7 @@ import pytest
 from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, those
 from tests.engine.running import Bench, block, chain, pair
 from tests.hand_net import make_net
+from tissuec.engine import step_events
 from tissuec.engine.backends import BACKENDS
 from tissuec.engine.step_events import AcceptedStep
 from tissuec.model.profiles import TimeProfile
@@ -158,6 +159,29 @@ def test_peak_between_two_ends_of_a_step_is_not_missed(method):
             bench = Bench(net, 1.0, method=method, tolerance=tolerance, ruptures=True)
             bench.advance(0.001 + 0.2 * shift)
             assert bench.advance(0.25).kind == expected
+
+
+def test_springs_that_hardly_swing_are_followed_only_close_to_their_limit(monkeypatch):
+    """A chain that is pulled slowly tears as if every near spring were followed."""
+
+    def broken(swings):
+        looks, pulls = [], AcceptedStep.tensions
+        monkeypatch.setattr(
+            AcceptedStep, "tensions", lambda self, when: looks.append(when) or pulls(self, when)
+        )
+        monkeypatch.setattr(step_events, "SWINGS", swings)
+        net = chain(4, stiffness=80.0, damping=0.05, mass=1e-3, strength=0.1)
+        bench = Bench(net, 10.0, method="velocity verlet", step=1e-4, fixed=[0], ruptures=True)
+        bench.move([5], (0.02, 0.0, 0.0), TimeProfile("ramp", 0.0, 10.0))
+        end = bench.advance(10.0)
+        monkeypatch.setattr(AcceptedStep, "tensions", pulls)
+        return end.kind, end.time, end.springs.tolist(), bench.state.position, len(looks)
+
+    usual, every = broken(step_events.SWINGS), broken(np.inf)
+    assert usual[0] == "ruptured"
+    assert usual[:3] == every[:3]
+    assert np.array_equal(usual[3], every[3])
+    assert usual[4] < 0.6 * every[4]
 
 
 def test_broken_pair_flies_apart_at_the_speed_it_had():

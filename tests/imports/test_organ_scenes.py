@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 
 from tests.imports.organs import blob, write_obj
 from tissuec.cli import group
+from tissuec.compiler.prediction import predict
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.geometry.edges import volume
@@ -137,6 +138,8 @@ def test_import_prints_a_scene_that_passes_the_check(organ: Path) -> None:
     (organ / "made.tis").write_text(said.stdout)
     checked = inside("check", "--strict", str(organ / "made.tis"))
     assert checked.return_value == 0, checked.output
+    compiled, _ = compile_request(Request.file(organ / "made.tis"))
+    assert predict(compiled).seconds < 10.0
     facts = json.loads(
         inside("import", str(organ / "organ.obj"), "--unit", "cm", "--json").stdout
     )

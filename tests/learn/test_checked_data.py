@@ -41,6 +41,12 @@ WRONG = {
     "number": (("0.02", "two"), '"force_N"', "one.csv"),
     "empty": ((GOOD, ""), '"one.csv"', "one.csv is empty"),
     "late": (("0.2,0.04", "0.9,0.04"), '"one.csv"', "one.csv ends at"),
+    "few": (
+        ("adjust spring constant of gum\n", "adjust mass of cord per node\n"
+         "  adjust rest length of cord per spring\n  adjust spring constant of gum\n"
+         "  adjust viscosity of gum\n  hold out = 0.9\n"),
+        "learn pull", "fewer than the",
+    ),
     "depth": (("depth = 2 mm }", "depth = 3 mm }"), "depth = 3 mm", "depth"),
 }  # fmt: skip
 
@@ -137,4 +143,6 @@ def test_displacements_that_the_script_does_not_reach_are_reported_as_by_a_learn
     replaced = [("fit", OVER), (old, new), ("  at 0 s: fix base", "")]
     said = _said(tmp_path, lambda: _prepared(tmp_path, *replaced))
     assert said[0]["message"].startswith(words)
+    line = 1 + (tmp_path / "pull.tis").read_text().split("displacement of")[0].count("\n")
+    assert said[0]["line"] == line  # and not that of the fit
     assert said == _said(tmp_path, lambda: check_request(Request.file(tmp_path / "pull.tis")))

@@ -43,6 +43,17 @@ def test_a_log_comes_back_from_csv_to_the_last_digit(read, example):
     assert np.array_equal(numbers[:, 1:], example.force[:, 0])
 
 
+def test_rounding_errors_are_zero_in_csv(tmp_path, example):
+    force = example.recording.logs[0].name
+    with example.open(tmp_path / "b.vtkhdf") as writer:
+        writer.log(force, [0.0, 0.1], [[8.7e-15, -1.08e-27, 2e-12], [1.0, 0.0, -1.25]])
+        path = writer.close("done", finished=True)
+    with Trajectory.open(path) as trajectory:
+        rows = table(trajectory, force)[1:]
+        assert trajectory.logs[force].value[0, 0] == 8.7e-15
+    assert rows == [["0", "0.0", "0.0", "2e-12"], ["100", "1.0", "0.0", "-1.25"]]
+
+
 def test_times_are_those_that_the_scene_says(tmp_path, example):
     force, tension = (channel.name for channel in example.recording.logs)
     odd = 4.123456789012345678

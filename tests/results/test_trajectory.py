@@ -229,11 +229,11 @@ def test_a_file_is_open_to_other_readers_while_it_is_written(tmp_path, example):
 def test_a_file_that_is_changed_while_it_is_opened_is_opened_again(path, monkeypatch):
     opened, times = layout._open_whole, []
 
-    def open_amid_a_change(path):
+    def open_amid_a_change(path, through):
         times.append(os.utime(path, ns=(len(times), len(times))))
         if len(times) < 3:
             raise ResultError("half of it is new")
-        return opened(path)
+        return opened(path, through)
 
     monkeypatch.setattr(layout, "_open_whole", open_amid_a_change)
     with Trajectory(path) as run:

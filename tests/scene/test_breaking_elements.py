@@ -15,6 +15,7 @@ from tests.scene.breaking import (
 from tests.whole_runs import carried_out, same_on_threads
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import wishes
+from tissuec.engine.stepper import Stepper
 from tissuec.pipeline import check_request, compile_request
 from tissuec.scene.request import Request
 
@@ -270,6 +271,19 @@ def test_what_is_observed_changes_nothing(method):
     assert times[0] == times[1] == times[2]
     assert np.array_equal(ends[0], ends[1])
     assert np.array_equal(ends[0], ends[2])
+
+
+def test_how_long_calls_take_changes_nothing(monkeypatch):
+    """Steps that are made again use the factor that they used first."""
+    ends = []
+    for most in (1, 40, 100_000):
+        monkeypatch.setattr(Stepper, "call_limit", lambda self, _, most=most: self.asked + most)
+        outcome, _ = carried_out(compiled(output=OUTPUT, method="integrator is esdirk43"))
+        ends.append((ruptures(outcome), outcome.state.position))
+    assert len(ends[0][0]) >= 2
+    for found, position in ends[1:]:
+        assert [time for time, _ in found] == [time for time, _ in ends[0][0]]
+        assert np.array_equal(position, ends[0][1])
 
 
 def test_methods_agree_on_the_time_of_ruptures():

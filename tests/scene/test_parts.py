@@ -8,7 +8,7 @@ import pytest
 from tests.every import every
 from tissuec.lang.unopened import begins_block
 from tissuec.lang.words import MEANINGS, RESERVED
-from tissuec.scene.reading.parts import PARTS, blocks, forms_of, parts, sharing
+from tissuec.scene.reading.parts import PARTS, blocks, forms_of, parts, share_names
 
 ENTRIES = [
     (kind, name) for kind, block in sorted(blocks().items()) for name in block.entries("")
@@ -40,11 +40,11 @@ def test_every_reserved_word_has_a_meaning():
 
 
 @pytest.mark.parametrize(
-    ("word", "others"), [("body", "param"), ("property", "quantity"), ("force", "set")]
+    ("word", "other"), [("body", "param"), ("property", "quantity"), ("force", "set")]
 )
-def test_some_parts_share_their_names(word, others):
-    assert others in sharing(word)
-    assert sharing("tissue") == ["tissue"]
+def test_some_parts_share_their_names(word, other):
+    assert share_names(word, other)
+    assert [one for one in parts() if share_names("tissue", one)] == ["tissue"]
 
 
 def test_the_parser_knows_which_words_begin_blocks():

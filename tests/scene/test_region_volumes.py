@@ -113,7 +113,7 @@ def test_a_layer_of_other_cells_is_reported_with_its_volumes():
     text = scene(COARSE, LAYER)  # 7 mm, of which the cells have 5 mm
     (found,) = warnings(text)
     assert found.span.text.startswith("region cover")
-    assert "have 2 ml, but its condition holds in 2.8 ml" in found.message
+    assert "have the volume 2 ml, but its condition holds in 2.8 ml" in found.message
     assert not warnings(scene(CUBES.format(1), LAYER))  # as the hint says
 
 

@@ -246,14 +246,18 @@ simulate {{ duration = 1 ms }}
     bar = "thread { line from (0, 0, 0) mm to (20, 0, 0) mm; pieces = 2; thickness = 2 mm }"
     bent = "[-20 %, 0, 20 %]", "[-10 kPa, 0 Pa, 1 kPa]"
     (message,), pressed = found(*bent, block)
-    assert "at a strain of -20 % it says -10 kPa" in message
-    said = float(message.rpartition("has ")[2].split()[0])
+    assert "at a strain of -20 %, the curve has -10 kPa" in message
+    said = float(message.rpartition("the solid ")[2].split()[0])
     assert 1e3 * said == pytest.approx(pressed, rel=1e-2)  # of three digits that are shown
     assert found(*bent, bar)[0] == []
     formula = "stress of strain = 5 kPa * max(strain, 0)"
-    assert "at a strain of -5 % it says 0 Pa" in of_formula(formula, block)[0]
+    assert "at a strain of -5 %, the curve has 0 Pa" in of_formula(formula, block)[0]
     assert of_formula(formula, bar) == []
-    # One that distinguishes nothing says nothing special of compression.
+    # One that distinguishes nothing: a line is near to the solid at small strains, which is
+    # stiffer in compression by 3 strain; an exponential is softer.
     assert of_formula("stress of strain = 5 kPa * strain", block) == []
+    stiffening = "stress of strain = 1 kPa * (exp(10 * strain) - 1)"
+    assert "at a strain of -5 %, the curve has -393 Pa" in of_formula(stiffening, block)[0]
+    assert of_formula(stiffening, bar) == []
     # What agrees with the solid within 20 % is no contradiction.
     assert found("[-20 %, 0, 20 %]", "[-1.5 kPa, 0 Pa, 1 kPa]", block)[0] == []

@@ -27,6 +27,7 @@ HEIGHT = 560  # [px]
 
 class Trajectory(results.Trajectory):
     __doc__ = results.Trajectory.__doc__
+    _is_one_of_many = True  # such as in the list of a loop
 
     def __repr__(self) -> str:
         return as_text(self)

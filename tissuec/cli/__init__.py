@@ -17,7 +17,7 @@ from tissuec.core.data import printable
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.report import DONE, INTERRUPTED, STOPPED, WRONG_TEXT
-from tissuec.core.signals import SIGNALLED, Terminated, ending, exit_code
+from tissuec.core.signals import SIGNALLED, Terminated, end_at_once, ending, exit_code
 from tissuec.core.version import __version__
 
 hold_to_one_thread()  # before NumPy is loaded, which starts threads of BLAS
@@ -120,6 +120,7 @@ def main() -> None:
     # Everything is written and reported; Ctrl-C would only print a traceback of the ending.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # the end of the process frees what is left at once
+    end_at_once(code)
     sys.exit(code)
 
 

@@ -26,8 +26,10 @@ _MOST_HOLES = 5  # whose places are listed
 #: least so many cells across the mean thickness, 2 V / A of volume and surface. Tetrahedra also
 #: have nodes between their corners, so that they count as two along each side.
 _NODES, _CELLS_ACROSS = 4000, 1.5
+_CUBES = 2000  # of a label image: an equilibrium takes seconds
 _MOST_SITES = 2_000_000  # of the lattice in the box around a body, of which some are taken
 
+SHORT = "duration = 20 ms"
 SCENE = """\
 language 1
 about "An organ from {name}."
@@ -43,9 +45,9 @@ body organ {{
 set bottom = nodes of organ where z < {bottom}
 
 environment {{ gravity = (0, 0, -9.81) m/s^2{damping} }}
-script {{ at 0 s: {start} }}
-simulate {{ duration = 20 ms }}
-output {{ trajectory every 5 ms }}
+script {{ at 0 s: fix bottom }}
+simulate {{ {times} }}
+output {{ trajectory every {every} }}
 """
 
 
@@ -173,7 +175,7 @@ def _of_cubes(mesh: "Imported") -> "Imported":
     from tissuec.meshes.generators.imported import CUBES, Imported
 
     image = mesh.image
-    cell = (image.volume(image.values_of(None)) / _NODES) ** (1 / 3)
+    cell = (image.volume(image.values_of(None)) / _CUBES) ** (1 / 3)
     return Imported(mesh.file, filling=CUBES, cell=_read(_rounded(cell)))
 
 
@@ -238,7 +240,9 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
     return SCENE.format(
         preset="matter" if is_solid else "tissues",
         damping="" if is_solid else "; damping = 1 mN*s/m",
-        start="{ fix bottom; settle }" if is_solid else "fix bottom",
+        # Steps of nearly incompressible solids are so short that their motion takes minutes.
+        times="duration = 1 s; integrator is equilibrium; step = 1 s" if is_solid else SHORT,
+        every="1 s" if is_solid else "5 ms",
         name=name,
         facts="\n".join(f"# {line}" for line in lines),
         unit=unit,

@@ -92,6 +92,16 @@ class Shipped:
         return ctypes.CFUNCTYPE(_RESULTS[self._result], *kinds)
 
 
+def first_of(function: Callable[..., Any], *values: Any) -> Callable[..., Any]:
+    """Return a function of its first arguments, which are numbers, given all others.
+
+    It may be a ``Shipped`` one, see ``Shipped.of_first``, or one in Python.
+    """
+    if isinstance(function, Shipped):
+        return function.of_first(*values)
+    return lambda *first: function(*first, *values)
+
+
 class NetOperation(Shipped):
     """An operation on nets, whose address the net has."""
 
@@ -155,9 +165,9 @@ def _of_fields(vectors: int) -> Any:
 class InPython:
     """A function that is not shipped, such as a loop of a field, which compiled code calls.
 
-    It is slow, but needs no compiler. An error in it cannot pass through compiled code: all
-    arrays but positions and velocities, which come first, are filled with NaN, and ``failure``
-    is the exception.
+    It is slow, but needs no compiler. An error in it cannot pass through compiled code: from
+    then on, all arrays but positions and velocities, which come first, are filled with NaN, and
+    ``failure`` is the exception.
 
     Args:
         made_from: The function; see ``tissuec.forces.Field.kernel``.
@@ -190,14 +200,15 @@ class InPython:
 
     def _call(self, *words: Any) -> Any:
         values = list(self._values(words))
-        try:
-            return self._made_from(*values)
-        except BaseException as error:  # an interrupt is not to be lost either
-            self.failure = self.failure or error
-            arrays = [v for v, one in zip(values, self._fields, strict=True) if one.dtype]
-            for array in arrays[2:]:
-                array[:] = np.nan
-            return False
+        if self.failure is None:
+            try:
+                return self._made_from(*values)
+            except BaseException as error:  # an interrupt is not to be lost either
+                self.failure = error
+        arrays = [v for v, one in zip(values, self._fields, strict=True) if one.dtype]
+        for array in arrays[2:]:
+            array[:] = np.nan
+        return False
 
     def _values(self, words: Sequence[Any]) -> Iterator[Any]:
         """Yield the arguments; arrays are views."""
@@ -255,7 +266,9 @@ def kernel_on(
 
 
 def raise_failure(table: RecordTable) -> None:
-    """Raise the error of a loop that was called back as Python, if there was one."""
+    """Raise the error of a loop that was called back as Python, if there was one, once."""
+    found = [called.failure for called in table.called if called.failure is not None]
     for called in table.called:
-        if called.failure is not None:
-            raise called.failure
+        called.failure = None
+    if found:
+        raise found[0]

@@ -53,7 +53,6 @@ from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.recording import NamedGroup, members
 from tissuec.scene.environment import Environment
-from tissuec.scene.learning.model import VocabularyFit
 from tissuec.scene.model import Scene, Tool
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.fit_problem import FitProblem
@@ -67,6 +66,7 @@ if TYPE_CHECKING:
     from tissuec.compiler.bodies.joints import JointArrays
     from tissuec.compiler.elements.limits import ElementMarks
     from tissuec.compiler.symmetry import WrittenPlane
+    from tissuec.scene.learning.model import VocabularyFit
 
 
 class Compiled(Struct, frozen=True, eq=False):
@@ -83,7 +83,7 @@ class Compiled(Struct, frozen=True, eq=False):
     plan: Plan
     groups: Groups
     fit_problems: tuple[FitProblem, ...] = ()
-    vocabulary_fits: tuple[VocabularyFit, ...] = ()
+    vocabulary_fits: "tuple[VocabularyFit, ...]" = ()
 
     def __repr__(self) -> str:
         name, network = self.scene.source.name, self.network

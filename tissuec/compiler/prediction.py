@@ -176,11 +176,16 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "trajectory: not in the output"
     if not plan.output.logs:
         yield "logs: none in the output"
-    held = state_at_start(compiled).held
+    state = state_at_start(compiled)
+    held, still = state.held, state.still
     acts = network.springs.sudden > 0.0 if solid else slice(None)  # edges do nothing
     inner = int(join_nodes_of(network.springs.ends[acts], held).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes"
+    moving = (each.moving(still) for each in solid)
+    left = sum(each.item_count for each in moving if each is not None)
+    if idle := sum(each.item_count for each in solid) - left:
+        yield f"{counted(idle, 'element')} between held nodes"
     contact = network.contact
     if contact is None:
         yield "contact: nothing can be in contact"

@@ -38,6 +38,24 @@ def distinct(values: NDArray[Any]) -> NDArray[Any]:
     return ascending[is_new]
 
 
+def divided(values: NDArray[Any], others: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the different values that are among others, and those that are not, ascending.
+
+    ``numpy.intersect1d`` and ``numpy.setdiff1d`` import masked arrays; see ``distinct``.
+
+    Args:
+        values, others: In the same unit, any shape, no NaN.
+
+    Returns:
+        Shapes (n,) and (m,).
+    """
+    own, known = distinct(values), distinct(others)
+    place = np.searchsorted(known, own)
+    is_known = place < len(known)
+    is_known[is_known] = known[place[is_known]] == own[is_known]
+    return own[is_known], own[~is_known]
+
+
 def typical(values: NDArray[Any]) -> float:
     """Return the median, the higher of the two in the middle, in the unit of the values.
 

@@ -5,19 +5,27 @@ terminal (SIGHUP). Within ``asked_to_stop`` they wait for the next query. Loops 
 longer than a second without one, such as Newton's method, call ``give_way`` in each round.
 """
 
+import atexit
+import os
 import signal
+import sys
 import threading
 import time as clock
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from queue import Empty, Queue
 from types import FrameType
+from typing import Any, TypeVar, cast
 
+T = TypeVar("T")
 Interrupt = Callable[[], bool]
 SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 _innermost: ContextVar["StopRequest | None"] = ContextVar("asked to stop", default=None)
+_left: list[threading.Thread] = []  # what ``waiting_for`` left
+_ATEXIT: Any = atexit  # whose stub does not know what runs its functions
 PATIENCE = 0.5  # wall time after which work without a query gives way [s]
 SIGNALLED = 128  # exit codes of what ends by a signal count from here
 
@@ -112,6 +120,53 @@ def give_way() -> None:
     stop = _innermost.get()
     if stop is not None and clock.monotonic() - stop.asked >= PATIENCE and stop():
         raise Halted
+
+
+def waiting_for(work: Callable[[], T]) -> T:
+    """Return the result of work that takes long without running Python, such as a factor.
+
+    A thread does it, so that signals are handled meanwhile; after one, it is left alone. Python
+    cannot end before it does; see ``end_at_once``.
+
+    Raises:
+        Halted: As ``give_way``; and all that ``work`` raises.
+    """
+    results: Queue[tuple[T | None, BaseException | None]] = Queue()
+
+    def do() -> None:
+        try:
+            results.put((work(), None))
+        except BaseException as error:
+            results.put((None, error))
+
+    thread = threading.Thread(target=do)
+    thread.start()
+    try:
+        while True:
+            with suppress(Empty):
+                result, error = results.get(timeout=PATIENCE / 2)
+                break
+            give_way()
+    except BaseException:
+        _left.append(thread)
+        raise
+    if error is not None:
+        raise error
+    return cast(T, result)
+
+
+def end_at_once(code: int) -> None:
+    """End the program if work was left in the middle, for which Python would wait.
+
+    Args:
+        code: Its exit code.
+    """
+    if any(thread.is_alive() for thread in _left):
+        _ATEXIT._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):  # closed by whoever read it
+                stream.flush()
+        os._exit(code)
 
 
 @contextmanager

@@ -117,6 +117,8 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
     for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
 }
 
+FROM_KILO = 1e4  # of a unit, from which on a thousand of it is shown: 1400 J/m^2, 20 kJ/m^2
+
 #: What people mean by 1 g of gravity [m/s^2]: CGPM, 1901.
 STANDARD_GRAVITY = 9.80665
 
@@ -285,6 +287,20 @@ def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
     return show_si(value, si_unit(dimension), digits=digits)
 
 
+def show_apart(first: float, second: float, dimension: Dimension) -> tuple[str, str]:
+    """Return two different values as texts that differ: ``100.75 ms``, ``100.74 ms``.
+
+    Args:
+        first, second: In SI units.
+    """
+    one, other = "", ""
+    for digits in range(3, 18):  # 17 tell apart all numbers
+        one, other = (show(value, dimension, digits=digits) for value in (first, second))
+        if one != other:
+            break
+    return one, other
+
+
 def show_si(value: float, unit: str, *, digits: int = 3) -> str:
     """Return a value as text for users.
 
@@ -323,7 +339,7 @@ def show_or_kilo(value: float, unit: str, *, digits: int = 3) -> str:
         unit: Without a prefix.
         digits: Number of significant digits.
     """
-    return show_in(value, f"k{unit}" if abs(value) >= 1e4 else unit, digits=digits)
+    return show_in(value, f"k{unit}" if abs(value) >= FROM_KILO else unit, digits=digits)
 
 
 def converted(number: str, unit: str) -> str | None:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tissuec.core.signals import Halted
 from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
 from tissuec.engine.kernel_inputs import KernelInputs
@@ -26,8 +27,10 @@ from tissuec.engine.method_control import MethodControl
 from tissuec.engine.run_arrays import SampleBuffer
 from tissuec.engine.saving import restore_control, restore_stepper, saved_choice, saved_engine
 from tissuec.engine.step_events import AcceptedStep, Survey, Watch
-from tissuec.engine.stepper import Stepper
+from tissuec.engine.stepper import PAUSE, Stepper
 from tissuec.engine.watching import (
+    FIRST_TOGETHER,
+    MOST_TOGETHER,
     Loads,
     Standpoint,
     cut_step,
@@ -50,9 +53,6 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
-
-
-PAUSE = 0.05  # predicted time of evaluations after which a pause is offered [s]
 
 
 class Engine:
@@ -107,6 +107,8 @@ class Engine:
         self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._closely = -np.inf  # until when steps are examined one by one [s]
         self._densely = -np.inf  # until when all of them are examined [s]
+        self._together = FIRST_TOGETHER  # steps that are examined together
+        self._kept: Standpoint | None = None
         self._loads: Loads | None = None  # of elements that may break
         self.follow: Follow = unfollowed
 
@@ -349,7 +351,7 @@ class Engine:
                     return Interruption("reached", stepper.progress.time)
                 stepper.begin_segment(stepper.inputs.next_knot(stepper.progress.time, until))
             self._control.contend(state)
-            reason = self._call(watch, survey)
+            reason = self._called(watch, survey)
             if reason is None:
                 continue
             if reason in (HELD, SURPASSED, VIEWED):
@@ -367,6 +369,18 @@ class Engine:
                 if pause is not None and pause(stepper.progress.time):
                     return Interruption("paused", stepper.progress.time)
 
+    def _called(self, watch: Watch | None, survey: Survey | None) -> int | None:
+        """Call the loop over steps as ``_call``; return to its start if a step gives way."""
+        stepper = self.stepper
+        if not stepper.integrator.implicit:
+            return self._call(watch, survey)
+        kept = Standpoint(stepper)
+        try:
+            return self._call(watch, survey)
+        except Halted:
+            kept.bring_back(stepper)
+            return stepper.call(0, 0)  # to the next moment at which a run can pause
+
     def _call(self, watch: Watch | None, survey: Survey | None) -> int | None:
         """Call the loop over steps; return why it returned, or None to call it again.
 
@@ -374,7 +388,7 @@ class Engine:
         by one if a condition may hold in them, or an element break.
         """
         stepper = self.stepper
-        limit = min(stepper.call_limit(), stepper.asked + self._control.evaluations_in(PAUSE))
+        limit = stepper.call_limit(self._control.evaluations_in(PAUSE))
         if self._control.is_free:
             limit = min(limit, self._control.trial.look)
         if watch is None and self._loads is None:
@@ -384,21 +398,32 @@ class Engine:
         spacing = self.method.spacing if is_sparse else 0.0
         together = 1
         if watch is None or survey is not None:
-            together = steps_together(stepper, sparsely=spacing > 0.0)
+            together = min(self._together, steps_together(stepper))
         if together == 1 or stepper.progress.time < self._closely:
             return stepper.call(1, limit)
-        kept = Standpoint(stepper)
+        kept = self._standpoint()
         reason = stepper.call(together, limit, spacing)
         if may_happen(stepper, survey, self._loads, kept):
-            if spacing:
+            if together > FIRST_TOGETHER:
+                self._together = FIRST_TOGETHER
+            elif spacing:
                 self._densely = stepper.progress.end
             else:
                 self._closely = stepper.progress.end
             kept.bring_back(stepper)
             return None
+        self._together = min(2 * self._together, MOST_TOGETHER)
         if reason not in (SURPASSED, VIEWED):
             stepper.update(glanced=0)
         return None if reason == HELD else reason
+
+    def _standpoint(self) -> Standpoint:
+        """Return the present state of the stepper."""
+        if self._kept is None or self._kept.work is not self.stepper.work:
+            self._kept = Standpoint(self.stepper)
+        else:
+            self._kept.take(self.stepper)
+        return self._kept
 
     def _goes_on(self, reason: int, state: State) -> bool:
         """Do what lets the loop over steps continue, if possible; return whether it does."""

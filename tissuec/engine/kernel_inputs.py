@@ -147,7 +147,7 @@ class KernelInputs:
         self.moved = np.zeros(state.network.node_count, dtype=bool)
         for nodes in driven:
             self.moved[nodes] = True
-        self.held = state.held | self.moved
+        self.held, self.still = state.held | self.moved, state.still
         self.acting.update(state, self.held, self.moved)
         self._inverse = inverse = np.where(self.held, 0.0, 1.0 / state.mass)
         self.hidden = state.network.remembering(ELEMENTS)
@@ -376,13 +376,16 @@ class KernelInputs:
                 part = part.within(self.share * part.reach)
             return part.table(self.layout.place, acts, self.around)
 
-        groups = parts_of(field, self.layout.place)
-        if groups != [[field]]:
+        # Divided before items are left out, so that sums are in the same order without these.
+        divided = parts_of(field, self.layout.place)
+        moving = ([part.moving(self.still) for part in group] for group in divided)
+        groups = [[part for part in group if part is not None] for group in moving]
+        if len(divided) > 1 or len(divided[0]) > 1:
             return [[(part.kernel, table_of(part)) for part in group] for group in groups]
-        parts = self.team.parts
         return [
             [(field.kernel, table) for table in tables]
-            for tables in field.in_parts(table_of(field), parts)
+            for part in groups[0]
+            for tables in part.in_parts(table_of(part), self.team.parts)
         ]
 
     def reels(self) -> RestLengthActuators:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, diags_array
 
 from tissuec.core.arrays import dot, norm
+from tissuec.core.signals import give_way
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import Fill, SolvingCost
 from tissuec.forces.matrices import assembled
@@ -88,7 +89,11 @@ class StageMatrix:
             x, v: Of all nodes [m], [m/s], in the order of the loop, flat, shape (3 node,).
             net: What acts on the nodes.
             solver: Its time is read.
+
+        Raises:
+            Halted: A signal ends the run, and the step has taken long.
         """
+        give_way()
         time = float(solver.made[3])
         made = q, time, x.tobytes(), v.tobytes()
         if made == self._made:
@@ -128,7 +133,11 @@ class StageMatrix:
             vector: [m/s²], in the order of the loop, flat, shape (3 node,); changed in place.
             net: What acts on the nodes.
             solver: Without effect.
+
+        Raises:
+            Halted: As ``assemble``.
         """
+        give_way()
         assert self._factor is not None
         residual, free = self._layout.outwards(vector), self._free
         force = np.zeros_like(residual)

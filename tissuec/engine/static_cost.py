@@ -2,8 +2,10 @@
 
 Newton's method makes and factorises a matrix in each of its steps, which takes nearly all of
 the time. How many steps an equilibrium takes was measured: ``NEAR`` where a run goes on from
-the one before, ``FIRST`` where ``settle`` comes from further away: a third of that in a firm
-block, and twice as many in a body that bends far. Constants are processor time on one core.
+the one before, and ``FIRST`` where ``settle`` comes from further away in a firm block. A body
+that bends far takes up to ``MOST`` times as many, by its slenderness (``_slenderness``).
+Nets of springs that fold freely may take ten times as many, and so may friction. Constants are
+processor time on one core.
 """
 
 from collections.abc import Iterator
@@ -11,7 +13,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tissuec.core.arrays import norm
 from tissuec.engine.execution.event_queue import join_times
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.unknowns import Fill
@@ -21,11 +25,15 @@ from tissuec.script.plan import EQUILIBRIUM, LOAD_STEPS, Plan
 from tissuec.script.verbs.settle import Settle, StaticInterval
 
 # Matrices: of each step, of the one that polishes, and of the one that shows stability.
-NEAR, FIRST = 4.8, 15.0
+NEAR, FIRST = 4.8, 6.0
+# Of nets of springs, whose slenderness is not known, times as many first steps; of slender
+# bodies at most, and the slenderness from which there are twice as many.
+NET, MOST, SLENDER = 2.5, 5.0, 5.0
 TOUCHING = 3.0  # times as many equilibria where contact begins and ends, which halves steps
 # Of a matrix [s]: a fixed part, one for each field and for each spring; and what making that of
 # items takes, over the estimate for implicit steps.
 MATRIX, FIELD, SPRING, ITEMS = 2e-4, 1.8e-3, 6e-7, 0.8
+TOUCHES = 0.4  # the same for contact, with the search for pairs
 # Of a factor [s]: a fixed part, and by number and by multiplication.
 FACTOR, NUMBER, MULTIPLICATION = 4e-4, 3e-8, 2.5e-10
 # Free nodes from which the fill is that of solids, by powers: to find it would take seconds.
@@ -51,7 +59,7 @@ def static_cost(state: State, plan: Plan) -> StaticCost:
     if not first and not near:
         return StaticCost(0, 0.0, 0.0)
     again = 1.0 if state.network.contact is None else TOUCHING
-    steps = FIRST * first + NEAR * near * again
+    steps = (FIRST * _far(state) * first + NEAR * near) * again
     return StaticCost(first + near, steps, steps * _step_seconds(state))
 
 
@@ -93,15 +101,46 @@ def _count(plan: Plan, start: float, stop: float, step: float) -> int:
     return len(times) + len(stops) - 1
 
 
+def _far(state: State) -> float:
+    """Return how many times the steps of a firm block a first equilibrium takes."""
+    elements, held = state.elements, state.held
+    if not elements:
+        return NET
+    most = 0.0
+    for body in {each.name for each in elements}:
+        own = [each for each in elements if each.name == body]
+        nodes = np.unique(np.concatenate([each.nodes.ravel() for each in own]))
+        volume = sum(float(each.node_volumes.sum()) for each in own)
+        most = max(most, _slenderness(state.position[nodes], held[nodes], volume))
+    return min(1.0 + (most / SLENDER) ** 2, MOST)
+
+
+def _slenderness(position: Floats, held: NDArray[np.bool_], volume: float) -> float:
+    """Return how far a body reaches from where it is held, over its thickness there.
+
+    The thickness is the root of its volume over that reach; 0 for a body that is not held.
+
+    Args:
+        position: Of its nodes [m], shape (node, 3).
+        held: Which of them are held, shape (node,).
+        volume: [m³].
+    """
+    if not held.any():
+        return 0.0
+    reach = norm(position - position[held].mean(axis=0)).max()
+    return float(np.sqrt(reach**3 / volume))
+
+
 def _step_seconds(state: State) -> float:
     """Return the predicted time of a step of Newton's method [s]."""
     free = ~state.held
     acts = state.alive & free[state.springs.ends].any(axis=1)
     springs = int(acts.sum())
-    # Of contact, few pairs touch at a time.
-    fields = [field for name, field in state.named_fields.items() if name != "contact"]
-    items = sum(field.matrix_seconds for field in fields)
-    matrix = MATRIX + FIELD * len(state.fields) + SPRING * springs + ITEMS * items
+    items = sum(
+        (TOUCHES if name == "contact" else ITEMS) * field.matrix_seconds
+        for name, field in state.named_fields.items()
+    )
+    matrix = MATRIX + FIELD * len(state.fields) + SPRING * springs + items
     count = int(np.count_nonzero(free))
     if count > LARGE:
         fill = Fill(NUMBERS * count ** (4 / 3), MULTIPLICATIONS * float(count) ** 2)

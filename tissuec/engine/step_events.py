@@ -1,11 +1,13 @@
 """Events within an accepted step: ruptures and triggers, found on its dense output."""
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.calls import first_of
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.backends import Inside
 from tissuec.engine.kernel_inputs import KernelInputs
@@ -15,7 +17,10 @@ from tissuec.model.network import Floats, Indices
 
 FINE = 32  # pieces in which a suspect spring is followed
 TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
-SUSPECT = 0.99  # of the limit: springs whose profile over the step is followed
+CLOSE = 1.0 - 1e-4  # of the limit: loads that may exceed it between two states
+# Springs are followed over the step whose load may come close to the limit: it is above this
+# part of it, and not further away than it swings in the step, so many times.
+SUSPECT, SWINGS = 0.99, 4.0
 RESOLUTION = 1e-12  # of the step, to which times are located
 
 Watch = Callable[[float, Floats, Floats], bool]
@@ -76,21 +81,50 @@ class AcceptedStep:
         if when == self.end:
             other = 1 - now
             return work.x[other].copy(), work.v[other].copy(), work.ledger[other].copy()
+        x, v, ledger = np.empty_like(work.zero), np.empty_like(work.zero), np.zeros(2)
+        self._look_into(x, v, ledger)(when)
+        return x, v, ledger
+
+    def _look_into(self, x: Floats, v: Floats, ledger: Floats) -> Callable[[float], object]:
+        """Return a function that sets arrays to the state at a time before the end of the step.
+
+        It does not look each time where these arrays are, which takes longer than the rest.
+
+        Args:
+            x, v: Positions [m] and velocities [m/s], flat, shape (3 node,).
+            ledger: [J], shape (2,).
+        """
+        work, now = self._work, self._current
         if not self._prepared:
             self._inside.prepare(self.start, self.end, now, work, self._net)
             self._prepared = True
-        x, v, ledger = np.empty_like(work.zero), np.empty_like(work.zero), np.zeros(2)
-        self._inside.look(when, self.start, self.end, now, x, v, ledger, work, self._net)
-        return x, v, ledger
+        look = first_of(self._inside.look, x, v, ledger, work, self._net)
+        return lambda when: look(when, self.start, self.end, now)
+
+    @cached_property
+    def _tensions(self) -> Callable[[float], Floats]:
+        """Return a function that returns the tensions at a time before the end of the step."""
+        x, v = np.empty_like(self._work.zero), np.empty_like(self._work.zero)
+        tension = np.empty(len(self._inputs.springs.ids))
+        look = self._look_into(x, v, np.zeros(2))
+        pull = first_of(OPERATIONS["tension"], x, v, tension, self._net)
+
+        def tensions(when: float) -> Floats:
+            look(when)
+            pull()
+            return tension
+
+        return tensions
 
     def tensions(self, when: float) -> Floats:
         """Return the tensions of the springs that act at a time in the step [N].
 
-        The shape is (spring,).
+        The shape is (spring,); the next call may overwrite them.
         """
+        if when != self.end:
+            return self._tensions(when)
         x, v, _ = self.state(when)
-        if when == self.end:  # else rest lengths are those of this time
-            OPERATIONS["place"](when, x, v, self._net)
+        OPERATIONS["place"](when, x, v, self._net)  # rest lengths of this time
         tension = np.empty(len(self._inputs.springs.ids))
         OPERATIONS["tension"](x, v, tension, self._net)
         return tension
@@ -129,7 +163,8 @@ class AcceptedStep:
         times = np.linspace(self.start, self.end, looks + 1)
         loads = np.array([limits.loads(self, t) for t in times])
         tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:]).max(axis=0)
-        return limits.some(tops > SUSPECT * limits.force)
+        highest, force = tops + SWINGS * np.ptp(loads, axis=0), limits.force
+        return limits.some((tops > SUSPECT * force) & (highest > CLOSE * force))
 
     def _bracket(
         self, times: Floats, loads: Floats, limit: Breakable
@@ -140,7 +175,7 @@ class AcceptedStep:
         if first == 0:
             return times[0], times[0]
         tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:])
-        for peak in np.flatnonzero(tops > limit.force * (1.0 - 1e-4)) + 1:
+        for peak in np.flatnonzero(tops > limit.force * CLOSE) + 1:
             if peak >= first:
                 break
             if loads[peak] < max(loads[peak - 1], loads[peak + 1]):

@@ -37,7 +37,7 @@ from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.script.plan import DEFAULT_TOLERANCE
 from tissuec.script.procedures import PropagationChoices
 
-PAUSE = 0.2  # wall time between two moments at which a run can pause [s]
+PAUSE = 0.05  # time between two moments at which a run can pause [s]
 FASTER = 8  # times the evaluations of a call: those of the next one, at most
 
 
@@ -191,13 +191,17 @@ class Stepper:
             count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
             self.update(step=(until - now.time) / max(count, 1.0))
 
-    def call_limit(self) -> int:
+    def call_limit(self, foreseen: int) -> int:
         """Return the evaluations after which a call comes back, by default.
 
-        They take about ``PAUSE``, whatever acts on the net and however it is stepped. Their
-        number begins low and grows from call to call, so that the first ones are short, too.
+        Where evaluations take longer than foreseen, whatever acts on the net and however it is
+        stepped, fewer take ``PAUSE``. Their number begins low and grows from call to call, so
+        that the first ones are short, too.
+
+        Args:
+            foreseen: Evaluations that are predicted to take ``PAUSE``.
         """
-        return self.asked + self._allowed
+        return self.asked + min(foreseen, self._allowed)
 
     def call(self, hold: int, evaluations: int, spacing: float = 0.0) -> int:
         """Run the loop over steps once; return why it returned.

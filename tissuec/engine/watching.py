@@ -133,25 +133,21 @@ def may_break(loads: Loads, stepper: Stepper, start: Floats, steps: int) -> bool
     return bool((parabola_tops(seen[:-2], seen[1:-1], seen[2:]) > MARGIN).any())
 
 
-# Steps that are examined together for conditions, and coordinates of states in them, at most.
-MOST_TOGETHER, GLANCED = 16, 200_000
-SPARSELY = 32  # the same where only some steps are looked into; in between, more are made
+# Steps that are examined together for conditions: at first and after one was found to hold, and
+# at most where none does; and coordinates of states in them.
+FIRST_TOGETHER, MOST_TOGETHER, GLANCED = 16, 64, 200_000
 
 
-def steps_together(stepper: Stepper, *, sparsely: bool = False) -> int:
-    """Return how many steps are examined together.
+def steps_together(stepper: Stepper) -> int:
+    """Return how many steps can be examined together.
 
     Only one with contact, threads or springs that relax or flow: they keep state outside of
     ``Work``, with which the run could not go back.
-
-    Args:
-        sparsely: Whether only some steps are looked into, so that more are made.
     """
     needed = stepper.inputs.features
     if needed.touched or needed.reeled or needed.inelastic:
         return 1
-    most = SPARSELY if sparsely else MOST_TOGETHER
-    return min(most, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
+    return min(MOST_TOGETHER, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
 
 
 def may_happen(
@@ -183,23 +179,38 @@ def _may_hold(stepper: Stepper, survey: Survey) -> bool:
 
 
 class Standpoint:
-    """The state of a stepper, to which it can return."""
+    """A state of a stepper, to which it can return.
+
+    Attributes:
+        work: The arrays that it copies.
+    """
 
     def __init__(self, stepper: Stepper):
+        self.work = stepper.work
+        arrays = (array for array in arrays_of(self.work) if array.size)
+        self._arrays = [(array, np.empty_like(array)) for array in arrays]
+        self.take(stepper)
+
+    def take(self, stepper: Stepper) -> None:
+        """Take the present state."""
         self._progress: Progress = stepper.progress
-        self._position = stepper.work.x[stepper.progress.current].copy()
-        self._arrays: list[NDArray[Any]] = [array.copy() for array in arrays_of(stepper.work)]
+        for array, kept in self._arrays:
+            kept[...] = array
 
     @property
     def position(self) -> NDArray[Any]:
         """Return the positions there [m], flat, shape (3 node,)."""
-        return self._position
+        kept = next(kept for array, kept in self._arrays if array is self.work.x)
+        return kept[self._progress.current]
 
     def bring_back(self, stepper: Stepper) -> None:
         """Go back."""
         stepper.progress = self._progress
-        for array, kept in zip(arrays_of(stepper.work), self._arrays, strict=True):
-            array[:] = kept
+        for array, kept in self._arrays:
+            array[...] = kept
+        made = stepper.work.solver.made
+        if made[4] == 1.0:
+            made[2] = 1.0  # its factor is outside of these arrays, and of a state that is left
 
 
 def first_interruption(

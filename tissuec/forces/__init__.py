@@ -304,6 +304,23 @@ class Field(Effect, frozen=True):
         """
         raise NotImplementedError
 
+    def moving(self, still: NDArray[np.bool_]) -> Self | None:
+        """Return the field without items that have no effect on motion; None without any left.
+
+        All nodes of these are still: they push nothing that moves, and no work is done on them.
+
+        Args:
+            still: Nodes that are held and do not follow a path, shape (node,).
+        """
+        remains = len(self.hidden) or len(self.changes)
+        items = None if remains or not still.any() else self.items(np.arange(len(still)))
+        if items is None or not len(items.places):
+            return self
+        idle = np.logical_and.reduceat(still[items.places], items.first[:-1])
+        if not idle.any():
+            return self
+        return None if idle.all() else self.only(np.flatnonzero(~idle))
+
     def in_parts(self, table: Any, parts: int) -> list[list[Any]]:
         """Return tables that together make the kernel do the same to the last bit.
 

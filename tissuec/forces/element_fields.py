@@ -93,7 +93,12 @@ class ElementField(WalledField, frozen=True):
         # Sums of equally many blocks are added, so that large matrices are added rarely.
         sums: list[tuple[int, csr_matrix]] = [(0, csr_matrix((3 * size, 3 * size)))]
         for _, own in self.in_blocks():
-            count, matrix = 1, assembled(blocks(own), number[own.nodes], size).tocsr()
+            free = np.flatnonzero((number[own.nodes] >= 0).any(axis=1))
+            # A block without any is zero, so that the others are added in the same order.
+            count, matrix = 1, sums[0][1]
+            if len(free):
+                own = own if len(free) == own.item_count else own.only(free)
+                matrix = assembled(blocks(own), number[own.nodes], size).tocsr()
             while sums[-1][0] == count:
                 count, matrix = 2 * count, sums.pop()[1] + matrix
             sums.append((count, matrix))

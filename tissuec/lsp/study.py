@@ -15,7 +15,8 @@ from tissuec.lsp.vocabulary import entries
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.graded import GRADED_ENTRIES
 from tissuec.scene.reading.parts import blocks, entries_in, settable
-from tissuec.scene.study.entries import AGGREGATES, DISTRIBUTIONS
+from tissuec.scene.reading.spellings import AGGREGATES
+from tissuec.scene.study.entries import DISTRIBUTIONS
 
 #: Blocks inside of others whose entries can vary as if they were of those.
 _INNER = {"body": "mesh"}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.core.errors import Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, counted
 from tissuec.core.files import open_regular, read_rest
 from tissuec.core.hints import nearby_file
 from tissuec.core.units import TIME, show
@@ -16,7 +16,15 @@ from tissuec.measurements.experiment import Experiment, Series
 from tissuec.measurements.rows import Complaints
 from tissuec.measurements.tables import read_table
 from tissuec.model.network import Network
-from tissuec.script.fit_problem import Data, DataAxis, Fit, FitProblem
+from tissuec.script.fit_problem import (
+    START_POSITION,
+    START_VELOCITY,
+    Adjust,
+    Data,
+    DataAxis,
+    Fit,
+    FitProblem,
+)
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 #: Places of its mark: at the start, or after a block of the user.
@@ -103,6 +111,48 @@ def check_times(experiment: Experiment, duration: float) -> None:
             f"{name} ends at {show(last, TIME)}, and the run at {show(duration, TIME)}",
             hint=hint,
         )
+
+
+def check_count(experiments: Sequence[Experiment], fit_problem: FitProblem) -> None:
+    """Check that there are as many numbers as a fit has parameters at least.
+
+    Words and regions may have more parameters than are counted here.
+
+    Args:
+        experiments: Those of the data of the problem.
+
+    Raises:
+        CompileError: There are fewer.
+    """
+    learnt = [one for one in experiments if not one.data.held_out]
+    parts = [one.split(fit_problem.last_part)[0] for one in learnt]
+    many = sum(int(np.isfinite(s.values).sum()) for one in parts for s in one.series)
+    least = sum(_least(adjust) for adjust in fit_problem.adjusts)
+    expected = sum(_least(one) for one in fit_problem.adjusts if one.prior is not None)
+    if many + expected < least:
+        names = [one.name for one in learnt]
+        raise CompileError([too_few(names, many, least, fit_problem)])
+
+
+def _least(adjust: Adjust) -> int:
+    """Return how many parameters an entry has at least."""
+    if adjust.per not in ("node", "spring"):
+        return 1
+    is_vector = adjust.what in (START_POSITION, START_VELOCITY) and adjust.along is None
+    return len(adjust.members) * (3 if is_vector else 1)
+
+
+def too_few(
+    files: Sequence[str], many: int, parameters: int, fit_problem: FitProblem
+) -> Diagnostic:
+    """Return an error about fewer numbers in files than parameters."""
+    return Diagnostic(
+        "TIS802",
+        f"{' and '.join(files)}: {counted(many, 'number')}, fewer than the {parameters} "
+        "parameters of the fit",
+        fit_problem.span,
+        "measure more, adjust less, or write expected values: around … by …",
+    )
 
 
 def _from(experiment: Experiment, first: float) -> str:

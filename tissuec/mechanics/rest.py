@@ -108,8 +108,9 @@ def is_stable(state: State) -> bool:
 
     balance = Balance(state, np.ones(state.network.node_count, dtype=bool))
     values, rows, columns = balance.springs.entries(balance.bars(balance.start), exact=True)
-    matrix = np.zeros((size, size))
-    np.add.at(matrix, (rows, columns), values)
+    places = rows * size + columns
+    # Sums of nothing are whole numbers.
+    matrix = np.bincount(places, values, size * size).astype(float).reshape(size, size)
     diagonal = np.einsum("ii->i", matrix)
     diagonal += LOOSE * diagonal.max(initial=0.0)
     try:

@@ -170,6 +170,14 @@ class State(Struct, eq=False):
         return held
 
     @property
+    def still(self) -> NDArray[np.bool_]:
+        """Return which nodes are held and follow no path, shape (node,)."""
+        still = self.held
+        for motion in self.motions.values():
+            still[motion.nodes] = False
+        return still
+
+    @property
     def braking(self) -> Floats:
         """Return the ambient damping of each node [N s/m], shape (node,)."""
         braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag

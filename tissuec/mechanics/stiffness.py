@@ -10,6 +10,7 @@ J. Res. Nat. Bur. Stand. 49:409, 1952). Their preconditioner consists of the inv
 diagonal blocks of nodes.
 """
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -18,10 +19,14 @@ from scipy import sparse
 from scipy.sparse import csc_matrix, diags_array
 from scipy.sparse.linalg import splu
 
+from tissuec.core.signals import waiting_for
 from tissuec.model.network import Floats
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
+
+
+LONG = 3000  # unknowns of factors during which signals are handled
 
 
 class LowRankFactor:
@@ -34,10 +39,13 @@ class LowRankFactor:
 
     Raises:
         RuntimeError: S is singular.
+        Halted: A signal ended the run meanwhile.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, left: Floats, right: Floats, **options: Any):
-        self._factor, self._right = splu(matrix, **options), right
+        factor = partial(splu, matrix, **options)
+        is_long = matrix.shape[0] >= LONG
+        self._factor, self._right = waiting_for(factor) if is_long else factor(), right
         self._is_wide = right.shape[1] > 0
         self._spread = self._factor.solve(left) if self._is_wide else left
         self._schur = np.eye(right.shape[1]) + right.T @ self._spread

@@ -29,6 +29,7 @@ from tissuec.results.tables import Log
 from tissuec.results.trajectory import Trajectory
 
 WRITTEN = 12  # significant digits of times that scenes say
+ROUNDING = 1e-12  # of the largest number of a log: below are rounding errors
 
 ELEMENT = "element-"  # before the number of one that broke
 _OF_EVENTS = ("kind", "springs", "cause", "place")
@@ -46,7 +47,8 @@ def table_rows(
 
     Logs of different times share one table, with empty fields where one has no row. Numbers
     are in the units of axes, which stand in the head, and have as many digits as it takes to
-    read back the same ones; for times, see ``without_rounding``.
+    read back the same ones, unless they are rounding errors, which are 0; for times, see
+    ``without_rounding``.
 
     Args:
         trajectory: Where from.
@@ -167,7 +169,8 @@ def _joined_rows(logs: Sequence[Log], clock: AxisUnit) -> Iterable[Sequence[obje
     moments, places = _joined_moments([log.time for log in logs])
     columns: list[Sequence[object]] = []
     for log, place in zip(logs, places, strict=True):
-        for values in log.value.T:
+        value, least = log.value, ROUNDING * log.largest
+        for values in np.where(np.abs(value) < least, 0.0, value).T:
             numbers: Sequence[object] = log.scale.exactly(values.tolist())
             if place is not None:
                 column: list[object] = [""] * len(moments)

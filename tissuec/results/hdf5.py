@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 
 from tissuec.results.journal import JournaledFile
+from tissuec.results.kept_open import KeptFile
 
 TEXT = h5py.string_dtype()
 _H5PY: Any = h5py
@@ -20,7 +21,7 @@ _ONE_TEXT: Any = (
 
 
 def open_file(
-    what: Path | JournaledFile, mode: Literal["r", "r+", "w"], *, libver: Any = None
+    what: Path | JournaledFile | KeptFile, mode: Literal["r", "r+", "w"], *, libver: Any = None
 ) -> h5py.File:
     """Return an open HDF5 file; without a lock where the file system has none.
 

@@ -1,6 +1,7 @@
 """The mark that every result file carries, and the check of it."""
 
 import errno
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import cast
@@ -12,6 +13,7 @@ from tissuec.core.hints import nearby_file
 from tissuec.results import ForeignFileError, PlaceError, ResultError, access
 from tissuec.results.hdf5 import linked_file, open_file
 from tissuec.results.journal import JournaledFile, has_journal
+from tissuec.results.kept_open import KeptFile
 from tissuec.results.places import (
     SUFFIX,
     busy,
@@ -27,6 +29,7 @@ VIEW = "tissuec_view"
 """Marks files that show a surface of a result, with the name of the surface."""
 BLOCKS = "tissuec_blocks"
 """Marks blocks files, with the name of the result."""
+OpensComplete = Callable[[Path], KeptFile]
 _MARK = "layout_version"
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -36,8 +39,12 @@ def mark_layout(file: h5py.File) -> None:
     file.create_group("tissuec").attrs[_MARK] = LAYOUT_VERSION
 
 
-def open_result(path: Path) -> access.ResultGroup:
+def open_result(path: Path, through: OpensComplete | None = None) -> access.ResultGroup:
     """Return the result file at ``path``, open for reading, also during its run.
+
+    Args:
+        path: The file.
+        through: Opens a complete one; by default, HDF5 does, which is faster.
 
     Raises:
         ResultError: There is none, or it is truncated, or no result, or of another layout.
@@ -47,7 +54,7 @@ def open_result(path: Path) -> access.ResultGroup:
         if before is None:
             raise ResultError(_missing(path))
         try:
-            return _open_whole(path)
+            return _open_whole(path, through)
         except ResultError:
             if _state(path) == before:
                 raise  # otherwise it was looked at in the middle of a change
@@ -63,9 +70,9 @@ def _state(path: Path) -> tuple[int, int] | None:
     return None
 
 
-def _open_whole(path: Path) -> access.ResultGroup:
+def _open_whole(path: Path, through: OpensComplete | None) -> access.ResultGroup:
     try:
-        file = _open(path)
+        file = _open(path, through)
     except OSError as error:
         raise ResultError(f'cannot read "{path}": {_reason(error, path)}') from error
     try:
@@ -165,9 +172,13 @@ def _is_result(path: Path) -> bool:
         return False
 
 
-def _open(path: Path) -> h5py.File:
+def _open(path: Path, through: OpensComplete | None = None) -> h5py.File:
     """Open a file for reading; one whose last change was cut short through its journal."""
-    return open_file(JournaledFile(path, "read") if has_journal(path) else path, "r")
+    if has_journal(path):
+        return open_file(JournaledFile(path, "read"), "r")
+    if through is not None and path == final_path(path):
+        return open_file(through(path), "r")
+    return open_file(path, "r")
 
 
 def _is_marked(file: h5py.File) -> bool:

@@ -272,7 +272,9 @@ def _log(path: str, about: str, *, jumps: bool = True, when: str = "") -> GroupS
         "time": _array("moment", "times of: {what}", "s", chunk=CHUNK),
         "value": _array("moment column", "{what}", "{unit}", chunk=CHUNK),
         "columns": _array("column", "what the columns of value are: {what}", kind=""),
-        "jumps/time": _array("jump", "times of events that changed: {what}", "s", chunk=FEW),
+        "jumps/time": _array(
+            "jump", "times of ruptures and of events that changed: {what}", "s", chunk=FEW
+        ),
     }
     for side in ("before", "after"):
         text = f"just {side} each event: {{what}}"

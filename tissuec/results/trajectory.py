@@ -3,7 +3,7 @@
 import shutil
 import weakref
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -33,6 +33,7 @@ from tissuec.results.frame_columns import (
     column_of,
 )
 from tissuec.results.frames import Sides
+from tissuec.results.kept_open import KeptFile
 from tissuec.results.layout import open_result
 from tissuec.results.manifest import read_manifest, read_origins
 from tissuec.results.mesh import Cells, RecordedMesh
@@ -61,6 +62,13 @@ from tissuec.results.tools import HoldInterval, read_holds
 from tissuec.results.volume_cells import VolumeCells
 
 
+class TemporaryFolder:
+    """A folder that is removed along with this object."""
+
+    def __init__(self, path: Path):
+        weakref.finalize(self, shutil.rmtree, path, ignore_errors=True)
+
+
 class Trajectory:
     """A result file, finished or not; use it in a ``with`` statement, or `close` it.
 
@@ -70,15 +78,18 @@ class Trajectory:
 
     Args:
         path: The file.
+        folder: Removed once nothing of the result can be read.
 
     Raises:
         ResultError: There is none, or it is truncated, or no result, or of another layout.
     """
 
-    def __init__(self, path: Path):
-        self.path = Path(path)
-        self._opened = open_result(self.path)
-        self._is_temporary = False
+    _is_one_of_many = False  # which are not to be open all the time
+
+    def __init__(self, path: Path, *, folder: "TemporaryFolder | None" = None):
+        self.path, self._folder = Path(path), folder
+        through = partial(KeptFile, keeps=folder) if self._is_one_of_many else None
+        self._opened = open_result(self.path, through)
         self._steps: dict[str, Indices] = {}
         self._drawn: tuple[int, Cells] | None = None  # of the part requested last
 
@@ -100,15 +111,12 @@ class Trajectory:
 
     @classmethod
     def temporary(cls, path: Path) -> Self:
-        """Return a result whose folder is removed along with what is returned."""
-        trajectory = cls(path)
-        trajectory._is_temporary = True
-        weakref.finalize(trajectory, shutil.rmtree, path.parent, ignore_errors=True)
-        return trajectory
+        """Return a result whose folder is removed as soon as nothing of it can be read."""
+        return cls(path, folder=TemporaryFolder(path.parent))
 
     def __reduce__(self) -> tuple[Callable[..., "Trajectory"], tuple[object, ...]]:
         """Pickle a result as its path; a temporary one, which nobody else keeps, by content."""
-        if self._is_temporary:
+        if self._folder is not None:
             return _received, (type(self), self.path.name, self.path.read_bytes())
         return type(self), (self.path.absolute(),)
 

@@ -17,12 +17,10 @@ from tissuec.laws.uniaxial import Stiffening
 from tissuec.meshes.generators import Generator, is_wall
 from tissuec.model.network import Floats
 from tissuec.scene.environment import Environment
-from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.metadata import Metadata
 from tissuec.scene.program.parameters import Constants
 from tissuec.scene.sentences import WrittenTable
-from tissuec.scene.study.model import Study
 from tissuec.scene.tissues.known_curves import KnownCurve
 from tissuec.scene.tissues.quantities import LEFT_OUT, STIFFENING, Spread, TissueQuantity
 from tissuec.scene.words.vocabulary import Vocabulary
@@ -31,6 +29,8 @@ from tissuec.script.tools import Shape, ToolKind, grasping
 
 if TYPE_CHECKING:
     from tissuec.scene.bodies.fibres import Direction
+    from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
+    from tissuec.scene.study.model import Study
 
 #: Limits by which springs and elements break; empty if they do not.
 Rupture = Literal["", "allowed", "by toughness"]
@@ -449,9 +449,9 @@ class Scene(Struct, frozen=True, eq=False):
     forces: Mapping[str, WrittenForce]
     environment: Environment
     simulation: Simulation
-    fit_problems: Mapping[str, WrittenFitProblem]
-    vocabulary_fits: Mapping[str, VocabularyFit]
-    studies: Mapping[str, Study]
+    fit_problems: "Mapping[str, WrittenFitProblem]"
+    vocabulary_fits: "Mapping[str, VocabularyFit]"
+    studies: "Mapping[str, Study]"
     overrides: tuple[str, ...]  # texts of --set
     #: What blocks contain that a declaration of their kind reads, by kind and name.
     blocks: Mapping[str, Mapping[str, Any]] = {}

@@ -1,30 +1,33 @@
 """Module to Scene: the order in which names are bound; each step is a file of its own."""
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tissuec.core.source import Source
 from tissuec.scene.bodies.likeness import read_each_like
 from tissuec.scene.bodies.tables import read_tables
 from tissuec.scene.environment import Environment, read_environment
-from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.members import read_force
 from tissuec.scene.model import Scene
 from tissuec.scene.overrides.entries import read_overrides
-from tissuec.scene.program.declarations import Declarations, collect
+from tissuec.scene.program.declarations import Declarations, collect, part_of
 from tissuec.scene.program.imports import Program, whole
 from tissuec.scene.program.parameters import Constants
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import LIKE, parts
+from tissuec.scene.reading.parts import LIKE, PARTS
 from tissuec.scene.settings import read_simulation
-from tissuec.scene.study.model import Study
 from tissuec.scene.tissues.block import read_tissues
 from tissuec.scene.tissues.laws import read_laws
 from tissuec.scene.words.vocabulary import read_vocabulary
 from tissuec.script.plan import AUTOMATIC, Simulation
+
+if TYPE_CHECKING:
+    from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
+    from tissuec.scene.study.model import Study
 
 
 def resolve_words(
@@ -76,7 +79,7 @@ def resolve(
     environment, simulation = _settings(program, declarations, scope, findings)
     scope.evaluate_all()
     sources = tuple(module.source for module in program.modules)
-    learn_blocks = _learn_blocks(words, sources)
+    fit_problems, vocabulary_fits = _learn_blocks(words, sources)
     if not declarations.of("body"):
         findings.doubt_all()  # sets and the script name what no body is there for
     return Scene(
@@ -93,12 +96,8 @@ def resolve(
         forces=words.forces,
         environment=environment,
         simulation=simulation,
-        fit_problems={
-            key: one for key, one in learn_blocks.items() if isinstance(one, WrittenFitProblem)
-        },
-        vocabulary_fits={
-            key: one for key, one in learn_blocks.items() if isinstance(one, VocabularyFit)
-        },
+        fit_problems=fit_problems,
+        vocabulary_fits=vocabulary_fits,
         studies=_studies(declarations, scope),
         overrides=tuple(overrides),
         blocks=blocks,
@@ -110,15 +109,23 @@ def resolve(
 
 def _learn_blocks(
     words: ResolvedProgram, sources: Sequence[Source]
-) -> dict[str, WrittenFitProblem | VocabularyFit]:
+) -> "tuple[dict[str, WrittenFitProblem], dict[str, VocabularyFit]]":
     if not words.declarations.of("learn"):
-        return {}
+        return {}, {}
     from tissuec.scene.learning.block import read_learn_blocks
+    from tissuec.scene.learning.model import VocabularyFit
 
-    return read_learn_blocks(words, sources)
+    problems: dict[str, WrittenFitProblem] = {}
+    fits: dict[str, VocabularyFit] = {}
+    for key, one in read_learn_blocks(words, sources).items():
+        if isinstance(one, VocabularyFit):
+            fits[key] = one
+        else:
+            problems[key] = one
+    return problems, fits
 
 
-def _studies(declarations: Declarations, scope: Constants) -> dict[str, Study]:
+def _studies(declarations: Declarations, scope: Constants) -> "dict[str, Study]":
     if not declarations.of("study"):
         return {}
     from tissuec.scene.study.block import read_studies
@@ -129,8 +136,9 @@ def _studies(declarations: Declarations, scope: Constants) -> dict[str, Study]:
 def _read_blocks(words: ResolvedProgram) -> dict[str, dict[str, Any]]:
     """Return the contents of blocks whose declarations have a reader, by kind and name."""
     declarations, findings = words.declarations, words.constants.findings
-    found: dict[str, dict[str, Any]] = {}
-    for kind, part in parts("named").items():
+    found = defaultdict[str, dict[str, Any]](dict)  # blocks of other kinds are not declared
+    declared = {kind: PARTS[part_of(kind)] for kind in declarations.named}
+    for kind, part in sorted(declared.items(), key=lambda one: one[1].place):
         if part.read is not None:
             read = partial(part.read, words)
             if LIKE in part.clauses:

@@ -12,8 +12,8 @@ from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name
 from tissuec.scene.program.declarations import without
 from tissuec.scene.program.imports import Program
+from tissuec.scene.study.entries import OPTIONS
 
-SOURCE = "options"
 _REPEATED = ("vary", "measure")
 
 
@@ -35,7 +35,7 @@ def with_sentences(program: Program, name: str, sentences: Sequence[str]) -> Pro
     lines = "".join(f"  {sentence}\n" for sentence in sentences)
     text = f"study {written_name(name)} {{\n{lines}}}\n"
     # Files of rows are found from the current directory.
-    source = normalise(text, SOURCE, Path(SOURCE).absolute())
+    source = normalise(text, OPTIONS, Path(OPTIONS).absolute())
     block = parse(source, has_heading=False).items[0]
     assert isinstance(block, s.Block)
     main, found = program.main, False

@@ -5,7 +5,6 @@ import pytest
 from tests.contact.scenes import ball
 from tests.every import every
 from tests.validate.scenes import compiled_scene
-from tissuec.engine.engine import PAUSE
 from tissuec.engine.execution import companion
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.finer_run import (
@@ -23,6 +22,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import MethodChange, Statistics
+from tissuec.engine.stepper import PAUSE
 
 SLIDING = """{ball}
 tool floor {{ kind is plane; point = (0, 0, 0) mm; normal = (0, 0, 1) }}

@@ -90,6 +90,9 @@ def test_a_condition_that_is_never_true_has_the_value_that_is_closest():
     below = "when position(ball along (0, 0, 1)) < 5 mm: end the run"
     (found,) = [one for one in notes(f"{GONE_BY}\n  {below}") if "never" in one]
     assert found.endswith("closest at 100 ms: position(ball along (0, 0, 1)) = 10.1 mm")
+    third = "when position(ball along (0, 0, 1)) / 3 > 15 mm: end the run"
+    (found,) = [one for one in notes(f"{GONE_BY}\n  {third}") if "never" in one]
+    assert found.endswith("/ 3 = 3.667 mm")
     true = "when position(ball along (0, 0, 1)) > 15 mm: end the run"
     assert not [one for one in notes(f"{AWAY}\n  {true}") if "never" in one]
 
@@ -129,6 +132,52 @@ def test_a_volume_that_pressure_does_not_reach_is_named_with_both_numbers():
     stiff = tissuec.run(BAG.replace("MODULUS", "10 MPa"), companion="off")
     assert stiff.logs["volume of bag"].value[-1, 0] == pytest.approx(8e-6, rel=0.05)
     assert not stiff.without_effect
+
+
+HALVES = """language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue glue { spring constant = 9 N/m; viscosity = 10 mN*s/m; mass = 1 mg }
+body block {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, TOP) mm }; tissue is gel
+}
+MORE
+set base = nodes of block where z == 0 mm
+environment { gravity = (0, 0, -9.81) m/s^2; contact is CONTACT }
+script {
+  at 0 s: fix base
+  at 2 ms: CUT
+}
+simulate { duration = 4 ms; tolerance = 1e-2 }
+"""
+ACROSS = "at 2 ms: cut block along plane through (0, 0, 7) mm facing (0, 0, 1)"
+TWO = """body upper {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 10.5) mm to (10, 10, 15.5) mm }; tissue is gel
+}
+set top = nodes of block where z == 10 mm
+set low = nodes of upper where z == 10.5 mm
+joint seam { springs from top to low; reach = 1 mm; tissue is glue }"""
+
+
+@pytest.mark.parametrize(
+    ("contact", "top", "more", "cut", "said"),
+    [
+        ("everywhere", 15, "", ACROSS, True),
+        ("everywhere", 15, "", "", False),
+        ("tools only", 15, "tool ball { kind is probe; centre = (0, 0, 90) mm; radius = 1 mm }",
+         ACROSS, False),
+        # The way out that it names.
+        ("everywhere", 10, TWO, "at 2 ms: cut seam", False),
+    ],
+)  # fmt: skip
+def test_cut_faces_of_elements_that_touch_nothing_are_named_once(contact, top, more, cut, said):
+    text = HALVES.replace("CONTACT", contact).replace("TOP", str(top)).replace("MORE", more)
+    text = text.replace("at 2 ms: CUT", cut)
+    found = tissuec.run(text, companion="off").without_effect
+    bared = [one for one in found if one.kind == "cut faces"]
+    assert len(bared) == said
+    if said:
+        assert "faces of block that are cut or torn open from 2 ms on" in bared[0].what
+        assert "bodies with a joint between them" in bared[0].remedy
 
 
 def test_watching_changes_no_bit(monkeypatch):

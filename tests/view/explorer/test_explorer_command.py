@@ -163,3 +163,11 @@ def test_rules_are_told_as_written_without_remarks():
 )
 def test_names_stand_in_quotes_where_they_must(name, written):
     assert written_name(name) == written
+
+
+def test_values_and_scales_have_the_units_of_explain():
+    page = tables(read_words(Request(Source("", 'language 1\nuse "fuzzy/soft_matter"\n')))[0])
+    rows = {row["key"]: (row["shown_units"][0][1], row["ends"]) for row in page["quantities"]}
+    assert rows["cutting resistance"][0] == rows["toughness"][0] == "J/m^2"
+    assert rows["strength"][1] == ["250 Pa", "4 GPa"]
+    assert rows["young's modulus"][1] == ["70 Pa", "1.75 GPa"]

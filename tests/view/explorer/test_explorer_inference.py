@@ -14,6 +14,8 @@ from tissuec.core.units import DIMENSION_NAMES, show, si_unit
 from tissuec.fuzzy.rulebase import Inference
 from tissuec.fuzzy.rules import CHOICES
 from tissuec.scene.tissues.conclusions import why
+from tissuec.scene.tissues.quantities import QUANTITIES
+from tissuec.view.explorer.tables import shown_units_of
 
 SEEDS = range(60)
 CASES = 40
@@ -98,8 +100,12 @@ def test_values_are_shown_as_messages_show_them(script):  # noqa: F811
         (value, [(one.size, one.unit) for one in shown_units(si_unit(kind))])
         for value, kind in pairs
     ]
+    expected = [show(value, kind) for value, kind in pairs]
+    for quantity in (one for one in QUANTITIES.values() if one.unit):
+        given += [(value, shown_units_of(quantity)) for value in (*values, 9999.0, 1e4)]
+        expected += [quantity.show(value) for value in (*values, 9999.0, 1e4)]
     found = script("return given.map(([value, units]) => show(value, units));", given)
-    assert found == [show(value, kind) for value, kind in pairs]
+    assert found == expected
 
 
 # --- the curve of stress ----------------------------------------------------------------------

@@ -1,34 +1,54 @@
-"""Check of measures that are 0 all the time, because nothing makes them anything else."""
+"""Check of measures that are 0 all the time, or about something else than is meant."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiler.checks import check
+from tissuec.compiler.checks.usage import breakable_springs
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.observed import CompiledCondition, ObservedMeasure
 from tissuec.compiler.measures.quantities import ObservedExpression
 from tissuec.compiler.measures.subjects import kind_of
+from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang.words import written_name
+from tissuec.model.topology import pieces
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.needs import NEEDS
 from tissuec.script.verbs import Action, Group
+from tissuec.script.verbs.cut import Cut
+from tissuec.script.verbs.holding import nodes_held_by
 from tissuec.script.verbs.irrigate import Irrigate
 from tissuec.script.verbs.preserve import Inflate, Preserve
 from tissuec.script.verbs.press import Press
+from tissuec.script.verbs.push import Push
 
 #: Kinds of blocks whose forces on all nodes of a body cancel.
 _INNER = ("elements", "membranes", "bending", "plates", "activation")
 
 
+#: A measure, what it is taken of, and the place that names both.
+Taken: TypeAlias = tuple[type[Measure], Subject, Span]
+
+
 @check
-def always_zero(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W703: a measure is always 0, because the scene lacks what it is about."""
-    for measure, subject, span in _measured(compiled):
+def idle_measures(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W703: a measure says nothing, because the scene lacks what it is about."""
+    yield from saying_nothing(compiled, _measured(compiled))
+
+
+def saying_nothing(compiled: Compiled, measured: Iterable[Taken]) -> Iterator[Diagnostic]:
+    """Yield W703 for measures that lack what they need, each once, where it is first named."""
+    once = set[tuple[type[Measure], str]]()
+    for measure, subject, span in measured:
+        if (measure, subject.name) in once:
+            continue
+        once.add((measure, subject.name))
         for key in getattr(measure, "needs", ()):
             if not NEEDS[key].absent or _FOUND[key](compiled, subject):
                 continue
@@ -37,7 +57,7 @@ def always_zero(compiled: Compiled) -> Iterator[Diagnostic]:
             shown = measure.form.replace("A)", f"{name})")
             yield Diagnostic(
                 "W703",
-                f"{shown} is always 0: {_about(NEEDS[key].absent, name)}",
+                f"{shown} {NEEDS[key].result}: {_about(NEEDS[key].absent, name)}",
                 span,
                 _about(NEEDS[key].hint, name),
             )
@@ -48,28 +68,25 @@ def _about(text: str, name: str) -> str:
     return " ".join(name if word == "A" else word for word in text.split(" "))
 
 
-def _measured(compiled: Compiled) -> Iterator[tuple[type[Measure], Subject, Span]]:
-    """Yield each measure of one subject once, with the first place that names it."""
+def _measured(compiled: Compiled) -> Iterator[Taken]:
+    """Yield what outputs, expectations, conditions and fits measure of single subjects."""
     plan = compiled.plan
-    found: list[tuple[type[Measure], Subject, Span]] = []
     for log in plan.output.logs:
         if isinstance(log.measure, ObservedExpression):
-            found += _read(log.measure.readings.values(), log.span)
+            yield from taken_in(log.measure.readings.values(), log.span)
         else:
-            found += [(log.measure, one, log.span) for one in log.subjects]
+            yield from ((log.measure, one, log.span) for one in log.subjects)
     for item in (*plan.expectations, *plan.triggers):
         if isinstance(item.condition, CompiledCondition):
-            found += _read(item.condition.readings.values(), item.span)
-    once: dict[tuple[type[Measure], str], Span] = {}
-    for measure, subject, span in found:
-        if once.setdefault((measure, subject.name), span) is span:
-            yield measure, subject, span
+            yield from taken_in(item.condition.readings.values(), item.span)
+    for fit in (fit for problem in compiled.fit_problems for fit in problem.fits):
+        if fit.measure is not None:
+            yield from ((fit.measure, one, fit.span) for one in fit.subjects)
 
 
-def _read(
-    readings: Iterable[ObservedMeasure], span: Span
-) -> list[tuple[type[Measure], Subject, Span]]:
-    return [(one.measure, subject, span) for one in readings for subject in one.subjects]
+def taken_in(readings: Iterable[ObservedMeasure], span: Span) -> Iterator[Taken]:
+    """Yield the measures of a quantity, and what each is taken of."""
+    return ((one.measure, subject, span) for one in readings for subject in one.subjects)
 
 
 def _chosen(compiled: Compiled, subject: Subject) -> NDArray[np.bool_]:
@@ -126,6 +143,47 @@ def _is_supported(compiled: Compiled, subject: Subject) -> bool:
     return bool((first != second).any())
 
 
+def _is_held(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether anything but inner forces may ever act on the nodes of a set."""
+    network = compiled.network
+    is_whole = subject.nodes is None or key_of(subject.name) in compiled.groups.bodies
+    if is_whole or network.contact is not None:
+        return True
+    inside = _chosen(compiled, subject)
+    if state_at_start(compiled).held[inside].any():
+        return True
+    if any(block.kind not in _INNER for block in network.blocks):
+        return True
+    if inside[network.springs.ends[network.body_springs :]].any():
+        return True
+    for event in compiled.plan.every_event:
+        action = event.action
+        if isinstance(action, Preserve | Inflate | Irrigate):
+            return True
+        if isinstance(action, Push | Press) and inside[action.group.indices].any():
+            return True
+        if inside[nodes_held_by(action)].any():
+            return True
+    return False
+
+
+def _divides(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether nodes may be in several pieces at some time."""
+    if subject.nodes is None or not len(subject.nodes):
+        return True
+    network = compiled.network
+    ends = network.springs.ends[: network.body_springs]
+    piece = pieces(network.node_count, ends)
+    if (piece[subject.nodes] != piece[subject.nodes[0]]).any():
+        return True
+    own = piece[ends[:, 0]] == piece[subject.nodes[0]]
+    divided = breakable_springs(compiled)
+    for event in compiled.plan.every_event:
+        if isinstance(event.action, Cut):
+            divided[event.action.group.indices] = True
+    return bool(divided[: network.body_springs][own].any())
+
+
 def _stores_energy(compiled: Compiled, subject: Subject) -> bool:
     """Return whether a subject has springs that resist, or all nodes of an element."""
     network = compiled.network
@@ -153,6 +211,8 @@ _FOUND: Mapping[str, Callable[[Compiled, Subject], bool]] = {
     "pressure": _is_pressed,
     "load": _is_loaded,
     "support": _is_supported,
+    "hold": _is_held,
+    "division": _divides,
     "energy": _stores_energy,
     "yielding": _yields,
 }

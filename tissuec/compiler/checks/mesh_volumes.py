@@ -7,7 +7,7 @@ from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
-from tissuec.core.units import AREA, VOLUME, show, show_in
+from tissuec.core.units import VOLUME, show, show_in
 
 MOST = 0.1  # by which a volume may differ
 
@@ -22,16 +22,17 @@ def other_volumes(compiled: Compiled) -> Iterator[Diagnostic]:
             continue
         from tissuec.compiler.elements.region_sizes import region_sizes
 
-        dimension = AREA if drawing.body.is_wall else VOLUME
+        is_wall = drawing.body.is_wall
         for one in region_sizes(drawing):
             if abs(one.size - one.written) <= MOST * one.written:
                 continue
-            size = show(one.size, dimension)
+            size = show_in(one.size, "mm^2") if is_wall else show(one.size, VOLUME)
             written = show_in(one.written, size.split()[1])
+            what = "area" if is_wall else "volume"
             yield Diagnostic(
                 "W213",
-                f"the elements of the region {one.name} have {size}, but its condition "
-                f"holds in {written}",
+                f"the elements of the region {one.name} have the {what} {size}, but its "
+                f"condition holds in {written}",
                 one.span,
                 "an element belongs to the region in which its centre lies: use cells that end "
                 "at the limits of the region, or smaller ones",

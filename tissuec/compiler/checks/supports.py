@@ -16,7 +16,7 @@ from tissuec.model.topology import pieces
 from tissuec.script.measures import MEASURES
 from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs import Action, Shifting, follows
-from tissuec.script.verbs.holding import Driven, Fixed, Holding, Taken
+from tissuec.script.verbs.holding import Driven, Holding, nodes_held_by
 from tissuec.script.verbs.push import Push
 
 #: Of its size: how far a body may fall before something holds it.
@@ -73,7 +73,7 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
     orders += [(0.0, action) for action in triggered]  # nobody knows when
     until = np.full(network.node_count, np.inf)
     for time, action in orders:
-        nodes = _held_by(action)
+        nodes = nodes_held_by(action)
         until[nodes] = np.minimum(until[nodes], time)
     piece = None
     loose: dict[int, Loose] = {}
@@ -97,20 +97,6 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
         one.bodies.append(body)
         one.nodes, one.until = np.append(one.nodes, nodes), min(one.until, since)
     return list(loose.values()), held
-
-
-def _held_by(action: Action) -> Indices:
-    """Return the nodes that an action holds or drives, shape (n,)."""
-    none = np.zeros(0, dtype=np.int64)
-    if not follows(action, Holding):
-        return none
-    match action.holding():
-        case Fixed(nodes) | Taken(_, nodes):
-            return nodes
-        case Driven(mover, _):
-            return mover.nodes if mover.nodes is not None else none
-        case _:
-            return none
 
 
 def _direction(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Floats:

@@ -1,6 +1,6 @@
 """Checks of what a scene writes without effect: rules, params, sets, shapes, cuts."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -21,10 +21,9 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
-from tissuec.scene.model import Tissue
+from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.overrides.entries import SET
 from tissuec.scene.overrides.idle import idle_overrides, tissues_in_use
-from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.tissues.quantities import (
     BREAKING_FORCE,
     CUTTING_RESISTANCE,
@@ -34,7 +33,8 @@ from tissuec.scene.tissues.quantities import (
 )
 from tissuec.script.verbs import Breaking, Shifting, follows
 from tissuec.script.verbs.cut import SCISSORS, Cut
-from tissuec.script.verbs.holding import Driven, Fixed, Freed, Holding
+from tissuec.script.verbs.hold import Fix, Hold
+from tissuec.script.verbs.holding import Driven, Freed, Holding
 from tissuec.script.verbs.push import Push
 
 
@@ -201,22 +201,27 @@ def _in_vain(entry: str, owner: str, place: Span) -> Diagnostic:
     )
 
 
-@check
-def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W404: the ruptures of something that cannot rupture are measured."""
-    plan, groups = compiled.plan, compiled.groups
+def breakable_springs(compiled: Compiled) -> NDArray[np.bool_]:
+    """Return which springs, and walls of elements, may rupture, shape (spring,)."""
     network = compiled.network
     breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
     for field in network.elements:
         if field.limits is not None:
             able = np.isin(field.walled, field.limits.finite)
             breakable[field.walls[able]] = True
-    for event in plan.every_event:
+    for event in compiled.plan.every_event:
         if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True
     # Knots of threads slip instead of breaking.
     breakable[[thread.hold for thread in network.threads.values()]] = False
-    for name in _measured("ruptured", compiled.scene.declarations):
+    return breakable
+
+
+@check
+def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W404: the ruptures of something that cannot rupture are measured."""
+    groups, breakable = compiled.groups, breakable_springs(compiled)
+    for name in _measured("ruptured", compiled.scene):
         if groups.is_known(name):
             springs = groups.springs(name).indices
             if not breakable[springs].any():
@@ -284,11 +289,12 @@ def _with_limit(entry: Span) -> Hint:
     return Hint(f"write a limit, such as {limit}", Edit(limit, entry))
 
 
-def _measured(measure: str, declarations: Declarations) -> Iterator[s.Name]:
-    """Yield the subjects of a measure in expectations, conditions and outputs."""
-    single = declarations.single
+def _measured(measure: str, scene: Scene) -> Iterator[s.Name]:
+    """Yield the subjects of a measure in expectations, conditions, outputs and studies."""
+    declarations, single = scene.declarations, scene.declarations.single
     asked = [single[kind].items for kind in ("script", "output") if kind in single]
-    for part in walk((*declarations.expects, *asked)):
+    studied = [one.item for study in scene.studies.values() for one in study.measures]
+    for part in walk((*declarations.expects, *asked, *studied)):
         match part:
             case s.Call(function=s.Name(key=key), arguments=(first, *_)) if key == measure:
                 value = first.value
@@ -327,7 +333,7 @@ def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
     scissors = {key: one for key, one in compiled.scene.tools.items() if one.kind == SCISSORS}
     actions = [event.action for event in compiled.plan.every_event]
     closing = {cut.tool for cut in actions if isinstance(cut, Cut) and cut.profile is not None}
-    for name in _measured("force", compiled.scene.declarations):
+    for name in _measured("force", compiled.scene):
         tool = scissors.get(name.key)
         if tool is None:
             continue
@@ -344,42 +350,69 @@ def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
 
 @check
 def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W417: pushes on nodes that are fixed for good, and scenes of which all is fixed."""
-    network, plan = compiled.network, compiled.plan
-    fixed = np.full(network.node_count, np.inf)  # since when, for good
-    loose = np.zeros(network.node_count, dtype=bool)
-    last: Span | None = None
-    for event in plan.events:
-        action, span = event.action, event.action.span
-        if follows(action, Holding) and isinstance(one := action.holding(), Fixed):
-            fixed[one.nodes] = np.minimum(fixed[one.nodes], event.time)
-            last = span
-    for event in plan.every_event:
-        match event.action.holding() if follows(event.action, Holding) else None:
-            case Freed(nodes):
-                loose[nodes] = True
-            case Driven(mover, _):
-                loose[... if mover.nodes is None else mover.nodes] = True
-            case _:
-                pass
-    fixed[loose] = np.inf
-    own = fixed[: network.body_nodes]
-    if last is not None and len(own) and not own.any():
+    """W417: what is done to nodes that are fixed for good, and scenes of which all is fixed."""
+    fixed, plan = _fixed_since(compiled), compiled.plan
+    fixes = [event.action for event in plan.events if isinstance(event.action, Fix)]
+    own = fixed[: compiled.network.body_nodes]
+    if fixes and len(own) and not own.any():
         yield Diagnostic(
             "W417",
             "every node is fixed at 0 s, so nothing can move",
-            last,
+            fixes[-1].span,
             "fix only a part of each body",
         )
         return
+    yield from _fixed_twice(fixes, fixed)
     for event in plan.events:
         action = event.action
-        if isinstance(action, Push) and (fixed[action.group.indices] <= event.time).all():
+        if not isinstance(action, Push | Hold):
+            continue
+        name = action.group.name
+        if not (fixed[action.group.indices] <= event.time).all():
+            continue
+        if isinstance(action, Push):
+            message = f"{name} is fixed, so this moves nothing"
+            hint = f"push nodes that are free, or write free {name} before"
+        else:
+            message = f"{name} is fixed, so holding it has no effect"
+            hint = leaving_out(
+                "remove one of both: fix lasts until free, hold until release",
+                action.span,
+            )
+        yield Diagnostic("W417", message, action.span, hint)
+
+
+def _fixed_since(compiled: Compiled) -> NDArray[np.float64]:
+    """Return when nodes are fixed for good [s], infinite of others, shape (node,)."""
+    network, plan = compiled.network, compiled.plan
+    fixed = np.full(network.node_count, np.inf)
+    for event in plan.events:
+        if isinstance(event.action, Fix):
+            nodes = event.action.group.indices
+            fixed[nodes] = np.minimum(fixed[nodes], event.time)
+    for event in plan.every_event:
+        match event.action.holding() if follows(event.action, Holding) else None:
+            case Freed(nodes):
+                fixed[nodes] = np.inf
+            case Driven(mover, _):
+                fixed[... if mover.nodes is None else mover.nodes] = np.inf
+            case _:
+                pass
+    return fixed
+
+
+def _fixed_twice(fixes: Sequence[Fix], fixed: NDArray[np.float64]) -> Iterator[Diagnostic]:
+    """Yield W417 of sets that are fixed once more, while nothing frees them."""
+    first = dict[str, Fix]()
+    for action in fixes:
+        before = first.setdefault(action.group.name, action)
+        if before is not action and np.isfinite(fixed[action.group.indices]).all():
             yield Diagnostic(
                 "W417",
-                f"{action.group.name} is fixed, so this moves nothing",
+                f"{action.group.name} is fixed already, so this has no effect",
                 action.span,
-                f"push nodes that are free, or write free {action.group.name} before",
+                leaving_out("remove it", action.span),
+                (Note("fixed here", before.span),),
             )
 
 

@@ -14,6 +14,7 @@ from tissuec.compiler.contact.friction import friction_of, has_friction
 from tissuec.compiler.contact.points import (
     SKIN,
     SOFT,
+    DrawnOverlap,
     FacePoints,
     SideTables,
     are_mirrored,
@@ -172,8 +173,7 @@ def contact_of(
     )
     if points is not None:
         contact = _with_points(contact, points, sides, network, parts, environment, findings)
-    if not settles:
-        _warn_of_drawn_touches(contact, network, tools, findings)
+    _warn_of_drawn_touches(contact, network, tools, sides, findings, settles=settles)
     return contact
 
 
@@ -229,7 +229,7 @@ def _with_points(
     skins = shapes + bodies + _owners(network)[of_skins.points[:, 0]]
     skins[are_mirrored(network)[: len(skins)]] = shapes + 2 * bodies
     of = np.concatenate([np.arange(shapes), shapes + of_threads.spared, skins])
-    sided, distances, closed = sides or (None, None, None)
+    sided, distances, closed, _ = sides or (None, None, None, ())
     own = stiffness_of(points, network, environment, findings)
     return replace(
         contact,
@@ -373,17 +373,55 @@ def _joined(network: Network, law: EnvironmentEntries) -> Indices:
     return distinct(low * network.node_count + high)
 
 
-def _warn_of_drawn_touches(
-    contact: "Contact", network: Network, tools: Sequence[Tool], findings: Findings
+def _warn_of_overlaps(
+    overlaps: Sequence[DrawnOverlap], network: Network, findings: Findings, *, settles: bool
 ) -> None:
-    """Warn of what touches before anything moves: it is pushed apart at once."""
+    """Warn of solids that are drawn into each other, as a part of the depth has no force."""
+    for one in overlaps:
+        first, second = network.bodies[one.first], network.bodies[one.second]
+        depth, ignored = show(one.depth, LENGTH), show(one.ignored, LENGTH)
+        rest = "" if settles else ", and pushes them apart by the rest at once"
+        message = (
+            f"{second.name} is drawn {depth} into {first.name}: contact begins to press "
+            f"{ignored} below the surface{rest}"
+            if one.depth - one.ignored > TOUCHING * network.extent
+            else f"{second.name} is drawn {depth} into {first.name}, where contact begins to "
+            "press: this depth has no force"
+        )
+        findings.add(
+            "W406",
+            message,
+            second.span,
+            hint=f"draw them {depth} further apart; to press them together, move one of them",
+            notes=(Note("the other body", first.span),),
+        )
+
+
+def _warn_of_drawn_touches(
+    contact: "Contact", network: Network, tools: Sequence[Tool], sides: SideTables | None,
+    findings: Findings, *, settles: bool,
+) -> None:  # fmt: skip
+    """Warn of what touches before anything moves: it is pushed apart at once.
+
+    Args:
+        sides: With the solids that are drawn into each other.
+        settles: Whether the scene settles at 0 s.
+    """
+    overlaps = () if sides is None else sides.overlaps
+    _warn_of_overlaps(overlaps, network, findings, settles=settles)
+    if settles:
+        return
     contact = contact.intact(network.present)
     pairs = contact.near(network.position, 0.0)
     depth = contact.places(network.position, pairs).depth
-    overlaps = depth > TOUCHING * network.extent
-    pairs = pairs.some(overlaps)
+    # Skins have numbers behind nodes and threads.
+    skin = contact.surface[pairs.shape] - network.node_count - len(network.bodies)
+    owner, touches = contact.owner[pairs.node], depth > TOUCHING * network.extent
+    for one in overlaps:
+        touches &= ~np.isin(owner, one[:2]) | ~np.isin(skin, one[:2]) | (owner == skin)
+    pairs = pairs.some(touches)
     if len(pairs.node):
-        deepest = show(float(depth[overlaps].max()), LENGTH)
+        deepest = show(float(depth[touches].max()), LENGTH)
         findings.add(
             "W406",
             "bodies or tools overlap at the start at "
@@ -420,9 +458,12 @@ def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") 
     # A thread touches at its own radius, unless surfaces of bodies are thicker.
     of_skin = (surface >= network.node_count + len(network.bodies)) & (pairs.radius > thread)
     what = "bodies and tools further apart" if of_tool.any() else "bodies further apart"
+    is_thread = (thread > 0.0) | (
+        (surface >= network.node_count) & (surface < network.node_count + len(network.bodies))
+    )
     if of_skin.all():
         return f"{what}, or write a smaller contact thickness"
-    if not (of_tool | of_skin).any():
+    if is_thread.any() and not (of_tool | of_skin).any():
         return f"{what}, or write a smaller thickness of the thread"
     return what
 

@@ -46,8 +46,26 @@ FEW, MANY = fourth_degree(), even(4)
 MOST_ALONG = 1_000_000  # points of contact along a tool or a thread
 ALONG = 0.25  # of the size of a face: distance of points along an axis
 SOFT = 0.005  # of the size of a face: depth over which contact of faces begins
+MEANT = (
+    0.1  # of the size of a face: overlaps of solids that rounding of shapes does not explain
+)
 SKIN = 0.25  # of the size of a face: how far around surfaces without an inside others touch
 ALIKE = 1e-6  # of E*: bodies that differ by less are equally firm
+
+
+class DrawnOverlap(NamedTuple):
+    """Two solids that are drawn into each other.
+
+    Attributes:
+        first, second: Numbers of the bodies.
+        depth: Of the deepest point of one in the other [m].
+        ignored: The part of it at which contact begins to press [m].
+    """
+
+    first: int
+    second: int
+    depth: float
+    ignored: float
 
 
 class FacePoints(Struct, frozen=True, eq=False):
@@ -146,6 +164,7 @@ class FacePoints(Struct, frozen=True, eq=False):
         """
         bodies, shapes, meets = len(network.bodies), len(self.thin), self.meetings(network)
         sided, distances = np.zeros(meets.shape, np.int64), np.full(meets.shape, np.nan)
+        overlaps: tuple[DrawnOverlap, ...] = ()
         tool = np.repeat(np.arange(len(tools)), [len(one.shapes) for one in tools])
         threads, lines = self.is_on_thread, np.flatnonzero(self.between.face == NO_FACE)
         solid = [int(n) for n in self.bodies if _is_solid(network, int(n))]
@@ -160,12 +179,12 @@ class FacePoints(Struct, frozen=True, eq=False):
             free = [n for n in free if not network.are_joined(network.bodies[n], body)]
             sided[bodies + np.array(free, dtype=np.int64), column] = CLOSED
         if law.between_bodies:
-            self._keep_apart(network, solid, law, meets, sided, distances)
+            overlaps = self._keep_apart(network, solid, law, meets, sided, distances)
         closed = {
             shapes + bodies + number: network.skin_of(network.bodies[number]).astype(np.int64)
             for number in solid
         }
-        return SideTables(sided, distances, closed) if sided.any() else None
+        return SideTables(sided, distances, closed, overlaps) if sided.any() else None
 
     def distances_from_skins(self, network: Network, sides: "SideTables") -> list[Floats]:
         """Return how far from the skin of each body the groups of others touch it [m].
@@ -194,7 +213,7 @@ class FacePoints(Struct, frozen=True, eq=False):
     def _keep_apart(
         self, network: Network, solid: Sequence[int], law: EnvironmentEntries,
         meets: NDArray[np.bool_], sided: Indices, distances: Floats,
-    ) -> None:  # fmt: skip
+    ) -> tuple[DrawnOverlap, ...]:  # fmt: skip
         """Fill in the tables of sides and distances for points and nodes of bodies.
 
         Surfaces of solids touch where they meet, or at the contact thickness that is written.
@@ -205,7 +224,11 @@ class FacePoints(Struct, frozen=True, eq=False):
         Args:
             solid: Bodies with an inside.
             meets: Which groups may touch, changed in place like the others.
+
+        Returns:
+            Solids that are drawn into others by more than rounding.
         """
+        deep: dict[tuple[int, int], float] = {}
         size = SKIN * float(self.face_size.min())
         thickness, written = law.contact_thickness or size, law.contact_thickness or 0.0
         bodies, first = len(network.bodies), len(self.thin) + len(network.bodies)
@@ -230,12 +253,19 @@ class FacePoints(Struct, frozen=True, eq=False):
                 sided[touched, first + other] = CLOSED
                 distances[touched, first + other] = min(max(gap, -thickness), most)
                 if number in solid:
+                    pair = min(number, other), max(number, other)
+                    if not is_joined and -gap > min(MEANT * size / SKIN, thickness):
+                        deep[pair] = max(deep.get(pair, 0.0), -gap)
                     continue
                 back = np.unique(groups[(self.owner == other) & (self.skin >= 0)])
                 ahead = self.position[np.isin(groups, back)]
                 gap = abs(_gap(ahead, network, body, thickness)[0])
                 if gap < thickness:
                     distances[back, first + number] = gap
+        return tuple(
+            DrawnOverlap(one, other, depth, min(depth, thickness))
+            for (one, other), depth in deep.items()
+        )
 
 
 class SideTables(NamedTuple):
@@ -246,11 +276,13 @@ class SideTables(NamedTuple):
         distances: How far from a surface a group touches it [m], NaN where it is the radius of
             its faces, shape as ``sided``.
         closed: As there.
+        overlaps: Solids that are drawn into others.
     """
 
     sided: Indices
     distances: Floats
     closed: dict[int, Indices]
+    overlaps: tuple[DrawnOverlap, ...]
 
 
 def _gap(points: Floats, network: Network, body: BodyPart, margin: float) -> tuple[float, bool]:

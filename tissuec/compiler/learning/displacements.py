@@ -213,13 +213,13 @@ def rows_of(
     if travel.least == travel.greatest:
         message = "the script does not move the nodes whose displacement is measured"
         hint = "for example: from 0 s to 1 s: move SET by (5, 0, 0) mm using smooth profile"
-        raise CompileError([Diagnostic("TIS703", message, series[0].fit.span, hint)])
+        raise CompileError([Diagnostic("TIS703", message, axis.span, hint)])
     times: dict[float, float] = {}
     for one in series:
         for displacement in one.times.tolist():
             time = travel.time(displacement)
             if time is None:
-                raise CompileError([_unreached(travel, displacement, axis, one)])
+                raise CompileError([_unreached(travel, displacement, axis)])
             times[displacement] = time
     known = np.unique(list(times.values()))
     rows = [
@@ -238,18 +238,17 @@ def _refuse_yielding(network: Network, axis: DataAxis) -> None:
     raise CompileError([Diagnostic("TIS802", message, axis.span, hint)])
 
 
-def _unreached(
-    travel: TravelledDistance, displacement: float, axis: DataAxis, one: Series
-) -> Diagnostic:
+def _unreached(travel: TravelledDistance, displacement: float, axis: DataAxis) -> Diagnostic:
     """Return the finding about a row with a displacement that the script does not reach."""
     there, least, greatest = (
         show(u, LENGTH, digits=6) for u in (displacement, travel.least, travel.greatest)
     )
     message = f"a row has a displacement of {there}, and the script moves the nodes from "
-    hint = "extend the motion in the script, or remove such rows"
+    hint = "check the unit of the column, extend the motion in the script, or remove such rows"
     if displacement < 0.0 and axis.along is None:
         hint = (
             "for displacements with a sign, write the direction after the set, for example: "
             f"displacement of SET along (1, 0, 0) using …; otherwise {hint}"
         )
-    return Diagnostic("TIS703", f"{message}{least} to {greatest}", one.fit.span, hint)
+    place = axis.span if axis.column is None else axis.column.span
+    return Diagnostic("TIS703", f"{message}{least} to {greatest}", place, hint)

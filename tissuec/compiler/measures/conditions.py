@@ -36,7 +36,7 @@ from tissuec.scene.sentences import (
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.common import DirectedMeasure
-from tissuec.script.measures.needs import NEEDS
+from tissuec.script.measures.needs import NEEDS, YES
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 
@@ -117,7 +117,18 @@ class Conditions:
         self, measure: type[Measure], names: Sequence[s.Name]
     ) -> tuple[Subject, ...]:
         """Return the subjects of a measure in an output sentence."""
-        return tuple(self._subject(measure, name) for name in names)
+        subjects = tuple(self._subject(measure, name) for name in names)
+        if names:
+            self._refuse_same(measure, subjects, names[-1].span)
+        return subjects
+
+    def _refuse_same(
+        self, measure: type[Measure], subjects: Sequence[Subject], span: Span
+    ) -> None:
+        """Reject the distance of something from itself."""
+        if len(subjects) == 2 and subjects[0].name == subjects[1].name:
+            message = f"{measure.form} is always 0: both are {subjects[0].name}"
+            self.findings.reject("TIS702", message, span, hint="name two sets or bodies")
 
     def _judgement(
         self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
@@ -150,7 +161,7 @@ class Conditions:
     def _doubt_signs(
         self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
     ) -> None:
-        """W701: the magnitude of a vector or of a stress is compared with a negative number."""
+        """W701: a magnitude of a vector or a stress is compared so that nothing is said."""
         for part in walk(node):
             if not isinstance(part, s.Compare):
                 continue
@@ -160,7 +171,11 @@ class Conditions:
                     continue
                 is_vector = issubclass(reading.measure, DirectedMeasure)
                 is_fixed = not any(place_of(one) in readings for one in walk(other))
-                if is_vector and is_fixed and self.scope.number(other).amount < 0.0:
+                if not is_vector or not is_fixed:
+                    continue
+                limit = float(self.scope.number(other).amount)
+                at_zero = (">=", "<") if side is part.left else ("<=", ">")
+                if limit < 0.0 or (limit == 0.0 and part.sign in at_zero):
                     (subject,) = reading.subjects
                     text = side.span.one_line
                     component = text.replace(subject.name, f"{subject.name} along (0, 0, 1)")
@@ -253,6 +268,7 @@ class Conditions:
         if len(subjects) != measure.subjects:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
+        self._refuse_same(measure, subjects, node.span)
         found = ObservedMeasure(measure, tuple(subjects), time, along)
         self.needs_ledger |= found.needs_ledger
         return found
@@ -398,7 +414,10 @@ class Conditions:
             if not need.text or self._has(key, name):
                 continue
             known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
-            hint = alternatives(name.text, known, what="there are") or need.hint
+            others = alternatives(name.text, known, what="there are")
+            # Where any set will do, it is one of the body that is meant.
+            is_of_sets = need.kinds.get("nodes of a set") == YES
+            hint = need.hint if is_of_sets else others or need.hint
             message = f"{measure.form} needs {need.text}"
             self.findings.reject("TIS702", message, name.span, hint=hint)
 
@@ -408,13 +427,15 @@ class Conditions:
         if name.key in bodies:
             return has_by_kind(need, bodies[name.key].drawing)
         if name.key in self.tools:
+            if "tool" not in NEEDS[need].kinds:
+                return True  # reported elsewhere
             return any(bool(one.drawing.mesh.elements) for one in bodies.values())
         if need == "springs":
             springs = self.groups.springs(name).indices
             edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
             return not np.isin(springs, np.concatenate([springs[:0], *edges])).all()
-        if self.groups.is_springs(name):
-            return True  # reported elsewhere
+        if self.groups.is_springs(name) or NEEDS[need].kinds.get("nodes of a set") == YES:
+            return True  # springs are reported elsewhere
         return self.groups.has_elements(self.groups.nodes(name).indices)
 
     def _along(self, argument: s.Argument, key: str) -> Floats:

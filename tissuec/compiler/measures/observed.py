@@ -176,9 +176,9 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         found = (_possible(one.sign, gap, error) for one, gap, error in bounds)
         return _combined(self.condition, found)
 
-    def describe(self, snapshot: Snapshot) -> str:
-        """Return a description of the measured value."""
-        return describe_sides(self.condition, self._at(snapshot))
+    def describe(self, snapshot: Snapshot, *, digits: int = DIGITS) -> str:
+        """Return a description of the measured value, with so many significant digits."""
+        return describe_sides(self.condition, self._at(snapshot), digits=digits)
 
     def _at(self, snapshot: Snapshot) -> MeasureScope:
         return MeasureScope(self.readings, self.constants, snapshot)
@@ -236,13 +236,13 @@ def _all(parts: Sequence[Possible]) -> Possible:
     )
 
 
-def describe_sides(condition: s.Expression, scope: Scope) -> str:
+def describe_sides(condition: s.Expression, scope: Scope, *, digits: int = DIGITS) -> str:
     """Return the values of both sides of a condition: ``gap(ovary) = 8.1 mm, limit = 9 mm``."""
     parts: list[str] = []
     units = {parse_unit(one.unit).dimension: one.unit for one in _amounts(condition)}
     for side in _sides(condition):
         value = scope.number(side)
-        shown = _shown(float(value.amount), value.dimension, units)
+        shown = _shown(float(value.amount), value.dimension, units, digits)
         parts.append(f"{side.span.one_line} = {shown}")
     return ", ".join(parts)
 
@@ -253,11 +253,13 @@ def _amounts(condition: s.Expression) -> Iterator[s.Quantity]:
     return (part for part in parts if isinstance(part, s.Quantity) and part.unit != STEPS)
 
 
-def _shown(value: float, dimension: Dimension, units: Mapping[Dimension, str]) -> str:
+def _shown(
+    value: float, dimension: Dimension, units: Mapping[Dimension, str], digits: int
+) -> str:
     """Return a value in the unit of the numbers of its dimension beside it, if there is any."""
     if dimension in units:
-        return show_in(value, units[dimension], digits=DIGITS)
-    return show(value, dimension, digits=DIGITS)
+        return show_in(value, units[dimension], digits=digits)
+    return show(value, dimension, digits=digits)
 
 
 def _sides(node: s.Expression) -> list[s.Expression]:

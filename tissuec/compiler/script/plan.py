@@ -11,7 +11,7 @@ from tissuec.compiler.script.sentences import SentenceOrder
 from tissuec.compiler.sets import Groups
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
-from tissuec.core.units import TIME, show
+from tissuec.core.units import TIME, show, show_apart
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Tool
 from tissuec.scene.reading.expressions import Scope
@@ -280,10 +280,10 @@ class ScriptReader:
             what, time = "lasts until" if slot.duration else "happens at", end
             if slot.duration and slot.start > self.duration * (1 + 1e-12):
                 what, time = "begins only at", slot.start
+            shown, duration = show_apart(time, self.duration, TIME)
             self.findings.add(
                 "W402",
-                f"this {what} {show(time, TIME)}, "
-                f"but the run ends at {show(self.duration, TIME)}",
+                f"this {what} {shown}, but the run ends at {duration}",
                 item.head,
                 hint="write an earlier time, or a longer duration in simulate",
             )

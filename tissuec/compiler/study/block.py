@@ -1,13 +1,18 @@
 """Studies of a compiled scene: whether their measures, values and expectations fit it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
+from tissuec.compiler.checks.measures import saying_nothing, taken_in
+from tissuec.compiler.checks.usage import breakable_springs
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.study.expectations import check_expectations
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures
+from tissuec.core.errors import Diagnostic
 from tissuec.scene.program.imports import Program
 from tissuec.scene.study.levels import alone, check_levels
 from tissuec.scene.study.model import Study
+
+RUPTURE = "rupture"  # the kind of events
 
 
 def check_studies(
@@ -30,9 +35,33 @@ def check_studies(
         if findings.failures == failures:
             units = columns_of(study, measures)
             check_expectations(study.expects, units, compiled.scene.constants)
+            for found in _idle_measures(compiled, study, measures):
+                findings.add(found.code, found.message, found.span, hint=found.hint)
         if levels and study.is_whole:
             check_levels(study, alone(program), overrides, findings)
     findings.raise_errors()
+
+
+def _idle_measures(
+    compiled: Compiled, study: Study, measures: Sequence[StudyMeasure]
+) -> Iterator[Diagnostic]:
+    """Yield W703 and W404 of measures that say nothing of the scene as it is written."""
+    places = {one.name: one.span for one in study.measures}
+    for one in measures:
+        yield from saying_nothing(compiled, taken_in(one.readings, places[one.name]))
+    # Words, and breaking strains, may be what makes something rupture.
+    if any(one.is_text or "breaking" in one.name for one in study.factors):
+        return
+    for one in measures:
+        if one.event == RUPTURE:
+            breakable = breakable_springs(compiled)
+            if not (breakable if one.springs is None else breakable[one.springs]).any():
+                yield Diagnostic(
+                    "W404",
+                    "nothing here can rupture, so this time never comes",
+                    places[one.name],
+                    "write rupture is allowed in a body, and a breaking strain in its tissue",
+                )
 
 
 def columns_of(study: Study, measures: Sequence[StudyMeasure]) -> Mapping[str, str]:

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.conditions import Conditions
+from tissuec.compiler.measures.observed import ObservedMeasure
 from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
 from tissuec.core.hints import alternatives
 from tissuec.core.units import TIME, Dimension, show, si_unit
@@ -87,6 +88,14 @@ class StudyMeasure(Struct, frozen=True, eq=False):
     stop: float = math.inf
     event: str = ""
     springs: Indices | None = None
+
+    @property
+    def readings(self) -> Iterable[ObservedMeasure]:
+        """Return the measures that it takes; none of an event."""
+        seen: object = None if self.log is None else self.log.measure
+        if self.capture is not None and isinstance(self.capture.condition, Capture):
+            seen = self.capture.condition.quantity
+        return seen.readings.values() if isinstance(seen, ObservedExpression) else ()
 
     @property
     def every(self) -> float | None:

@@ -7,7 +7,7 @@ it was, nothing is said. Nothing here changes the motion.
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from msgspec import Struct, field
@@ -15,14 +15,16 @@ from msgspec import Struct, field
 from tissuec.core.arrays import norm
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, VOLUME, show
+from tissuec.geometry.nearest import TRIANGLE
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Indices, Network, ToolPart, numbers_in
+from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart, numbers_in
 from tissuec.results.recording import WithoutEffect
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.holding import sentence
 
 STILL = 1e-9  # of the size of the scene: displacements that rounding may cause
+DIGITS = 4  # of the values that came closest to a condition
 MISSED = 0.05  # of an ordered volume: a larger difference is reported
 
 
@@ -34,8 +36,8 @@ class Comparing(Protocol):
         """Return that in the unit of its sides, shape (…); None where it is not known."""
         ...
 
-    def describe(self, snapshot: Snapshot) -> str:
-        """Return the measured values."""
+    def describe(self, snapshot: Snapshot, *, digits: int) -> str:
+        """Return the measured values, with so many significant digits."""
         ...
 
 
@@ -49,6 +51,8 @@ class EffectMemory(Struct, eq=False):
             sentence, on two lines.
         free: Whether any node of a body was ever free.
         moved: Whether any of them ever moved.
+        bared: When a cut or a tear first exposed faces that touch nothing [s], by the names of
+            bodies.
         closest: For conditions, by their places in the plan: how far they were from being true
             at least, in the units of their sides, and what was measured when [s].
     """
@@ -58,6 +62,7 @@ class EffectMemory(Struct, eq=False):
     pushed: dict[str, bool] = field(default_factory=dict[str, bool])
     free: bool = False
     moved: bool = False
+    bared: dict[str, float] = field(default_factory=dict[str, float])
     closest: dict[int, tuple[float, str, float]] = field(
         default_factory=dict[int, tuple[float, str, float]]
     )
@@ -75,6 +80,7 @@ class EffectWatcher:
         has_contact = network.contact is not None
         self._tools = [one for one in network.tools if has_contact and one.shapes]
         self._still = STILL * network.extent
+        self._solid = _solids_that_touch_themselves(network)
         self._comparing = {
             number: trigger.condition
             for number, trigger in enumerate(plan.triggers)
@@ -88,6 +94,9 @@ class EffectWatcher:
         for span, nodes in _pushes(state):
             key = f"{span.place}\n{sentence(span)}"
             memory.pushed[key] = memory.pushed.get(key, False) or not held[nodes].all()
+        for body in self._solid:
+            if body.name not in memory.bared and _is_torn(body, state):
+                memory.bared[body.name] = state.time
 
     def look(self, state: State, position: Floats, memory: EffectMemory) -> None:
         """Examine what is near to tools, and whether anything moves.
@@ -132,7 +141,11 @@ class EffectWatcher:
             known = memory.closest.get(number)
             if np.isfinite(least) and (known is None or least < known[0]):
                 one = snapshot.pick(row) if is_batch else snapshot
-                memory.closest[number] = least, condition.describe(one), float(one.time)
+                memory.closest[number] = (
+                    least,
+                    condition.describe(one, digits=DIGITS),
+                    float(one.time),
+                )
 
     def found(
         self, state: State, waiting: Iterable[int], memory: EffectMemory
@@ -148,6 +161,7 @@ class EffectWatcher:
             *self._nothing_moved(memory),
             *(self._untouched(one) for one in self._tools if one.name not in memory.near),
             *self._unmoved(memory),
+            *self._bared(memory),
             *self._never_true(waiting, memory),
             *_missed_volumes(state),
         )
@@ -174,6 +188,17 @@ class EffectWatcher:
                 remedy = "choose nodes that are free, or move those that are held"
                 yield WithoutEffect("push", what, remedy, place)
 
+    def _bared(self, memory: EffectMemory) -> Iterator[WithoutEffect]:
+        for body in self._network.bodies:
+            if body.name in memory.bared:
+                since = show(memory.bared[body.name], TIME)
+                what = (
+                    f"contact does not act on the faces of {body.name} that are cut or torn "
+                    f"open from {since} on: its parts pass through each other there"
+                )
+                remedy = "draw the parts as bodies with a joint between them, and cut the joint"
+                yield WithoutEffect("cut faces", what, remedy, body.span.place)
+
     def _never_true(
         self, waiting: Iterable[int], memory: EffectMemory
     ) -> Iterator[WithoutEffect]:
@@ -184,6 +209,32 @@ class EffectWatcher:
                 _, said, time = memory.closest[number]
                 what = f"{what}; closest at {show(time, TIME)}: {said}"
             yield WithoutEffect("condition", what, "", span.place)
+
+
+def _solids_that_touch_themselves(network: Network) -> list[BodyPart]:
+    """Return bodies with elements that have an inside, if contact acts within bodies."""
+    contact = network.contact
+    if contact is None:
+        return []
+    is_face = contact.kind[: len(contact.spared)] == TRIANGLE
+    if not (is_face & (contact.spared < 0)).any():
+        return []
+    return [body for body in network.bodies if _solids_of(network, body)]
+
+
+def _solids_of(network: Network, body: BodyPart) -> list[Any]:
+    """Return the elements of a body that have an inside, shape by shape."""
+    return [one for one in network.elements_of(body.name) if one.nodes.shape[1] > 3]
+
+
+def _is_torn(body: BodyPart, state: State) -> bool:
+    """Return whether elements of a body are lost that were there as drawn, and others left."""
+    lost = left = 0
+    for one in _solids_of(state.network, body):
+        number = len(one.lost_items(state.alive))
+        lost += number - len(one.lost_items(state.network.present))
+        left += len(one.nodes) - number
+    return lost > 0 and left > 0
 
 
 def _pushes(state: State) -> Iterator[tuple[Span, Indices]]:

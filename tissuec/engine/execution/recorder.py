@@ -200,6 +200,7 @@ class Recorder:
         self.memory = ExpectationMemory(scale=most_stored(network, FLOOR * network.extent))
         self._ledger = EnergyBalance()
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
+        self._tears = False  # whether something ruptured in the last events
         self._state: State | None = None
         self._alive: NDArray[np.bool_] | None = None
         self._holders: dict[str, Indices] | None = None
@@ -228,6 +229,7 @@ class Recorder:
             ledger: Initial and switched energy; the samples bring work and dissipation.
         """
         self._state = _frozen(state)
+        self._tears = not np.array_equal(self._ruptured, ruptured)
         self._ruptured, self._ledger = ruptured.copy(), ledger
         self._judge.enter(state.time)
         if self._alive is None or not np.array_equal(self._alive, state.alive):
@@ -263,6 +265,9 @@ class Recorder:
     def record_jumps(self, snapshot: Snapshot) -> None:
         """Record how the last events changed logged quantities.
 
+        At a rupture, all of them are recorded: a force is largest there, and falls only later
+        where what breaks is elsewhere.
+
         Args:
             snapshot: Just after them, at the same time; with a ledger if one is kept.
         """
@@ -271,7 +276,8 @@ class Recorder:
         snapshot = self.scaled(snapshot)
         for observed, before in zip(self._observed, self._before, strict=True):
             after = observed.row(snapshot)
-            if len(before) <= MOST_JUMPING and not _is_same_row(before, after):
+            is_told = self._tears or not _is_same_row(before, after)
+            if len(before) <= MOST_JUMPING and is_told:
                 observed.jump(float(snapshot.time), before, after)
         if self._changed is not None:
             self.writer.sides(self._changed, self._side_of(snapshot))
@@ -352,11 +358,7 @@ class Recorder:
         self._write_errors(samples, rows)
         self._judge.sample(snapshot, rows, self.memory)
         if self.takes_notes:
-            examined = [
-                row
-                for row, time in enumerate(samples.time.tolist())
-                if self.look(self._state, time, samples.position[row])
-            ]
+            examined = self._look_at(self._state, samples)
             if examined and self.plan.triggers:
                 self._effects.measure(snapshot.pick(np.array(examined)), self.memory.effects)
 
@@ -376,6 +378,17 @@ class Recorder:
         self._write(lambda rate: snapshot if rate in missing else None)
         if self.plan.output.every in missing and len(self.plan.output.frames):
             self.writer.errors(sample.time, sample.error[:, None])
+
+    def _look_at(self, state: State, samples: Samples) -> list[int]:
+        """Look for doubts at some of a batch of samples, and return which."""
+        examined, time, row = list[int](), samples.time, 0
+        while True:
+            row += int(np.searchsorted(time[row:], self.memory.doubts.next))
+            if row == len(time):
+                return examined
+            self.look(state, float(time[row]), samples.position[row])
+            examined.append(row)
+            row += 1
 
     def look(
         self, state: State, time: float, position: Floats, *, always: bool = False

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
-from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
+from tissuec.core.errors import CompileError, Diagnostic, TissueError
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.matrices import compiled_laws
@@ -20,7 +20,7 @@ from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.measurements.experiment import Experiment
-from tissuec.measurements.reading import check_times, read_experiment
+from tissuec.measurements.reading import check_times, read_experiment, too_few
 from tissuec.model.network import Floats
 from tissuec.pipeline import set_for
 from tissuec.scene.request import Request
@@ -134,18 +134,8 @@ def _check_size(session: LearnSession) -> None:
     problem = session.problem
     many = int(np.isfinite(problem.data).sum())
     if many + len(problem.priors) < problem.size:
-        files = " and ".join(trial.experiment.name for trial in session.learning)
-        raise CompileError(
-            [
-                Diagnostic(
-                    "TIS802",
-                    f"{files}: {counted(many, 'number')}, fewer than the {problem.size} "
-                    "parameters of the fit",
-                    session.fit_problem.span,
-                    "measure more, adjust less, or write expected values: around … by …",
-                )
-            ]
-        )
+        names = [trial.experiment.name for trial in session.learning]
+        raise CompileError([too_few(names, many, problem.size, session.fit_problem)])
 
 
 def _scales(session: LearnSession) -> dict[int, float]:

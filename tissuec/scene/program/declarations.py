@@ -1,7 +1,7 @@
 """What a program declares, sorted by kind, each name once."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
 from msgspec import Struct, field
@@ -20,7 +20,7 @@ from tissuec.scene.program.metadata import Metadata, is_metadata, with_text
 from tissuec.scene.program.repetition import repeated
 from tissuec.scene.program.unknown_parts import reject_unknown
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.reading.parts import LIKE, PARTS, REPEAT, SCENE, parts, sharing
+from tissuec.scene.reading.parts import LIKE, PARTS, REPEAT, SCENE, share_names
 
 T = TypeVar("T")
 
@@ -28,6 +28,11 @@ T = TypeVar("T")
 FUNCTION = "function"
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
+
+
+def part_of(kind: str) -> str:
+    """Return the word of the part that declares a kind."""
+    return "let" if kind == FUNCTION else kind
 
 
 class Declared(Struct, frozen=True):
@@ -96,6 +101,13 @@ class Declarations(Struct):
     def of(self, kind: str) -> dict[str, Declared]:
         """Return the declarations of one kind."""
         return self.named.get(kind, {})
+
+    def sharing(self, kind: str) -> Iterator[dict[str, Declared]]:
+        """Yield the declarations whose names must differ from those of a kind."""
+        word = part_of(kind)
+        for other, declared in self.named.items():
+            if share_names(word, part_of(other)):
+                yield declared
 
     def read_each(
         self, kind: str, read: Callable[[Declared], T], findings: Findings
@@ -231,7 +243,7 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             _declare(keyword, item.name, item, to, findings)
         case s.Assign() if (name := without(item.name, "hedge")) is not None:
             _declare("hedge", name, item, to, findings)
-        case s.Block() if item.name.key in parts("single") and item.phrase is None:
+        case s.Block(phrase=None) if _is_single(item.name.key):
             _enter_single(item, to, findings)
         case s.Block(phrase=None) if (found := _named_kind(item.name)) is not None:
             _declare(*found, item, to, findings)
@@ -262,12 +274,20 @@ def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
     to.single[kind] = item
 
 
+# Parts are looked up by the words of the text, so that those of others are not imported.
+
+
+def _is_single(key: str) -> bool:
+    part = None if " " in key else PARTS.get(key)
+    return part is not None and part.sort == "single"
+
+
 def _named_kind(name: s.Name) -> tuple[str, s.Name] | None:
-    for kind in parts("named"):
-        rest = without(name, kind)
-        if rest is not None:
-            return kind, rest
-    return None
+    kind = name.words.partition(" ")[0].lower()
+    rest = without(name, kind)
+    if rest is None or (part := PARTS.get(kind)) is None or part.sort != "named":
+        return None
+    return kind, rest
 
 
 def without(name: s.Name, word: str) -> s.Name | None:
@@ -287,7 +307,7 @@ def _declare(
     kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings
 ) -> None:
     clauses = getattr(item, "clauses", ())
-    word = "let" if kind == FUNCTION else kind
+    word = part_of(kind)
     takes = PARTS[word].clauses
     if PARTS[word].sort == "named" and clauses and "from" not in takes:
         clause = clauses[0]
@@ -333,10 +353,9 @@ def _declare(
         findings.reject(
             "TIS507", f'"{name.text}" is a unit and cannot be a name', name.span, hint=hint
         )
-    functions = (FUNCTION,) if PARTS[word].names == SCENE else ()
-    for other in (*sharing(word), *functions):
-        if name.key in to.of(other):
-            first = to.of(other)[name.key].name.span
+    for others in to.sharing(kind):
+        if name.key in others:
+            first = others[name.key].name.span
             if kind in VOCABULARY and first.source is not name.span.source:
                 to.again.append((kind, name))
                 findings.stop()
@@ -379,7 +398,7 @@ def _refuse_second(name: s.Name, first: Span, to: Declarations, findings: Findin
 def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
     """Report one word that two files declare; the others would only repeat it."""
     kind, name = min(declarations.again, key=lambda again: VOCABULARY.index(again[0]))
-    found = (declarations.of(other).get(name.key) for other in sharing(kind))
+    found = (declared.get(name.key) for declared in declarations.sharing(kind))
     first = next(one for one in found if one is not None)
     findings.add(
         "TIS503",

@@ -63,17 +63,18 @@ _RANGES: dict[str, str] = dict.fromkeys(
     "a range is for a study: vary NAME = 2 mm to 10 mm in 5 steps",
 )
 
+# Patterns of what is wrong, which ``re`` compiles when it first needs them.
 #: A number or a vector with a unit, up to that.
-_AMOUNT = re.compile(r"(-?[0-9.]+([eE][+-]?[0-9]+)?|\([^()]*\))(?=\s*[^\W\d][^\s()]*\Z)")
+_AMOUNT = r"(-?[0-9.]+([eE][+-]?[0-9]+)?|\([^()]*\))(?=\s*[^\W\d][^\s()]*\Z)"
 
 #: A number with a unit of which a part was read as a name.
-_MULTIPLIED = re.compile(rf"({NUMBER_PATTERN})\s*(\*?)\s*((?:[^\W\d][\w^]*[*/])*[^\W\d]\w*)\Z")
+_MULTIPLIED = rf"({NUMBER_PATTERN})\s*(\*?)\s*((?:[^\W\d][\w^]*[*/])*[^\W\d]\w*)\Z"
 
 #: A number with a unit whose power lacks its sign: N/mm2.
-_POWER = re.compile(rf"({NUMBER_PATTERN})\s*((?:[^\W\d]+[0-9]?[*/])*[^\W\d]+[23])\Z")
+_POWER = rf"({NUMBER_PATTERN})\s*((?:[^\W\d]+[0-9]?[*/])*[^\W\d]+[23])\Z"
 
 #: What follows the lower end of a range, up to the unit of its upper end.
-_OTHER_END = re.compile(rf"[ \t]*(?:to|and)[ \t]+-?{NUMBER_PATTERN}[ \t]*([^\W\d][\w*/^·-]*)")
+_OTHER_END = rf"[ \t]*(?:to|and)[ \t]+-?{NUMBER_PATTERN}[ \t]*([^\W\d][\w*/^·-]*)"
 
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
@@ -329,17 +330,24 @@ class Scope:
         )
 
     def angle(self, node: s.Expression, *, what: str) -> float:
-        """Return an angle [rad]; more than a turn without a unit is probably one in degrees."""
+        """Return an angle [rad]; a large one without a unit is probably meant in degrees."""
         value = self.number(node)
         self.expect(value, NUMBER, node.span, what=what)
         self._doubt_radians(value, node.span)
         return float(value.amount)
 
     def _doubt_radians(self, value: Value, span: Span) -> None:
-        """Warn of more than a whole turn that is written without a unit."""
-        if not value.is_literal or value.is_many or abs(float(value.amount)) <= TURN:
+        """Warn of a number without a unit that hardly anybody means in radians.
+
+        That is more than a turn, and a whole number above half a turn: larger angles in radians
+        are multiples of pi, or typed with decimals.
+        """
+        if not value.is_literal or value.is_many:
             return
-        amount, turns = float(value.amount), abs(float(value.amount)) / TURN
+        amount = float(value.amount)
+        turns = abs(amount) / TURN
+        if turns <= (0.5 if amount.is_integer() else 1.0):
+            return
         hint: str = "write deg or rad after the number"
         if span.text.replace(".", "").isdigit():
             ways = f"{span.text} deg", f"{span.text} rad"
@@ -560,14 +568,15 @@ class InnerScope(Scope):
 def _refuse_unit(name: s.Name, findings: Findings) -> None:
     """Reject ``4*mm`` and ``1.06 g/cc``, where a unit was read as a name."""
     text, end = name.span.source.text, name.span.end
-    if (power := _POWER.search(text, text.rfind("\n", 0, end) + 1, end)) is not None:
+    begin = text.rfind("\n", 0, end) + 1
+    if (power := re.compile(_POWER).search(text, begin, end)) is not None:
         unit = re.sub(r"([^\W\d])([23])(?![\w^])", r"\1^\2", power[2])
         if _is_unit(unit):
             place = Span(name.span.source, power.start(), end)
             amount = f"{power[1]} {unit}"
             hint = Hint(f'write "{amount}"', Edit(amount, place))
             findings.reject("TIS104", 'a power of a unit is written with "^"', place, hint=hint)
-    before = _MULTIPLIED.search(text, text.rfind("\n", 0, end) + 1, end)
+    before = re.compile(_MULTIPLIED).search(text, begin, end)
     if before is None or (amount := converted(before[1], before[3])) is None:
         return
     place = Span(name.span.source, before.start(), end)
@@ -584,7 +593,7 @@ def _refuse_unit(name: s.Name, findings: Findings) -> None:
 
 def _unit_for(dimension: Dimension, span: Span) -> str:
     """Return the unit that a number lacks: that of the other end of its range, if any."""
-    other = _OTHER_END.match(span.source.text, span.end)
+    other = re.compile(_OTHER_END).match(span.source.text, span.end)
     if other and _is_unit(other[1]) and parse_unit(other[1]).dimension == dimension:
         return other[1]
     return suggested_unit(dimension)
@@ -596,7 +605,7 @@ def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
     There is an edit only where the prefix can stay, so that no number becomes another.
     """
     unit = suggested_unit(dimension)
-    amount = _AMOUNT.match(span.text)
+    amount = re.compile(_AMOUNT).match(span.text)
     number = amount[0] if amount else "1"
     wanted = DIMENSION_NAMES.get(dimension, ("a number",))[0]
     wanted = wanted if wanted.startswith(("a ", "an ")) else f"a {wanted}"

@@ -134,10 +134,10 @@ def example_of(word: str) -> str:
     return part.example or f"{forms_of(word)[0]}{block}"
 
 
-def sharing(word: str) -> list[str]:
-    """The parts whose names must differ from those of a part, which is one of them."""
+def share_names(word: str, other: str) -> bool:
+    """Whether the names of two parts must differ, as those of one part must."""
     names = PARTS[word].names
-    return [one for one, part in parts().items() if names and part.names == names] or [word]
+    return word == other or (names != "" and PARTS[other].names == names)
 
 
 @cache

@@ -13,11 +13,18 @@ from msgspec.structs import replace
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.scene.study.entries import AGGREGATES
 from tissuec.script.measures import MEASURES
 
 T = TypeVar("T", bound=s.Item)
 
+#: What turns a measure over time into a number: ``max(force(right))``.
+AGGREGATES = {
+    "max": "the largest value",
+    "min": "the smallest value",
+    "mean": "the mean over time",
+    "first": "the value at the start",
+    "last": "the value at the end",
+}
 #: Measures that are counted: ``count(nodes of A)``.
 COUNT, COUNTED = "count", ("nodes", "springs", "elements", "pieces")
 

@@ -19,6 +19,7 @@ from tissuec.scene.study.entries import (
     LIST,
     LISTED,
     MEASURE,
+    OPTIONS,
     ROWS,
     SENTENCES,
     VARY,
@@ -37,7 +38,7 @@ from tissuec.scene.study.model import (
 )
 from tissuec.script.measures import MEASURES
 
-DESIGN, RUNS = "design", "runs"
+DESIGN, RUNS, SEED = "design", "runs", "seed"
 declare(
     "study", "Many runs of the scene: what varies, and what is measured.", 31,
     block=block(lambda: {**as_entries(SENTENCES), **entries_of(StudySettings)}),
@@ -197,6 +198,12 @@ class _StudyReader(BlockItems):
             self.findings.reject(
                 "TIS306", f"runs has no effect: the design {design} has as many as its values",
                 self.places[RUNS], hint=f"remove it, or write: design is {LATIN}",
+            )  # fmt: skip
+        # The same command, with --seed, may carry out studies of any design.
+        if SEED in self.places and self.places[SEED].source.name != OPTIONS:
+            self.findings.reject(
+                "TIS306", f"seed has no effect: the design {design} draws no random numbers",
+                self.places[SEED], hint=f"remove it, or write: design is {LATIN}",
             )  # fmt: skip
         if design == LIST:
             self._refuse_unequal()

@@ -8,6 +8,7 @@ from tissuec.core.fields import OneOf, Whole
 from tissuec.core.units import TIME
 from tissuec.lang import syntax as s
 from tissuec.scene.reading.block_sentences import FileWords, SentenceKind
+from tissuec.scene.reading.spellings import AGGREGATES
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
     SPRINGS,
@@ -20,6 +21,8 @@ from tissuec.script.parts import (
     ValueClause,
 )
 
+#: Name of the source of sentences that options of commands stand for.
+OPTIONS = "options"
 VARY, ROWS, MEASURE, EVENT = "vary", "rows", "measure", "time"
 
 GRID, LIST, ONE_AT_A_TIME = "grid", "list", "one at a time"
@@ -33,13 +36,6 @@ DESIGNS = {
     LATIN: "random points, of which each part of each range has one",
     SOBOL: "evenly spread random points (Sobol sequence); runs should be a power of two",
     INDICES: "points for Sobol indices of sensitivity: runs times two more than the factors",
-}
-AGGREGATES = {
-    "max": "the largest value",
-    "min": "the smallest value",
-    "mean": "the mean over time",
-    "first": "the value at the start",
-    "last": "the value at the end",
 }
 DISTRIBUTIONS = {
     "uniform": "uniform(low, high)",

@@ -28,7 +28,7 @@ class SupportForce(VectorMeasure):
     dimension = units.FORCE
     subjects = 1
     takes = "nodes"
-    needs = ("support",)
+    needs = ("support", "hold")
     feels_blades = True
 
     @staticmethod
@@ -58,7 +58,7 @@ class Torque(VectorMeasure):
     dimension = units.ENERGY
     subjects = 1
     takes = "nodes"
-    needs = ("support",)
+    needs = ("support", "hold")
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

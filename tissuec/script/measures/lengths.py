@@ -15,12 +15,16 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("length")
 class Length(ScalarMeasure):
-    """The sum of the present lengths of the intact springs of A."""
+    """The sum of the present lengths of the intact springs of A.
+
+    Of nodes of elements, it is that of the edges between them, such as those along a line.
+    """
 
     form = "length(A)"
     dimension = units.LENGTH
     subjects = 1
     takes = "springs"
+    needs = ("lines",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -23,6 +23,8 @@ KINDS: Mapping[Kind, str] = {
 YES = "yes"
 _PRESSED = "if it is pressed or keeps its volume"
 _OUTSIDE = "if touched, joined or pressed"
+_HELD_SET = "if held, pushed, touched, joined or pressed"
+_DIVIDED = "if it is cut or may rupture"
 
 
 class Need(Struct, frozen=True):
@@ -33,12 +35,14 @@ class Need(Struct, frozen=True):
         text: What it is, after "needs", where a body lacks it by its kind.
         absent: Why A is without it, where the scene decides.
         hint: A way out.
+        result: What the measure is then.
     """
 
     kinds: Mapping[Kind, str]
     text: str = ""
     absent: str = ""
     hint: str = ""
+    result: str = "is always 0"
 
 
 NEEDS: Mapping[str, Need] = {
@@ -75,6 +79,24 @@ NEEDS: Mapping[str, Need] = {
          "nodes of a set": YES, "tool": YES},
         absent="inner forces of whole bodies cancel, and no other one acts on A",
         hint="name the set of nodes that is held, such as one that is fixed",
+    ),
+    "hold": Need(
+        {**dict.fromkeys(KINDS, YES), "nodes of a set": _HELD_SET},
+        absent="nothing holds, pushes, joins or touches A",
+        hint="name the set that is fixed, held or moved",
+        result="comes from the weight and inertia of its nodes alone",
+    ),
+    "lines": Need(
+        {"net": YES, "thread": YES, "nodes of a set": YES, "springs of a set": YES},
+        text="springs that form a line, and the edges of elements fill their body",
+        hint="name nodes along one edge: set edge = nodes of BODY where y == 0 mm and "
+        "z == 0 mm; or measure the distance(A, B) of two sets",
+    ),
+    "division": Need(
+        {**dict.fromkeys(KINDS, _DIVIDED), "tool": YES},
+        absent="A is in one piece, and nothing cuts it or lets it rupture",
+        hint="cut it, or write rupture is allowed in its body; between two sets, measure "
+        "distance(A, B)",
     ),
     "energy": Need(
         {**dict.fromkeys(KINDS, YES), "nodes of a set": "with springs or elements in it"},

@@ -77,6 +77,7 @@ class Gap(ScalarMeasure):
     dimension = units.LENGTH
     subjects = 1
     takes = "nodes"
+    needs = ("division",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -11,10 +11,11 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from tissuec.core.arrays import distinct, divided
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
-from tissuec.script.verbs import Group, Mover
+from tissuec.script.verbs import Action, Group, Mover, follows
 
 FIX = "fix"
 _NOTHING = np.zeros(0, dtype=np.int64)
@@ -75,6 +76,19 @@ class Holding(Protocol):
     def holding(self) -> HoldChange | None:
         """Return the change that it makes; None if nothing."""
         ...
+
+
+def nodes_held_by(action: Action) -> Indices:
+    """Return the nodes that an action holds or drives, shape (n,)."""
+    if not follows(action, Holding):
+        return _NOTHING
+    match action.holding():
+        case Fixed(nodes) | Taken(_, nodes):
+            return nodes
+        case Driven(mover, _):
+            return _NOTHING if mover.nodes is None else mover.nodes
+        case _:
+            return _NOTHING
 
 
 def sentence(span: Span) -> str:
@@ -158,11 +172,11 @@ def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Ind
     found = [_NOTHING]
     for name in filter(concerns, tuple(state.holders)):
         held = state.holders.pop(name)
-        found.append(np.intersect1d(held, nodes))
-        stays = np.setdiff1d(held, nodes)
+        released, stays = divided(held, nodes)
+        found.append(released)
         if len(stays):
             state.holders[name] = stays
         else:
             state.hold_ends.pop(name, None)
     state.place_held()
-    return np.unique(np.concatenate(found))
+    return distinct(np.concatenate(found))

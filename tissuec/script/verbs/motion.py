@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from tissuec.core.arrays import divided
 from tissuec.core.source import Span
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
@@ -81,7 +82,7 @@ def joined(motion: PrescribedMotion, state: State, nodes: Indices) -> Prescribed
         state: The present state.
         nodes: Indices, shape (n,).
     """
-    new = np.setdiff1d(nodes, motion.nodes)
+    _, new = divided(nodes, motion.nodes)
     base = state.position[new] - _shift(motion, state.time)
     if motion.turn is not None:
         base = replace(motion.turn, angle=-motion.turn.angle).apply(base, state.time)[0]

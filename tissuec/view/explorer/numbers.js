@@ -63,8 +63,8 @@ function show(value, units, digits = 3) {
   let [factor, unit] = units[0];
   const plain = units.filter(([, name]) => !name.startsWith("m^3"));  // 0 of a volume is in litres
   if (value === 0) [factor, unit] = plain.find(([size]) => size === 1) ?? plain.at(-1) ?? units[0];
-  for (const [size, name] of value === 0 ? [] : units) {
-    if (Math.abs(value) >= size * (1 - 0.5 * 10 ** -digits)) [factor, unit] = [size, name];
+  for (const [size, name, least = size * (1 - 0.5 * 10 ** -digits)] of value === 0 ? [] : units) {
+    if (Math.abs(value) >= least) [factor, unit] = [size, name];
   }
   // 1050 and not 1.05e+03.
   const rounded = Number((value / factor).toPrecision(digits));

@@ -13,7 +13,7 @@ from tissuec.compiler.provenance import belonging
 from tissuec.core.data import as_data
 from tissuec.core.prefixes import shown_units
 from tissuec.core.source import Span
-from tissuec.core.units import SYMBOLS, Dimension, describe, parse_unit, si_unit
+from tissuec.core.units import FROM_KILO, SYMBOLS, Dimension, describe, parse_unit, si_unit
 from tissuec.fuzzy import rules as c
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.fuzzy.rules import ConcludedQuantity
@@ -25,12 +25,11 @@ from tissuec.lang.words import RESERVED, written_name
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.tissues.evidence import KNOWN
 from tissuec.scene.tissues.laws import BY_ENTRY
-from tissuec.scene.tissues.quantities import QUANTITIES
+from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.words.phrases import NamedScale, reading
 from tissuec.scene.words.scales import QuantityScale
 from tissuec.scene.words.vocabulary import RulesBlock
 
-_PERCENT = [(0.01, "%")]
 _NOT_TEXT = re.compile(r'("[^"\n]*")|#[^\n]*')
 _READING = re.compile(r" \([^()]* \+ [^()]*\)$")  # "very hard (very + hard)"
 
@@ -95,10 +94,12 @@ class _VocabularyWriter:
 
     def quantity(self, key: str, scale: QuantityScale) -> dict[str, Any]:
         quantity, named = QUANTITIES[key], scale.named
-        percent = key == "prestress"
+        scales = self._scale("quantity", key, named)
+        if key != "prestress":
+            scales["ends"] = [quantity.show(scales[end], digits=6) for end in ("low", "high")]
         return {
-            **self._scale("quantity", key, named),
-            "shown_units": _PERCENT if percent else _shown(named.dimension),
+            **scales,
+            "shown_units": shown_units_of(quantity),
             "belonging": belonging(scale.spread, scale.length),
             "spread": scale.spread,
             "without": _without(quantity.default),
@@ -199,9 +200,16 @@ def _name(key: str, text: str) -> dict[str, str]:
     return {"key": key, "name": text, "written": written_name(text)}
 
 
-def _shown(dimension: Dimension) -> list[tuple[float, str]]:
-    """Return sizes and names of the units in which values are shown, the smallest first."""
-    return [(one.size, one.unit) for one in shown_units(si_unit(dimension))]
+def shown_units_of(quantity: TissueQuantity) -> list[tuple[float | str, ...]]:
+    """Return sizes and names of the units in which values are shown, the smallest first.
+
+    A third number is the smallest value in a unit, instead of its size.
+    """
+    if quantity.name == "prestress":
+        return [(0.01, "%")]
+    if quantity.unit:
+        return [(1.0, quantity.unit), (1e3, f"k{quantity.unit}", FROM_KILO)]
+    return [(one.size, one.unit) for one in shown_units(si_unit(quantity.dimension))]
 
 
 def _unit(item: s.Item, dimension: Dimension) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiled.calls import Shipped
-from tissuec.core.arrays import norm, typical
+from tissuec.core.arrays import distinct, norm, typical
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.nearest import TRIANGLE, places
@@ -62,7 +62,7 @@ class WatchedSkin:
         if self._alive is None or not np.array_equal(alive, self._alive):
             self._alive, self._whole = alive.copy(), self._supported.whole(alive)
             edges = self.surface.edges
-            own = np.unique(edges.of[self._whole])
+            own = distinct(edges.of[self._whole])
             self._intact = edges.ends[own], self.triangles[self._whole]
         return self._whole
 
