@@ -374,8 +374,7 @@ def _parsed(function: FunctionType) -> tuple[ast.Module, int]:
 
 
 def apply(mutant: Mutant) -> None:
-    """Change the running program; potentials are traced anew."""
-    potential_fields.traced_item.cache_clear()
+    """Change the running program."""
     module = import_module(mutant.module)
     if not mutant.line:
         setattr(module, mutant.function, getattr(module, mutant.function) * FACTOR)
@@ -408,7 +407,8 @@ def plain_operations(features: operations.Features) -> dict[str, object]:
 
 
 def as_python() -> None:
-    """Let what would be compiled run as it stands."""
+    """Let what would be compiled run as it stands, and trace potentials anew."""
+    potential_fields.traced_item.cache_clear()
     seen = list[operations.Features]()
 
     def found(integrator, features):

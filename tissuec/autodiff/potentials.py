@@ -130,15 +130,13 @@ class TracedItem:
 
         This is tried in states drawn at random.
         """
-        moved = [
-            along([self.energy], dict.fromkeys(self.x[axis::3], 1.0))[0] for axis in range(3)
-        ]
         chance, count = np.random.default_rng(0), 64
         values = {str(each.operation.detail): chance.normal(size=count) for each in self.x}
         for each in self.numbers:
             values[str(each.operation.detail)] = chance.uniform(0.5, 1.5, count)
-        scale = sum(np.abs(each) for each in evaluate(self.stored, values))
-        return any((np.abs(each) > 1e-9 * scale).any() for each in evaluate(moved, values))
+        slopes = np.stack(np.broadcast_arrays(*evaluate(self.stored, values)))
+        left = slopes.reshape(self.corners, 3, -1).sum(axis=0)
+        return bool((np.abs(left) > 1e-9 * np.abs(slopes).sum(axis=0)).any())
 
     @property
     def is_damped(self) -> bool:
