@@ -49,9 +49,12 @@ from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.points import (
     PointTable,
     force_loop,
+    matrices,
+    matrix_loop,
     record_loop,
     recorded,
     room_for,
+    room_for_matrices,
 )
 from tissuec.core.source import Span
 from tissuec.forces import Items
@@ -348,9 +351,12 @@ class SolidElements(MaterialField, frozen=True):
         Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
         E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
         """
-        stiff = _whole(self._recorded("moduli", position))
-        if not exact:
-            stiff = without_negative(stiff)
+        if exact:
+            kernel = _matrix_kernel(self._present, self.shape.nodes, self.points)
+            room = room_for_matrices(self.shape.nodes, self.item_count)
+            self._run(kernel, position, room)
+            return matrices(room, self.shape.nodes, self.item_count)
+        stiff = without_negative(_whole(self._recorded("moduli", position)))
         weight, slopes = self.drawn.volume[self.row], self.drawn.gradients[self.row]
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = slopes @ pooling.swapaxes(-1, -2)
@@ -620,12 +626,17 @@ class SolidElements(MaterialField, frozen=True):
         """Return numbers of each point in a state, shape (element, point, number)."""
         kind, count = self._present, self.item_count
         kernel, size = _record_kernel(kind, name, self.shape.nodes, self.points)
+        room = room_for(size, self.points, count)
+        self._run(kernel, position, room)
+        return recorded(room, count)
+
+    def _run(self, kernel: GeneratedKernel, position: Floats, room: Floats) -> None:
+        """Run a loop that writes numbers of elements in a state."""
         # Nodes may be numbered among some of all, unlike the hidden ones.
         velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
-        room = room_for(size, self.points, count)
         state = (np.ravel(each).astype(float) for each in (position, velocity))
-        kernel(0.0, *state, room.reshape(-1), self._table(kind, self.nodes, self._slots))
-        return recorded(room, count)
+        table = self._table(self._present, self.nodes, self._slots)
+        kernel(0.0, *state, room.reshape(-1), table)
 
     @property
     def crack_areas(self) -> Floats:
@@ -694,6 +705,14 @@ def _symmetric(six: Floats) -> Floats:
     found = np.empty((*six.shape[:-1], 3, 3))
     found[..., ROWS, COLUMNS] = found[..., COLUMNS, ROWS] = six
     return found
+
+
+@cache
+def _matrix_kernel(kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+    point = traced_point(kind)
+    return GeneratedKernel(
+        "elements_matrices", lambda own: matrix_loop(own, point, nodes, points)
+    )
 
 
 @cache

@@ -5,6 +5,7 @@ are side by side for all lanes; blocks of elements that are alike share them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -116,8 +117,9 @@ class _Points(ItemLoop):
         """Write what comes before the points that outputs are of: F of all, and its mean."""
         code, point, rows = self.code, self.point, 3 * self.nodes
         pooled, slope = point.state.pooled, point.slope_of_mean
-        self._values, _ = self.inputs([*outputs, pooled, slope, *point.scales], {}, [])
+        self.values, _ = self.inputs([*outputs, pooled, slope, *point.scales], {}, [])
         self._at, self._forms, sums = map(self.room_of, (rows, 9 * self.points, 2))
+        self.sums = sums
         needed = point.graph.inputs_of(outputs)
         self._flow = self.room_of(rows) if any(each.startswith("g.") for each in needed) else ""
         for corner, place in enumerate(self.places()):
@@ -134,20 +136,20 @@ class _Points(ItemLoop):
             first = code.add(f"mul i64 {q}, 9")
             for k, value in enumerate(form):
                 self.put(value, self._forms, code.add(f"add i64 {first}, {k}"))
-            given = self._values | {f"f.{k}": value for k, value in enumerate(form)}
+            given = self.values | {f"f.{k}": value for k, value in enumerate(form)}
             (share,) = code.write([pooled], given)
             self.add_up(weight, sums, 0)
             self.put(code.fused(weight, share, self.read(sums, 1)), sums, 1)
 
         self.each_point("deform", deform)
         mean = code.add(f"fdiv {code.kind} {self.read(sums, 1)}, {self.read(sums, 0)}")
-        self._values["mean"] = mean
-        (self._values["swell"],) = code.write([slope], self._values)
+        self.values["mean"] = mean
+        (self.values["swell"],) = code.write([slope], self.values)
 
     def at_point(self, q: str) -> tuple[list[list[str]], str, dict[str, str]]:
         """Return ∂N/∂X of the nodes at a point, its volume, and the values of all inputs."""
         slopes, weight = self.slopes_at(q)
-        values = dict(self._values)
+        values = dict(self.values)
         first = self.code.add(f"mul i64 {q}, 9")
         for k in range(9):
             place = self.code.add(f"add i64 {first}, {k}")
@@ -212,6 +214,13 @@ class _Points(ItemLoop):
                 for k in range(3):
                     value = self.code.fused(stress[3 * i + k], slope[k], value)
                 self.put(value, room, 3 * a + i)
+
+    def inner(self, one: Sequence[str], other: Sequence[str], more: str = "") -> str:
+        """Return a sum of products, and of one value more."""
+        code, found = self.code, more
+        for a, b in zip(one, other, strict=True):
+            found = code.fused(a, b, found) if found else code.add(f"fmul {code.kind} {a}, {b}")
+        return found
 
     def times(self, factor: str, values: Sequence[str]) -> list[str]:
         """Return products with one factor."""
@@ -343,6 +352,73 @@ def record_loop(
 
     loop.each_point("write", write)
     return loop.text(name, ("x", "v", "out"), PointTable)
+
+
+def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
+    """Return the loop that writes ∂²E/∂x∂x of each element, for ``matrices`` to read.
+
+    They are Σ w ∂N/∂X ∂²W/∂F∂F ∂N/∂X + U''/V p pᵀ with p = Σ w ∂r/∂F ∂N/∂X; the arguments are
+    those of ``force_loop``.
+    """
+    loop = _Points(point, nodes, points)
+    code, outputs = loop.code, [*point.moduli, *point.pooling]
+    loop.begin([*outputs, point.bend_of_mean])
+    entries = _entries(nodes)
+    halves, swell = loop.room_of(len(entries)), loop.room_of(3 * nodes)
+    loop.clear(halves, len(entries))
+    loop.clear(swell, 3 * nodes)
+
+    def add(q: str) -> None:
+        slopes, weight, values = loop.at_point(q)
+        written = loop.times(weight, code.write(outputs, values))
+        moduli, pooling = written[: len(point.moduli)], written[len(point.moduli) :]
+        loop.push(swell, pooling, slopes)
+        turned: dict[tuple[int, int, int], str] = {}  # by node, component, and component of F
+        for a, i, j in product(range(nodes), range(3), range(9)):
+            rows = [_of_half(moduli, 3 * i + k, j) for k in range(3)]
+            turned[a, i, j] = loop.inner(slopes[a], rows)
+        for row, (a, b, i, j) in enumerate(entries):
+            three = [turned[a, i, 3 * j + k] for k in range(3)]
+            loop.put(loop.inner(slopes[b], three, loop.read(halves, row)), halves, row)
+
+    loop.each_point("add", add)
+    (bend,) = code.write([point.bend_of_mean], loop.values)
+    rise = code.add(f"fdiv {code.kind} {bend}, {loop.read(loop.sums, 0)}")
+    pushed = [loop.read(swell, k) for k in range(3 * nodes)]
+    base = loop.row_of_blocks("out", len(entries))
+    for row, (a, b, i, j) in enumerate(entries):
+        (both,) = loop.times(rise, [pushed[3 * a + i]])
+        value = code.fused(both, pushed[3 * b + j], loop.read(halves, row))
+        code.store(value, code.address(base, row * LANES))
+    return loop.text(name, ("x", "v", "out"), PointTable)
+
+
+def _entries(nodes: int) -> list[tuple[int, int, int, int]]:
+    """Return nodes and components of the entries of the lower half of a matrix, by blocks."""
+    return [
+        (a, b, i, j) for a in range(nodes) for b in range(a + 1)
+        for i in range(3) for j in range(3)
+    ]  # fmt: skip
+
+
+def _of_half(values: Sequence[str], row: int, column: int) -> str:
+    """Return an entry of a symmetric matrix whose lower half is given row by row."""
+    high, low = max(row, column), min(row, column)
+    return values[high * (high + 1) // 2 + low]
+
+
+def room_for_matrices(nodes: int, elements: int) -> Floats:
+    """Return room for what ``matrix_loop`` writes, shape (block, entry, lane)."""
+    return np.zeros((len(filled(elements)) // LANES, len(_entries(nodes)), LANES))
+
+
+def matrices(room: Floats, nodes: int, elements: int) -> Floats:
+    """Return what ``matrix_loop`` has written, shape (element, node, 3, node, 3)."""
+    a, b, i, j = np.array(_entries(nodes)).T
+    every = np.moveaxis(room, -1, 1).reshape(-1, room.shape[1])[:elements]
+    found = np.empty((elements, nodes, 3, nodes, 3))
+    found[:, a, i, b, j] = found[:, b, j, a, i] = every
+    return found
 
 
 def room_for(outputs: int, points: int, elements: int) -> Floats:
