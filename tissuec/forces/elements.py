@@ -38,7 +38,7 @@ and yielding are in ``forces.solid_memory``.
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -47,14 +47,13 @@ from numpy.typing import NDArray
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.points import (
+    MatrixTable,
     PointTable,
     force_loop,
-    matrices,
     matrix_loop,
     record_loop,
     recorded,
     room_for,
-    room_for_matrices,
 )
 from tissuec.core.source import Span
 from tissuec.forces import Items
@@ -63,7 +62,7 @@ from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
 from tissuec.forces.element_memory import COLUMNS, ROWS, SIX, StoredTensors
 from tissuec.forces.elements_kernel import STATE, ElementTable
-from tissuec.forces.matrices import without_negative
+from tissuec.forces.matrices import BlockPattern, without_negative
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
 from tissuec.forces.solid_memory import NEVER, SolidBranches, SolidYield
 from tissuec.forces.solid_point import LEAST, SolidKind, traced_point
@@ -75,6 +74,9 @@ from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
 
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
@@ -345,18 +347,29 @@ class SolidElements(MaterialField, frozen=True):
             found[..., part] = (weight * stored).sum(axis=-1) + volume * of_mean
         return found
 
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
+        free = np.flatnonzero((number[self.nodes] >= 0).any(axis=1))
+        if not exact or not len(free):
+            return super().matrix(time, position, number, size, exact=exact)
+        own = self if len(free) == self.item_count else self.only(free)
+        pattern = BlockPattern.of(number[own.nodes], size)
+        room, table = pattern.room, own._table(own._present, own.nodes, own._slots)
+        kernel = _matrix_kernel(own._present, own.shape.nodes, own.points)
+        own._run(kernel, position, room, MatrixTable(*table, pattern.places.reshape(-1)))
+        return pattern.matrix(room)
+
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
         """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3).
 
         Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
         E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
         """
-        if exact:
-            kernel = _matrix_kernel(self._present, self.shape.nodes, self.points)
-            room = room_for_matrices(self.shape.nodes, self.item_count)
-            self._run(kernel, position, room)
-            return matrices(room, self.shape.nodes, self.item_count)
-        stiff = without_negative(_whole(self._recorded("moduli", position)))
+        stiff = _whole(self._recorded("moduli", position))
+        if not exact:
+            stiff = without_negative(stiff)
         weight, slopes = self.drawn.volume[self.row], self.drawn.gradients[self.row]
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = slopes @ pooling.swapaxes(-1, -2)
@@ -627,15 +640,16 @@ class SolidElements(MaterialField, frozen=True):
         kind, count = self._present, self.item_count
         kernel, size = _record_kernel(kind, name, self.shape.nodes, self.points)
         room = room_for(size, self.points, count)
-        self._run(kernel, position, room)
+        self._run(kernel, position, room, self._table(self._present, self.nodes, self._slots))
         return recorded(room, count)
 
-    def _run(self, kernel: GeneratedKernel, position: Floats, room: Floats) -> None:
+    def _run(
+        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: NamedTuple
+    ) -> None:
         """Run a loop that writes numbers of elements in a state."""
         # Nodes may be numbered among some of all, unlike the hidden ones.
         velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
         state = (np.ravel(each).astype(float) for each in (position, velocity))
-        table = self._table(self._present, self.nodes, self._slots)
         kernel(0.0, *state, room.reshape(-1), table)
 
     @property

@@ -22,7 +22,7 @@ Arguments of both are ``time, x, v`` as of the kernel, and
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -52,6 +52,57 @@ def assembled(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
     moves = (rows >= 0) & (columns >= 0)
     entries = blocks[moves], (rows[moves], columns[moves])
     return coo_matrix(entries, shape=(3 * size, 3 * size))
+
+
+class BlockPattern(NamedTuple):
+    """Where the matrices of items are added up, in blocks of 3 x 3.
+
+    Attributes:
+        places: Of the block of each pair of nodes of an item; those of nodes that do not move
+            are behind all blocks; shape (item, node, node).
+        indices, indptr: Columns of the blocks, and where rows begin, as in
+            ``scipy.sparse.bsr_array``.
+        size: Number of nodes that may move.
+    """
+
+    places: Indices
+    indices: Indices
+    indptr: Indices
+    size: int
+
+    @classmethod
+    def of(cls, number: Indices, size: int) -> "BlockPattern":
+        """Return the pattern of items.
+
+        Args:
+            number: Of their nodes among those that may move, -1 for others, shape (item, node).
+            size: Number of nodes that may move.
+        """
+        return _pattern(number.shape, np.ascontiguousarray(number, np.int64).tobytes(), size)
+
+    @property
+    def room(self) -> Floats:
+        """Return room for all blocks, and for what is left out, shape (block + 1, 3, 3)."""
+        return np.zeros((len(self.indices) + 1, 3, 3))
+
+    def matrix(self, room: Floats) -> "coo_matrix":
+        """Return the matrix of blocks that are added up, shape (3 size, 3 size)."""
+        from scipy.sparse import bsr_array, coo_matrix
+
+        shape = (3 * self.size, 3 * self.size)
+        return coo_matrix(bsr_array((room[:-1], self.indices, self.indptr), shape=shape))
+
+
+@lru_cache(maxsize=4)
+def _pattern(shape: tuple[int, int], numbers: bytes, size: int) -> BlockPattern:
+    number = np.frombuffer(numbers, np.int64).reshape(shape)
+    rows, columns = number[:, :, None], number[:, None, :]
+    moves = (rows >= 0) & (columns >= 0)
+    keys, found = np.unique((rows * size + columns)[moves], return_inverse=True)
+    places = np.full(moves.shape, len(keys))
+    places[moves] = found.reshape(-1)
+    indptr = np.searchsorted(keys, size * np.arange(size + 1))
+    return BlockPattern(places, keys % size if size else keys, indptr, size)
 
 
 def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":

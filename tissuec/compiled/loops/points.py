@@ -74,6 +74,23 @@ class PointTable(NamedTuple):
         )
 
 
+class MatrixTable(NamedTuple):
+    """Elements as ``matrix_loop`` reads them: a ``PointTable``, and where blocks are added.
+
+    Attributes:
+        targets: Place of the block of each pair of nodes, flat, shape (element, node, node).
+    """
+
+    size: int
+    places: Integers
+    numbers: Floats
+    key: Integers
+    gradients: Floats
+    weight: Floats
+    slots: Integers
+    targets: Integers
+
+
 class _Points(ItemLoop):
     """Writes one loop over elements."""
 
@@ -355,7 +372,7 @@ def record_loop(
 
 
 def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
-    """Return the loop that writes ∂²E/∂x∂x of each element, for ``matrices`` to read.
+    """Return the loop that adds ∂²E/∂x∂x of elements to blocks of 3 x 3 of a matrix.
 
     They are Σ w ∂N/∂X ∂²W/∂F∂F ∂N/∂X + U''/V p pᵀ with p = Σ w ∂r/∂F ∂N/∂X; the arguments are
     those of ``force_loop``.
@@ -385,12 +402,23 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
     (bend,) = code.write([point.bend_of_mean], loop.values)
     rise = code.add(f"fdiv {code.kind} {bend}, {loop.read(loop.sums, 0)}")
     pushed = [loop.read(swell, k) for k in range(3 * nodes)]
-    base = loop.row_of_blocks("out", len(entries))
     for row, (a, b, i, j) in enumerate(entries):
         (both,) = loop.times(rise, [pushed[3 * a + i]])
         value = code.fused(both, pushed[3 * b + j], loop.read(halves, row))
-        code.store(value, code.address(base, row * LANES))
-    return loop.text(name, ("x", "v", "out"), PointTable)
+        loop.put(value, halves, row)
+    rows = {entry: row for row, entry in enumerate(entries)}
+
+    def write() -> None:
+        first = code.add(f"mul i64 %item, {nodes * nodes}")
+        for a, b in product(range(nodes), range(nodes)):
+            at = code.address("%targets", code.add(f"add i64 {first}, {a * nodes + b}"), "i64")
+            base = code.address("%out", code.add(f"mul i64 {code.load(at, 'i64')}, 9"))
+            for i, j in product(range(3), range(3)):
+                row = rows[(a, b, i, j) if a >= b else (b, a, j, i)]
+                loop.add_to(code.address(base, 3 * i + j), loop.kept(halves, row))
+
+    loop.each_lane(write)
+    return loop.text(name, ("x", "v", "out"), MatrixTable)
 
 
 def _entries(nodes: int) -> list[tuple[int, int, int, int]]:
@@ -405,20 +433,6 @@ def _of_half(values: Sequence[str], row: int, column: int) -> str:
     """Return an entry of a symmetric matrix whose lower half is given row by row."""
     high, low = max(row, column), min(row, column)
     return values[high * (high + 1) // 2 + low]
-
-
-def room_for_matrices(nodes: int, elements: int) -> Floats:
-    """Return room for what ``matrix_loop`` writes, shape (block, entry, lane)."""
-    return np.zeros((len(filled(elements)) // LANES, len(_entries(nodes)), LANES))
-
-
-def matrices(room: Floats, nodes: int, elements: int) -> Floats:
-    """Return what ``matrix_loop`` has written, shape (element, node, 3, node, 3)."""
-    a, b, i, j = np.array(_entries(nodes)).T
-    every = np.moveaxis(room, -1, 1).reshape(-1, room.shape[1])[:elements]
-    found = np.empty((elements, nodes, 3, nodes, 3))
-    found[:, a, i, b, j] = found[:, b, j, a, i] = every
-    return found
 
 
 def room_for(outputs: int, points: int, elements: int) -> Floats:
