@@ -8,7 +8,19 @@ import pytest
 from tests.autodiff.graphs import by_complex_steps, formula, random_number
 from tests.every import every
 from tests.forces.test_fields import POTENTIALS
-from tissuec.autodiff import Vector, along, cos, exp, gradient, hessian, log, norm, sin, sqrt
+from tissuec.autodiff import (
+    Angle,
+    Vector,
+    along,
+    cos,
+    exp,
+    gradient,
+    hessian,
+    log,
+    norm,
+    sin,
+    sqrt,
+)
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph, Number
 
@@ -121,3 +133,11 @@ def test_a_norm_has_no_direction_where_it_is_zero():
     at = dict.fromkeys(NAMES, 0.0)
     assert np.array_equal(evaluate(gradient(length, components), at), np.zeros(3))
     assert np.isfinite(evaluate(list(hessian(length, components).values()), at)).all()
+
+
+def test_versines_of_small_angles_have_all_digits():
+    graph = Graph()
+    angle = graph.input("angle")
+    at = np.array([1e-9, 1e-4, 0.5, 2.0, 3.1])
+    (found,) = evaluate([Angle.written(angle).versine], {"angle": at})
+    assert found == pytest.approx(2.0 * np.sin(0.5 * at) ** 2, rel=1e-15)

@@ -29,7 +29,8 @@ def potential(x, v, p):
     e, q = x[1] - x[0], x[2] - x[0]
     mixed = random_number([*e, *q, p.weights[0] / p.weights[1]], 7)
     rate = v[1][0] - v[0][0] + p.weights[1] * v[2][1]
-    mixed = where(exp(p.weights[0]) > 3.0, mixed, exp(p.weights[0]) * mixed)
+    grown = exp(p.weights[0])  # known of an item, as is which side is chosen
+    mixed = where(grown > 3.0, mixed, grown * mixed) ** 2
     return Potential(p.stiffness * mixed, exp(-p.stiffness) * x[0][2] ** 2 * rate**2)
 
 

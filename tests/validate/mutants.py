@@ -355,17 +355,15 @@ def mutants_of(
 
 
 def functions_of(module: ModuleType) -> list[FunctionType]:
-    """Return the functions and methods that a module defines."""
-    found = []
+    """Return the functions and methods that a module defines, each once."""
+    found = {}
     for value in vars(module).values():
-        if inspect.isfunction(value) and value.__module__ == module.__name__:
-            found.append(value)
-        elif inspect.isclass(value) and value.__module__ == module.__name__:
-            for member in vars(value).values():
-                member = getattr(member, "fget", getattr(member, "__func__", member))
-                if inspect.isfunction(member) and member.__module__ == module.__name__:
-                    found.append(member)
-    return found
+        members = vars(value).values() if inspect.isclass(value) else [value]
+        for member in members:
+            member = getattr(member, "fget", getattr(member, "__func__", member))
+            if inspect.isfunction(member) and member.__module__ == module.__name__:
+                found[member.__qualname__] = member
+    return list(found.values())
 
 
 def _parsed(function: FunctionType) -> tuple[ast.Module, int]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tissuec.autodiff.functions import cos, ruled, sin, where
+from tissuec.autodiff.functions import cos, ruled, sin
 from tissuec.autodiff.graph import Number, Operand
 
 
@@ -53,8 +53,8 @@ class Angle(NamedTuple):
     @property
     def versine(self) -> Number:
         """Return 1 - cos θ, to full precision also of small angles."""
-        small = self.sine * self.sine / (1.0 + where(self.cosine > 0.0, self.cosine, 0.0))
-        value = where(self.cosine > 0.0, small, 1.0 - self.cosine)
+        # Of a small angle, nearly all is sin² θ/2, which has all digits.
+        value = 0.5 * (self.sine**2 + (1.0 - self.cosine) ** 2)
         return ruled(value, [self.way, self.sine], _of_versine)
 
 
