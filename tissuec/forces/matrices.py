@@ -82,7 +82,7 @@ class BlockPattern(NamedTuple):
 
     @property
     def room(self) -> Floats:
-        """Return room for all blocks, and for what is left out [N/m], shape (block + 1, 3, 3)."""
+        """Return room for blocks, and for what is left out [N/m], shape (block + 1, 3, 3)."""
         return np.zeros((len(self.indices) + 1, 3, 3))
 
     def matrix(self, room: Floats) -> "coo_matrix":
