@@ -15,6 +15,7 @@ from tissuec.cli import group
 from tissuec.compiler.prediction import predict
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.core.units import TIME, show
 from tissuec.geometry.edges import volume
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.pipeline import compile_request, simulate
@@ -139,7 +140,12 @@ def test_import_prints_a_scene_that_passes_the_check(organ: Path) -> None:
     checked = inside("check", "--strict", str(organ / "made.tis"))
     assert checked.return_value == 0, checked.output
     compiled, _ = compile_request(Request.file(organ / "made.tis"))
-    assert predict(compiled).seconds < 10.0
+    seconds = predict(compiled).seconds
+    assert seconds < 10.0
+    shown = f"{show(seconds, TIME, digits=2)} of processor time"
+    assert (shown in said.stderr) == (seconds > 2.0)
+    own = json.loads(inside("import", str(organ / "organ.obj"), "--json").stdout)
+    assert own["seconds"] == pytest.approx(seconds)
     facts = json.loads(
         inside("import", str(organ / "organ.obj"), "--unit", "cm", "--json").stdout
     )

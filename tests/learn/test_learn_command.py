@@ -12,7 +12,7 @@ from tests.test_progress import Terminal
 from tissuec.cli import group, run_guarded
 from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.learn.fit import gradient_check, learning, session
+from tissuec.learn.fit import expense, gradient_check, learning, session
 from tissuec.learn.fit.gradient_check import Compared
 from tissuec.learn.fit.learning import LearnProgress, Unlearnable
 from tissuec.measurements.reading import read_experiment
@@ -295,6 +295,15 @@ def test_derivatives_are_held_against_differences(here, call, monkeypatch, apart
     assert lines[0].split("  ")[0] == "derivative by" and len(lines) == 4
     word = "good" if code == 0 else "WRONG"
     assert lines[-1].startswith(f"learn gum: derivatives are {word}: 2 directions, at worst ")
+
+
+def test_many_runs_are_announced(here, call, monkeypatch):
+    monkeypatch.setattr(expense, "MANY", 20)
+    learner, said = Learner(), "derivatives are finite differences, which take about 20 runs"
+    assert said not in call(learner, "scene.tis")[2]
+    with (here / "scene.tis").open("a") as file:
+        file.write("script { at 0 s: fix pressed; at 2 ms: settle }\n")
+    assert said in "".join(call(learner, "scene.tis")[1:])
 
 
 def test_the_line_tells_passes_errors_and_the_time_left(here, call, monkeypatch):

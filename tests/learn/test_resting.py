@@ -7,11 +7,16 @@ import pytest
 from scipy.optimize import least_squares
 
 from tissuec.core.errors import CompileError
+from tissuec.engine.execution.run import run
+from tissuec.learn.derivatives import finite_differences
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.derivatives.static_model import StaticModel
+from tissuec.learn.fit import expense
+from tissuec.learn.fit.expense import expense_of
+from tissuec.learn.fit.learning import learn
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
 from tissuec.learn.fit.session import prepare
@@ -374,6 +379,34 @@ def test_what_has_no_exact_derivatives_is_fitted_by_differences(tmp_path):
     # Equilibria are found to 1e-9; differences are wrong by the square of a step of 1.4e-3.
     assert trial.model.predict(np.zeros(1)) == pytest.approx(force, rel=1e-8, abs=1e-11)
     assert trial.model.jacobian(np.zeros(1))[:, 0] == pytest.approx(force, rel=1e-5, abs=1e-9)
+
+
+def test_the_number_of_runs_is_told_before_a_fit_by_differences(tmp_path, monkeypatch):
+    u = np.array([0.0, 1.0, 2.5])
+    (tmp_path / "data.csv").write_text(csv(u, 1.3 * C * 1e-3 * u / SPRINGS))
+    path = tmp_path / "scene.tis"
+    script = f"{PULLED}\nwhen force(right) > 1 N: release right"
+    path.write_text(chain(script, f"{DISPLACED}; {FORCE}; adjust spring constant of gum"))
+    request = Request.file(path)
+    compiled, _ = compile_request(request)
+    session = prepare(compiled, compiled.fit_problems[0], request)
+    count = 0
+
+    def counting(*arguments):
+        nonlocal count
+        count += 1
+        return run(*arguments)
+
+    monkeypatch.setattr(finite_differences, "run", counting)
+    learn(compiled, compiled.fit_problems[0], request, session=session)
+    expected = expense_of(session)
+    # A good start needs half as many runs, a bad one twice as many.
+    assert 0.4 * expected.runs < count < 2.5 * expected.runs
+    assert 0.0 < expected.seconds < 10.0
+    assert not expected.announcement
+    monkeypatch.setattr(expense, "MANY", 20)
+    text = "derivatives are finite differences, which take about 20 runs, 0 s of processor time"
+    assert expense_of(session).announcement == text
 
 
 def test_a_net_that_nothing_holds_has_no_equilibrium(model):

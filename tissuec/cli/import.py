@@ -29,7 +29,10 @@ _NODES, _CELLS_ACROSS = 4000, 1.5
 _CUBES = 2000  # of a label image: an equilibrium takes seconds
 _MOST_SITES = 2_000_000  # of the lattice in the box around a body, of which some are taken
 
+_SHORT = 2.0  # [s]: runs that take longer are announced
+
 SHORT = "duration = 20 ms"
+SOLID = "duration = 1 s; integrator is equilibrium; step = 1 s"
 SCENE = """\
 language 1
 about "An organ from {name}."
@@ -82,8 +85,30 @@ def command(settings: Settings, file: Path, unit: str) -> Report:
     filling = _filling(mesh, facts)
     scene = _scene(facts, filling, file.name, unit)
     _warn_of_size(facts, unit)
-    document = {**facts, "file": str(file), "unit": unit, "scene": scene}
+    seconds = _predicted_seconds(scene, file) if SOLID in scene else None
+    if seconds is not None and seconds > _SHORT:
+        shown = units.show(seconds, units.TIME, digits=2)
+        echo(
+            f"note: the run of this scene takes about {shown} of processor time; the companion "
+            "run takes several times as long (to leave it out: --companion off)",
+            err=True,
+        )
+    document = {**facts, "file": str(file), "unit": unit, "scene": scene, "seconds": seconds}
     return Report([Verbatim(scene)], document)
+
+
+def _predicted_seconds(scene: str, file: Path) -> float | None:
+    """Return the processor time of the proposed run [s]; None where it cannot be compiled."""
+    from tissuec.compiler.prediction import predict
+    from tissuec.core.source import Source
+    from tissuec.pipeline import compile_request
+    from tissuec.scene.request import Request
+
+    try:
+        compiled, _ = compile_request(Request(Source("", scene, file.parent / "scene.tis")))
+    except TissueError:
+        return None
+    return predict(compiled).seconds
 
 
 def _elsewhere(file: Path) -> str:
@@ -241,7 +266,7 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
         preset="matter" if is_solid else "tissues",
         damping="" if is_solid else "; damping = 1 mN*s/m",
         # Steps of nearly incompressible solids are so short that their motion takes minutes.
-        times="duration = 1 s; integrator is equilibrium; step = 1 s" if is_solid else SHORT,
+        times=SOLID if is_solid else SHORT,
         every="1 s" if is_solid else "5 ms",
         name=name,
         facts="\n".join(f"# {line}" for line in lines),

@@ -247,6 +247,7 @@ class _Task(Struct, frozen=True):
 
 def _fit_data(task: _Task, compiled: "Compiled", problem: "FitProblem") -> Report:
     """Fit parameters or words to measured data."""
+    from tissuec.learn.fit.expense import expense_of
     from tissuec.learn.fit.learning import learn, rehearsal
     from tissuec.learn.fit.outcome import judged
     from tissuec.learn.fit.session import prepare
@@ -271,6 +272,8 @@ def _fit_data(task: _Task, compiled: "Compiled", problem: "FitProblem") -> Repor
     if state.exists() and not order.fresh:
         resumes = f"resumes from {state} if texts and data are unchanged (--fresh starts again)"
         task.settings.show(resumes, level="remark")
+    if announcement := expense_of(session).announcement:
+        task.settings.show(announcement, level="remark")
     with Passes(f"learn {problem.name}", shown=task.settings.shows_progress) as line:
         learnt = learn(
             compiled, problem, request, session=session, state=state, fresh=order.fresh,

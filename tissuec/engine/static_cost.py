@@ -4,8 +4,9 @@ Newton's method makes and factorises a matrix in each of its steps, which takes 
 the time. How many steps an equilibrium takes was measured: ``NEAR`` where a run goes on from
 the one before, and ``FIRST`` where ``settle`` comes from further away in a firm block. A body
 that bends far takes up to ``MOST`` times as many, by its slenderness (``_slenderness``).
-Nets of springs that fold freely may take ten times as many, and so may friction. Constants are
-processor time on one core.
+Beams one element thick took 3 times as many (134 factors, 44 steps were predicted), friction 24
+times the time, and a net of springs that folds freely 36 times. Constants are processor time on
+one core.
 """
 
 from collections.abc import Iterator

@@ -413,6 +413,9 @@ class Conditions:
             need, bodies = NEEDS[key], self.groups.bodies.values()
             if not need.text or self._has(key, name):
                 continue
+            own = self.groups.bodies.get(name.key)
+            if not all(one.drawing.body.is_whole for one in ([own] if own else bodies)):
+                self.findings.stop()  # its tissue, which makes it a solid or not, was rejected
             known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
             others = alternatives(name.text, known, what="there are")
             # Where any set will do, it is one of the body that is meant.

@@ -114,6 +114,13 @@ class FiniteDifferenceModel:
         """Return the step in a parameter over which differences are taken."""
         return float(np.clip(np.cbrt(3.0 * self.error), SMALLEST, LARGEST))
 
+    @property
+    def plan(self) -> Plan:
+        """Return the plan of a run at the first parameters, without outputs."""
+        written = self.shaping.compiled.plan
+        stop = float(self.times.max(initial=0.0)) or written.simulation.duration
+        return replace(without_outputs(written), simulation=self._simulation(stop))
+
     def freeze(self, theta: Floats) -> None:
         """Keep nothing: every run finds what happens by itself."""
 

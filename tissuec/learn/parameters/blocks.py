@@ -11,17 +11,21 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.learning.laws import constant_of, is_variable
+from tissuec.compiler.learning.laws import is_variable
+from tissuec.compiler.learning.starts import (
+    ARRAYS,
+    array_of,
+    is_given,
+    start_of,
+    start_of_tissues,
+)
 from tissuec.core.names import key_of
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.substitution import ForcePlace, UsePlace
-from tissuec.model.network import Floats, Indices, Network
-from tissuec.scene.model import Scene
-from tissuec.scene.reading.entries import entries_of
+from tissuec.model.network import Floats, Indices
 from tissuec.scene.tissues.quantities import QUANTITIES, STIFFENING
-from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
+from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, Adjust
 
-ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velocity"}
 _SMALL = {"prestress": 0.01}  # what counts as one of them, where the beginning is at zero
 
 
@@ -69,8 +73,7 @@ class ParameterBlock(Struct, frozen=True, eq=False):
     @property
     def array(self) -> str:
         """Return the name of the array that changes."""
-        what = self.adjust.what
-        return ARRAYS[what] if what in ARRAYS else QUANTITIES[what].array
+        return array_of(self.adjust.what)
 
     def value(self, theta: Floats) -> Floats:
         """Return the values in SI units, shape (parameter,)."""
@@ -100,33 +103,28 @@ class ParameterBlock(Struct, frozen=True, eq=False):
 def block_of(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return the parameters of an entry of a fit_problem."""
     if adjust.per == "force":
-        return _force_block(adjust, compiled.scene)
+        return _force_block(adjust, compiled)
     if adjust.per in ("tissue", "region"):
         return _tissue_block(adjust, compiled)
     if adjust.what in (START_POSITION, START_VELOCITY):
         return _start_block(adjust, compiled)
-    return _entry_block(adjust, compiled.network)
+    return _entry_block(adjust, compiled)
 
 
-def _entry_block(adjust: Adjust, network: Network) -> ParameterBlock:
+def _entry_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return factors of entries of an array, or one that a set of them shares."""
-    array = ARRAYS.get(adjust.what) or QUANTITIES[adjust.what].array
-    values = network.array(array)
-    group = np.full(len(values), -1, dtype=np.int64)
+    network, start = compiled.network, start_of(adjust, compiled)
+    group = np.full(len(network.array(array_of(adjust.what))), -1, dtype=np.int64)
     if adjust.per == "set":
         group[adjust.members] = 0
-        mean = float(np.exp(np.log(values[adjust.members]).mean()))
         name = f"{_called(adjust.what)} of {adjust.of}"
-        return ParameterBlock(
-            adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,)
-        )
+        return ParameterBlock(adjust, (name,), start, None, group, parts=(adjust.of,))
     group[adjust.members] = np.arange(len(adjust.members))
     ids = network.springs.ids if adjust.per == "spring" else network.node_ids
     names = tuple(
         f"{_called(adjust.what)} of {adjust.per} {ids[m]} of {adjust.of}"
         for m in adjust.members.tolist()
     )
-    start = values[adjust.members].astype(float)
     return ParameterBlock(adjust, names, start, None, group, parts=np.asarray(adjust.members))
 
 
@@ -151,12 +149,8 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
             (UsePlace(key_of(adjust.of)),),
             (f"{_called(adjust.what)} of {adjust.of}",),
         )
-    is_given = adjust.what in QUANTITIES and all(adjust.what in t.given for t in tissues)
-    if is_given:
-        start = np.array([t.given[adjust.what].value for t in tissues])
-    else:
-        start = np.array([constant_of(t, adjust.what, scene) for t in tissues])
-    may_turn = adjust.what == "prestress" or not is_given
+    start = start_of_tissues(adjust.what, tissues, scene)
+    may_turn = adjust.what == "prestress" or not is_given(adjust.what, tissues)
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
     are_variables = all(is_variable(t, adjust.what, scene) for t in tissues)
@@ -165,14 +159,11 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     )
 
 
-def _force_block(adjust: Adjust, scene: Scene) -> ParameterBlock:
+def _force_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return a number of a force: its logarithm, unless it may be negative or starts at 0."""
-    key = key_of(adjust.of)
-    entries = scene.forces[key].entries
-    field = entries_of(type(entries))[adjust.what].field
-    start = float(getattr(entries, field))
+    (start,) = start_of(adjust, compiled)
     scale = None if start > 0.0 and adjust.low >= 0.0 else abs(start) or 1.0
-    name, places = f"{adjust.what} of {adjust.of}", (ForcePlace(key),)
+    name, places = f"{adjust.what} of {adjust.of}", (ForcePlace(key_of(adjust.of)),)
     return ParameterBlock(
         adjust, (name,), np.array([start]), scale, places=places, parts=(adjust.of,)
     )
@@ -195,15 +186,14 @@ def _start_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     axes = [""] if along is not None else [" x", " y", " z"]
     group = np.full(values.shape, -1, dtype=np.int64)
     names: list[str] = []
-    start: list[float] = []
     for number, node in enumerate(adjust.members.tolist()):
         first = 0 if whole else number * len(axes)
         group[node] = first + np.arange(3) if along is None else first
         if not whole or not number:
             who = adjust.of if whole else f"node {network.node_ids[node]} of {adjust.of}"
             names += [f"{adjust.what}{axis} of {who}" for axis in axes]
-            start += values[node].tolist() if along is None else [float(values[node] @ along)]
-    return ParameterBlock(adjust, tuple(names), np.array(start), scale, group.ravel())
+    start = start_of(adjust, compiled)
+    return ParameterBlock(adjust, tuple(names), start, scale, group.ravel())
 
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)
