@@ -30,7 +30,13 @@ from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.integrators import banded, iterative
-from tissuec.forces import accelerations, potential_fields, springs_kernel
+from tissuec.forces import (
+    accelerations,
+    elements,
+    potential_fields,
+    solid_point,
+    springs_kernel,
+)
 from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
@@ -93,7 +99,16 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.contact_couples_kernel": None,
     "tissuec.forces.contact_sides_kernel": ("lay_inside",),
     "tissuec.forces.friction_kernel": None,
-    "tissuec.forces.elements_kernel": None,
+    "tissuec.forces.solid_point": (
+        "_point",
+        "_rates",
+        "_law",
+        "_mean_volume",
+        "_inner",
+        "_second_invariant",
+        "_unimodular_inverse",
+        "isochoric",
+    ),
     "tissuec.forces.activation_kernel": None,
     "tissuec.forces.symmetry_kernel": None,
     "tissuec.forces.membranes_kernel": None,
@@ -407,6 +422,8 @@ def plain_operations(features: operations.Features) -> dict[str, object]:
 def as_python() -> None:
     """Let what would be compiled run as it stands, and trace potentials anew."""
     potential_fields.traced_item.cache_clear()
+    solid_point.traced_point.cache_clear()
+    elements._force_kernel.cache_clear()
     seen = list[operations.Features]()
 
     def found(integrator, features):
