@@ -1,4 +1,4 @@
-"""Branches and yielding of solid elements: stress that relaxes, flow, and their derivatives.
+"""Branches and yielding of solid elements: stress that relaxes, and flow.
 
 A branch k is a neo-Hookean solid and a liquid in series, in parallel with the solid itself. At
 each point a symmetric tensor Ci stores how far the liquid has flowed; it begins as 1. With C =

@@ -1,13 +1,11 @@
-"""Strain of solids at points: energies that change with it, families of fibres, and prestretch.
+"""Fibres and prestretch of solid elements, and the slopes of their laws.
 
-Families of fibres in solid elements; for the equations see ``forces.elements``.
+Families of fibres store what ``forces.elements`` says. (T. C. Gasser, R. W. Ogden, G. A.
+Holzapfel, J. R. Soc. Interface 3:15, 2006.)
 
-T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface 3:15, 2006.
-
-Prestretch of solid elements: F0, by which the drawn body is stretched.
-
-Without stress, an element does not have its drawn shape: it is shorter by a factor λ along an
-axis n, or in all directions of the plane with the normal n, at the same volume:
+Prestretch F0 is that by which the drawn body is stretched. Without stress, an element does not
+have its drawn shape: it is shorter by a factor λ along an axis n, or in all directions of the
+plane with the normal n, at the same volume:
 
     F0 = λ n ⊗ n + λ^(-1/2) (1 - n ⊗ n)    or    F0 = λ^(-2) n ⊗ n + λ (1 - n ⊗ n).
 
