@@ -91,6 +91,57 @@ def test_jaws_touch_the_surface_of_what_they_hold():
     assert tips[:, 0].min() == pytest.approx(local[:, 0].max(), abs=0.1 * forceps.size)
 
 
+WIDEST = 0.35 - 1e-9  # [rad]: of each jaw
+BALL = """language 1
+tissue wall { spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 2 g }
+body ball {
+  mesh is sphere { centre = (0, 0, 0) mm; radius = 13 mm; subdivisions = 2 }
+  tissue is wall
+}
+set fundus = nodes of ball where PATCH
+tool pincers { kind is KIND; SHAFT }
+environment { gravity = (0, 0, 0) m/s^2 }
+script { at 0 s: grasp fundus with pincers }
+simulate { duration = 1 ms; integrator is velocity verlet; step = 1 ms }
+output { trajectory every 1 ms }
+"""
+
+
+@pytest.mark.parametrize("kind", ["forceps", "clamp"])
+@pytest.mark.parametrize(
+    ("patch", "shaft"),
+    [
+        ("x > 10 mm", "shaft = (1, 0, 0)"),
+        ("x > 10 mm", "shaft = (2, 1, 1)"),
+        ("x + z > 15 mm", "shaft = (0, 1, 3)"),
+        ("x + 2 * y > 24 mm", ""),
+    ],
+)
+def test_both_jaws_touch_the_outermost_nodes_that_they_hold(kind, patch, shaft):
+    scene = BALL.replace("PATCH", patch).replace("KIND", kind).replace("SHAFT", shaft)
+    result = tissuec.run(scene, companion="off")
+    moments = Moments.of(result, np.arange(len(result.times)))
+    (found,) = courses(moments)
+    held = moments.vectors("position", result.nodes_of("fundus"), np.float64)[0]
+    local = (held - found.origin[0]) @ found.axes[0].T / found.size
+    mesh = mesh_of(kind)
+    points = mesh.posed(float(found.setting[0]))
+    gaps: list[float] = []
+    for part, side in ((1, 1.0), (2, -1.0)):
+        node = local[(side * local[:, 0]).argmax()]
+        jaw = points[(mesh.part == part) & (mesh.vertices[:, 2] < 4.0)] * [side, 1.0, 1.0]
+        # The inner face is the least of each ring; jaws are 0.2 units thick and not quite flat.
+        inner = jaw[np.lexsort((jaw[:, 0], jaw[:, 2].round(1)))]
+        heights = np.unique(inner[:, 2].round(1))
+        faces = [inner[inner[:, 2].round(1) == z, 0].min() for z in heights]
+        assert heights[0] - 0.1 < node[2]
+        gaps.append(side * node[0] - float(np.interp(node[2], heights, faces)))
+    if found.setting[0] < WIDEST:
+        assert gaps == pytest.approx([0.0, 0.0], abs=0.25)
+    else:  # jaws that are too small are open as far as they can, between both nodes
+        assert min(gaps) > 0.0
+
+
 def test_scissors_close_in_the_plane_of_the_cut_when_it_happens():
     _, moments, found = seen(f"{PLANE} with shears")
     scissors, row = found["scissors"], Scenery.of(moments).row(0.4)

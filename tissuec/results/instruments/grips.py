@@ -95,6 +95,8 @@ class Scenery(NamedTuple):
 
 
 _WIDEST = 0.35  # [rad]: of each arm
+_EDGE = 0.05  # of what is held: the part at either side that is at a jaw
+_SHORTEST = 0.5  # of an arm, along which nodes touch it
 _OPEN = 0.05  # [rad]: by which arms open before they hold
 _AWAY = 1.5  # units that forceps come from
 _NEAREST = 0.05  # of the size of the bodies: of the tissue that is looked at around them
@@ -127,20 +129,19 @@ def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]
     rows = np.clip(np.arange(len(moments)), first, max(first, last))
     points = moments.of_held("position", nodes)[rows]
     begin = points[0]
-    middle = (begin.max(axis=0) + begin.min(axis=0)) / 2.0
     kind = scenery.kind(name)
     kind = kind if kind in ("needle", "clamp") else "forceps"
     shaft = scenery.shaft(name)
     if shaft is None and kind == "needle":
         shaft = _onwards(scenery, nodes, first)
     axes = _axes(begin, scenery.tissue(first), shaft)
-    spans = np.ptp(begin @ axes.T, axis=0)
-    middle = ((begin @ axes.T).max(axis=0) - spans / 2.0) @ axes
-    turns = rotations(begin, points)
-    origin = points.mean(axis=1) + np.einsum("rij,j->ri", turns, middle - begin.mean(axis=0))
+    local = begin @ axes.T
+    spans = np.ptp(local, axis=0)
     unit = scenery.unit(max(spans[0], spans[2]) / 1.1, name)
-    reach = 2.0 * mesh_of(kind).pivot * unit
-    grip = min(float(np.arcsin(min(1.0, spans[0] / reach))), _WIDEST) if reach else 0.0
+    place, grip = _between_jaws(local, mesh_of(kind).pivot * unit)
+    turns = rotations(begin, points)
+    shift = place @ axes - begin.mean(axis=0)
+    origin = points.mean(axis=1) + np.einsum("rij,j->ri", turns, shift)
     # From 1, before and after, to 0 while it holds.
     away = np.clip(np.maximum(held[0] - moments.times, moments.times - held[1])
                    / scenery.pause, 0.0, 1.0)  # fmt: skip
@@ -148,6 +149,34 @@ def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]
     origin = origin + seen[:, 2] * (_AWAY * unit * away)[:, None]
     life = (held[0] - scenery.pause, held[1] + scenery.pause)
     return Course(kind, name, unit, life, origin, seen, grip + _OPEN * away)
+
+
+def _between_jaws(held: Floats, arm: float) -> tuple[Floats, float]:
+    """Return where forceps work whose jaws touch nodes on both sides, and their angle [rad].
+
+    With the outermost nodes x1 and x2, d1 and d2 below the pivot, where a jaw is at ± d tan(a),
+    tan(a) = (x2 - x1) / (d1 + d2). The tips are at the deeper side.
+
+    Args:
+        held: Nodes along the axes of the forceps [m], shape (node, 3).
+        arm: From the pivot to the tips [m]; 0 without jaws.
+
+    Returns:
+        The place along these axes [m], shape (3,); the angle is limited.
+    """
+    low, high = held.min(axis=0), held.max(axis=0)
+    place = (low + high) / 2.0
+    if not arm:
+        return place, 0.0
+    edge = _EDGE * (high[0] - low[0])
+    left = held[held[:, 0] <= low[0] + edge].mean(axis=0)
+    right = held[held[:, 0] >= high[0] - edge].mean(axis=0)
+    place[1:] = (left[1] + right[1]) / 2.0, min(left[2], right[2])
+    depth = arm - np.array([left[2], right[2]]) + place[2]
+    depth = np.maximum(depth, _SHORTEST * arm)
+    slope = min((high[0] - low[0]) / float(depth.sum()), float(np.tan(_WIDEST)))
+    place[0] = (low[0] + high[0] + slope * (depth[0] - depth[1])) / 2.0
+    return place, float(np.arctan(slope))
 
 
 def _onwards(scenery: Scenery, nodes: Indices, row: int) -> Floats | None:
