@@ -18,6 +18,7 @@ body block {{
 }}
 set pressed = nodes of block where x < 1 mm
 environment {{ gravity = (0, 0, 0) m/s^2; contact is off; damping = 0 N*s/m }}
+script {{ at 0 s: fix pressed }}
 simulate {{ duration = 10 ms; integrator is automatic; tolerance = 1e-3 }}
 learn {fit_problem} {{
   data = ["one.csv", "two.csv"]

@@ -301,8 +301,8 @@ def test_many_runs_are_announced(here, call, monkeypatch):
     monkeypatch.setattr(expense, "MANY", 20)
     learner, said = Learner(), "derivatives are finite differences, which take about 20 runs"
     assert said not in call(learner, "scene.tis")[2]
-    with (here / "scene.tis").open("a") as file:
-        file.write("script { at 0 s: fix pressed; at 2 ms: settle }\n")
+    text = (here / "scene.tis").read_text()
+    (here / "scene.tis").write_text(text.replace("fix pressed", "fix pressed; at 2 ms: settle"))
     assert said in "".join(call(learner, "scene.tis")[1:])
 
 

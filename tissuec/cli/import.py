@@ -26,7 +26,7 @@ _MOST_HOLES = 5  # whose places are listed
 #: least so many cells across the mean thickness, 2 V / A of volume and surface. Tetrahedra also
 #: have nodes between their corners, so that they count as two along each side.
 _NODES, _CELLS_ACROSS = 4000, 1.5
-_CUBES = 2000  # of a label image: an equilibrium takes seconds
+_CUBES = 2000  # of a label image: its equilibrium takes about 14 s
 _MOST_SITES = 2_000_000  # of the lattice in the box around a body, of which some are taken
 
 _SHORT = 2.0  # [s]: runs that take longer are announced
@@ -89,8 +89,8 @@ def command(settings: Settings, file: Path, unit: str) -> Report:
     if seconds is not None and seconds > _SHORT:
         shown = units.show(seconds, units.TIME, digits=2)
         echo(
-            f"note: the run of this scene takes about {shown} of processor time; the companion "
-            "run takes several times as long (to leave it out: --companion off)",
+            f"note: the run of this scene takes about {shown} of processor time, without the "
+            "companion run",
             err=True,
         )
     document = {**facts, "file": str(file), "unit": unit, "scene": scene, "seconds": seconds}
