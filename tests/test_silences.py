@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from tests.every import every
-from tests.mistakes.silences import IDLE, MEASURED, MORE, SCENE, UNITS, Silence
+from tests.mistakes.silences import IDLE, MEASURED, MORE, RIGHT, SCENE, UNITS, Silence
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
@@ -37,6 +37,11 @@ def test_a_silence_is_answered_and_the_way_out_leads_out(name):
 @every("name", MORE)
 def test_mistakes_of_the_same_kinds_are_answered(name):
     _is_answered(MORE[name])
+
+
+@every("name", RIGHT)
+def test_what_is_right_is_not_answered(name):
+    assert not answered(*RIGHT[name])
 
 
 def _is_answered(one: Silence) -> None:

@@ -29,7 +29,7 @@ body pad {
   made of springs
   mesh is lattice { kind is sodium chloride; reach is second neighbours; cell = 5 mm; box from (0, 0, 0) mm to (40, 20, 10) mm }
   tissue is fat
-  region lump where within 6 mm of (20, 10, 5) mm { tissue is own }
+  region lump where within 6 mm of (20, 10, 5) mm { tissue is graft }
   interface is softer
   rupture is allowed
 }

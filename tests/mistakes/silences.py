@@ -22,7 +22,7 @@ body flap {
     corner = (0, 0, 40) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm
     columns = 5; rows = 3
   }
-  tissue is gel; thickness = 1 mm
+  tissue is hard; thickness = 1 mm
   FLAP
 }
 body suture {
@@ -79,6 +79,34 @@ IDLE = {
         "at 10 ms: { free rim; hold rim }",
     ),
     "fixed twice": S("SCRIPT", "at 10 ms: fix base", "W417", "base is fixed already"),
+    "motion by 0": S(
+        "SCRIPT", "from 60 ms to 90 ms: move tip by (0, 0, 0) mm using smooth profile",
+        "W417", "the vector of the motion is 0, so this moves nothing",
+        "from 60 ms to 90 ms: move tip by (0, 0, 1) mm using smooth profile",
+    ),
+    "turn by 0": S(
+        "SCRIPT", "from 60 ms to 90 ms: turn tip by 0 deg around (1, 0, 0) using ramp",
+        "W417", "the angle is 0, so this moves nothing",
+        "from 60 ms to 90 ms: turn tip by 90 deg around (1, 0, 0) using ramp",
+    ),
+    "push with 0 N": S(
+        "SCRIPT", "at 60 ms: push tip with 0 N along (0, 0, 1)", "W417", "for example: with 0.1 N",
+        "at 60 ms: push tip with 0.1 N along (0, 0, 1)",
+    ),
+    "pull with 0 N": S(
+        "SCRIPT", "at 60 ms: pull tip with (0, 0, 1 N - 1 N)", "W417", "the force is 0",
+        "at 60 ms: pull tip with 0.1 N along (0, 0, 1)",
+    ),
+    "press with 0 Pa": S(
+        "SCRIPT", "at 60 ms: press flap with 0 Pa along (0, 0, 1)", "W417", "the pressure is 0",
+        "at 60 ms: press flap with 16 kPa along (0, 0, 1)",
+    ),
+    "tissue of nothing": S(
+        "", "tissue spare like gel { density = 1.1 g/cm^3 }", "W502", "make a body or a joint of it",
+        "tissue spare like gel { density = 1.1 g/cm^3 }\n"
+        "body more like block { tissue is spare; moved by (0, 0, 90) mm }",
+    ),
+    "tool without a shape": S("", "tool shears { kind is scissors }", "W502", "name it in the script"),
     "seed of a grid": S(
         "STUDY", "seed = 3", "TIS306", "the design grid draws no random numbers",
         "seed = 3; design is latin hypercube; runs = 4",
@@ -97,6 +125,18 @@ MEASURED = {
     "force of a free set in a study": S(
         "STUDY", "measure push = max(force(side))", "W703", "weight and inertia",
         "measure push = max(force(base))",
+    ),
+    "speed of a fixed set": S(
+        "OUTPUT", "speed(base) every 10 ms", "W703", "base is fixed at 0 s and never freed",
+        "speed(side) every 10 ms",
+    ),
+    "speed of a fixed set in a study": S(
+        "STUDY", "measure pace = max(speed(rim))", "W703", "name nodes that can move",
+        "measure pace = max(speed(tip))",
+    ),
+    "kinetic energy of a fixed set": S(
+        "OUTPUT", "kinetic energy(rim) every 10 ms", "W703", "rim is fixed at 0 s",
+        "kinetic energy(flap) every 10 ms",
     ),
     "length of a solid": S(
         "OUTPUT", "length(block) every 10 ms", "TIS702", "name nodes along one edge",
@@ -163,6 +203,7 @@ MORE = {
     "fixed set is pushed": S(
         "SCRIPT", "from 60 ms to 90 ms: push base with (0, 0, 1) mN using ramp", "W417", "is fixed"),
     "interval of a fix": S("SCRIPT", "from 60 ms to 90 ms: fix tip", "W412", ""),
+    "friction of a tissue without contact": S("", _own("friction = 0.3"), "W407", "contact is off"),
     "breaking strain without rupture": S("", _own("breaking strain = 30 %"), "W404", "rupture is allowed"),
     "stress of a thread": S("OUTPUT", "stress(suture) every 10 ms", "TIS702", "block, flap"),
     "tension of a solid": S("OUTPUT", "tension(block) every 10 ms", "TIS702", "suture"),
@@ -198,4 +239,20 @@ MORE = {
         "ENVIRONMENT", "symmetric about plane through (10, 0, 0) mm facing (1, 0, 0)", "TIS309", "one side"),
     "joint out of reach": S(
         "", "joint glue { springs from roof to tip; reach = 1 mm; tissue is silk }", "TIS302", "30 mm apart"),
+}  # fmt: skip
+#: What is right, although it resembles the above: where it is written, and the text.
+RIGHT = {
+    "motion by a param that is 0": (
+        "SCRIPT", "from 60 ms to 90 ms: move tip by (0, 0, 0 * lift) using smooth profile"),
+    "repetition that begins with 0": (
+        "SCRIPT", "repeat i from 0 to 1 { at 60 ms: push tip with i * (0, 0, 1) mN }"),
+    "push that is 0 in one direction": ("SCRIPT", "at 60 ms: push tip with (0, 0, 1) mN"),
+    "base of a tissue": (
+        "", f"tissue first like gel {{ density = 1.1 g/cm^3 }}\ntissue own like first {{ }}\n{_BODY}"),
+    "tissue of a library": ("", 'use "matter/liver"'),
+    "tool that is measured": (
+        "", "tool clip { kind is clamp }\nexpect speed(clip) < 1 m/s over run"),
+    "friction of no amount": ("", _own("friction = 0")),
+    "speed of a set that is freed": (
+        "SCRIPT", "at 60 ms: free rim\n}\nstudy more { vary lift = [1 mm, 2 mm]; measure pace = max(speed(rim))"),
 }  # fmt: skip

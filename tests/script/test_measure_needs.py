@@ -56,7 +56,7 @@ def written(measure, kind):
     """Return a measure of what stands for a kind."""
     name = NAMES[kind]
     first = measure.form.replace("A)", f"{name})").replace("(A,", f"({name},")
-    return first.replace(", B)", ", solid)")
+    return first.replace(", B)", ", mat)")
 
 
 def answered(measure, kind, script=""):
@@ -76,7 +76,13 @@ OF_BODIES = [
 
 
 #: Conditions of the table that the scene meets.
-MET = {"yes", "unless it is flat", "of elements", "what it holds or consists of"}
+MET = {
+    "yes",
+    "unless it is flat",
+    "unless it is fixed",
+    "of elements",
+    "what it holds or consists of",
+}
 
 
 @pytest.mark.parametrize("name", sorted(OF_BODIES))

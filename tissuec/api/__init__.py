@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 #: The text of a scene, or the file that holds it.
 Scene: TypeAlias = "str | os.PathLike[str]"
 TEXT = "scene"  # what a text is called in messages
-UNUSED = ("W501", "W502")  # findings about params and sets that nothing in a text uses
+UNUSED = ("W501", "W502")  # findings about params, sets and others that nothing in a text uses
 
 
 def load(path: str | os.PathLike[str]) -> "Trajectory":

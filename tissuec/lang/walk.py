@@ -42,3 +42,8 @@ def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> It
 def names_in(node: Any) -> Iterator[Name]:
     """Yield every name inside a node or a tuple of nodes, but those of functions."""
     return (part for part in walk(node) if isinstance(part, Name))
+
+
+def is_number(node: Any) -> bool:
+    """Return whether an expression is written in numbers alone, without names and functions."""
+    return not any(isinstance(part, Name | Call | Applied) for part in walk(node))

@@ -56,12 +56,14 @@ class Part(Struct, frozen=True, kw_only=True):
         example: The part as it could be written, such as "by (0, 0, 1) mm".
         place: What it is called in forms; without it, the first word of ``what``: VECTOR.
         about: What it means, for editors.
+        moves: Whether it is how much an action moves, so that 0 moves nothing.
     """
 
     what: str = ""
     example: str = ""
     place: str = ""
     about: str = ""
+    moves: bool = False
 
     @property
     def placeholder(self) -> str:

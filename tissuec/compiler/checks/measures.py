@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiler.checks import check
-from tissuec.compiler.checks.usage import breakable_springs
+from tissuec.compiler.checks.usage import breakable_springs, fixed_since
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.observed import CompiledCondition, ObservedMeasure
 from tissuec.compiler.measures.quantities import ObservedExpression
@@ -167,6 +167,13 @@ def _is_held(compiled: Compiled, subject: Subject) -> bool:
     return False
 
 
+def _moves(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether nodes of a subject may ever move."""
+    if subject.nodes is None or not len(subject.nodes):
+        return True
+    return bool(fixed_since(compiled)[subject.nodes].any())
+
+
 def _divides(compiled: Compiled, subject: Subject) -> bool:
     """Return whether nodes may be in several pieces at some time."""
     if subject.nodes is None or not len(subject.nodes):
@@ -212,6 +219,7 @@ _FOUND: Mapping[str, Callable[[Compiled, Subject], bool]] = {
     "load": _is_loaded,
     "support": _is_supported,
     "hold": _is_held,
+    "motion": _moves,
     "division": _divides,
     "energy": _stores_energy,
     "yielding": _yields,

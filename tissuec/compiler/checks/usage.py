@@ -1,4 +1,4 @@
-"""Checks of what a scene writes without effect: rules, params, sets, shapes, cuts."""
+"""Checks of what a scene writes without effect: rules, shapes, friction, limits, cuts."""
 
 from collections.abc import Iterator, Sequence
 
@@ -14,14 +14,14 @@ from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.compiler.selections import extents
 from tissuec.core.arrays import distinct
 from tissuec.core.errors import Diagnostic, Note, counted
-from tissuec.core.hints import Edit, Hint, leaving_out
+from tissuec.core.hints import Edit, Hint, leaving_out, removal
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import names_in, walk
+from tissuec.lang.walk import walk
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
-from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.model import AssignedQuantity, Scene, Tissue
 from tissuec.scene.overrides.entries import SET
 from tissuec.scene.overrides.idle import idle_overrides, tissues_in_use
 from tissuec.scene.tissues.quantities import (
@@ -89,69 +89,6 @@ def vain_overrides(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 @check
-def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W501: a param or let that nothing uses; a study or ``--set`` would do nothing.
-
-    A scene does not have to use all params of files, unless they are set.
-    """
-    constants = compiled.scene.constants
-    used = constants.used | _replaced(compiled)
-    factors = (f for study in compiled.scene.studies.values() for f in study.factors)
-    needed = constants.overrides.keys() | {s.key_of(factor.name) for factor in factors}
-    for key, declared in compiled.scene.declarations.of("let").items():
-        is_own = declared.item.span.source is compiled.scene.source
-        if is_own and isinstance(declared.item, s.Assign) and key not in used:
-            yield Diagnostic(
-                "W501",
-                f'"{declared.name.text}" is never used',
-                declared.name.span,
-                leaving_out("use it or remove it", declared.item.span),
-            )
-    for key, declared in compiled.scene.declarations.of("param").items():
-        is_own = declared.item.span.source is compiled.scene.source
-        if key not in used and (is_own or key in constants.overrides):
-            yield Diagnostic(
-                "W501",
-                f'the param "{declared.name.text}" is never used',
-                declared.name.span,
-                # Params that are set or varied cannot be removed.
-                leaving_out(
-                    "use it or remove it; to set or vary it has no effect",
-                    *(() if key in needed else (declared.item.span,)),
-                ),
-            )
-
-
-@check
-def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W502: a set that no sentence names; files may declare more than a scene needs."""
-    known = compiled.groups.used | _replaced(compiled)
-    for key, declared in compiled.scene.declarations.of("set").items():
-        is_own = declared.item.span.source is compiled.scene.source
-        if key not in known and is_own and isinstance(declared.item, s.Assign):
-            yield Diagnostic(
-                "W502",
-                f'the set "{declared.name.text}" is never used',
-                declared.name.span,
-                leaving_out(
-                    "use it or remove it, unless a study measures it with --measure",
-                    declared.item.span,
-                ),
-            )
-
-
-def _replaced(compiled: Compiled) -> set[str]:
-    """Return the lower-case names in entries that ``--set`` has replaced."""
-    entries = compiled.scene.declarations.replaced
-    return {
-        name.key
-        for entry in entries
-        for name in names_in(entry)
-        if name is not getattr(entry, "name", None)
-    }
-
-
-@check
 def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
     """W407: a tool with a shape that touches nothing, because contact is off."""
     if compiled.scene.environment.contact is not None:
@@ -167,6 +104,58 @@ def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
                     *turning_contact_on(compiled).edits,
                 ),
             )
+
+
+@check
+def friction_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W407: a friction that the scene writes of a tissue, and with which nothing rubs."""
+    found = _unfelt_friction(compiled)
+    if found is None:
+        return
+    why, hint = found
+    said = set[Span]()  # tissues that are like another one have its entry
+    for tissue in tissues_in_use(compiled.scene):
+        given = tissue.given.get(FRICTION)
+        if given is None or not given.value or not _is_own(given, compiled.scene):
+            continue
+        if given.span not in said:
+            said.add(given.span)
+            is_text = given.span.source is compiled.scene.source
+            without = (removal(given.span),) if is_text else ()
+            yield Diagnostic(
+                "W407",
+                f"the friction of {tissue.name} has no effect: {why}",
+                given.span,
+                Hint(f"remove it, or {hint}", *without, *hint.edits),
+            )
+
+
+def _unfelt_friction(compiled: Compiled) -> tuple[str, Hint] | None:
+    """Return why frictions of tissues have no effect, with a remedy; None if they may have."""
+    scene, law = compiled.scene, compiled.scene.environment.contact
+    tools_touch = any(tool.shapes and tool.may_touch for tool in scene.tools.values())
+    if law is None:
+        edits = turning_contact_on(compiled).edits if tools_touch else ()
+        return "contact is off", Hint("write: contact is tools only", *edits)
+    if law.friction is not None:
+        return "that of the environment replaces it", Hint("that of the environment")
+    if compiled.network.contact is None or tools_touch or law.within_bodies:
+        return None
+    rough = [
+        body
+        for body in scene.bodies.values()
+        if any(one.given[FRICTION].value for one in body.tissues if FRICTION in one.given)
+    ]
+    if len(rough) > 1:
+        return None
+    why = "no other body has any, and the smaller of two counts"
+    return why, Hint("give the tissue of another body a friction")
+
+
+def _is_own(given: AssignedQuantity, scene: Scene) -> bool:
+    """Return whether the scene itself writes a number of a tissue, or it is set."""
+    source = given.span.source
+    return given.how == "written" and (source is scene.source or source.name == SET)
 
 
 @check
@@ -240,10 +229,9 @@ def limits_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     for tissue in tissues_in_use(scene):
         for name in (BREAKING_FORCE, "crushing force", *LIMITS):
             given = tissue.given.get(name)
-            if given is None or given.how != "written" or tissue.name in able:
+            if given is None or tissue.name in able or not _is_own(given, scene):
                 continue
-            is_own = given.span.source is scene.source or given.span.source.name == SET
-            if is_own and np.isfinite(given.value):
+            if np.isfinite(given.value):
                 yield Diagnostic(
                     "W404",
                     f"nothing made of {tissue.name} may rupture, so its {name} has no effect",
@@ -351,7 +339,7 @@ def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
 @check
 def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
     """W417: what is done to nodes that are fixed for good, and scenes of which all is fixed."""
-    fixed, plan = _fixed_since(compiled), compiled.plan
+    fixed, plan = fixed_since(compiled), compiled.plan
     fixes = [event.action for event in plan.events if isinstance(event.action, Fix)]
     own = fixed[: compiled.network.body_nodes]
     if fixes and len(own) and not own.any():
@@ -382,7 +370,7 @@ def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
         yield Diagnostic("W417", message, action.span, hint)
 
 
-def _fixed_since(compiled: Compiled) -> NDArray[np.float64]:
+def fixed_since(compiled: Compiled) -> NDArray[np.float64]:
     """Return when nodes are fixed for good [s], infinite of others, shape (node,)."""
     network, plan = compiled.network, compiled.plan
     fixed = np.full(network.node_count, np.inf)

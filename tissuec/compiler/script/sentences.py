@@ -3,19 +3,23 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn, TypeGuard
 
+import numpy as np
+
 from tissuec.compiler.script.profiles import read_profiles
 from tissuec.compiler.sets import Groups
 from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import is_number
 from tissuec.model.profiles import TimeProfile
 from tissuec.scene.members import HOLDING
 from tissuec.scene.model import Tool
 from tissuec.scene.reading.clauses import ClauseReader
 from tissuec.scene.reading.expressions import Scope
-from tissuec.script.forms import PATH, forms_of, text_of
+from tissuec.script.forms import PATH, VerbSentence, forms_of, text_of
 from tissuec.script.parts import (
+    ClausePart,
     DirectedClause,
     Part,
     ProfileClause,
@@ -55,8 +59,10 @@ class SentenceOrder(ClauseReader):
     def action(self) -> Action:
         """Return the action of the sentence."""
         self._refuse_direction()
-        action = self.read().action(self)
+        said = self.read()
+        action = said.action(self)
         self.finish()
+        self._doubt_zeros(said)
         return action
 
     def names_springs(self) -> bool:
@@ -115,6 +121,31 @@ class SentenceOrder(ClauseReader):
             return False
         has_direction = isinstance(part, DirectedClause) and part.along in self.clauses
         return not has_direction and not isinstance(self.clauses[part.word].value, s.Vector)
+
+    def _doubt_zeros(self, said: VerbSentence) -> None:
+        """Warn of amounts that are written as 0, so that nothing moves.
+
+        Names and repetitions may be 0 for once.
+        """
+        for name, part in self.form.parts.items():
+            amount = getattr(said, name) if part.moves else None
+            if amount is None or np.any(amount) or not isinstance(part, ClausePart):
+                continue
+            clause = self.clauses[part.word]
+            if clause.span.repetition or not is_number(clause.value):
+                continue
+            example = part.example
+            if isinstance(part, DirectedClause) and part.along in self.clauses:
+                example = example.partition(f" {part.along} ")[0]
+            self.scope.findings.add(
+                "W417",
+                f"the {part.what} is 0, so this moves nothing",
+                clause.span,
+                hint=Hint(
+                    f"remove it, or write another one, for example: {example}",
+                    Edit(example, clause.span),
+                ),
+            )
 
     # --- sets, bodies and tools ---------------------------------------------------------------
 

@@ -345,6 +345,7 @@ def _declare(
         hint = Hint(
             f"write {kind} {based[1]} like {based[2]}", Edit(f"{based[1]} like {based[2]}")
         )
+        findings.doubt(s.Name(based[1], None, name.span))
         findings.reject(
             "TIS312", f'a {kind} is based on another with "like"', name.span, hint=hint
         )

@@ -20,6 +20,7 @@ class KineticEnergy(ScalarMeasure):
     dimension = units.ENERGY
     subjects = 1
     takes = "nodes"
+    needs = ("motion",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -24,6 +24,7 @@ YES = "yes"
 _PRESSED = "if it is pressed or keeps its volume"
 _OUTSIDE = "if touched, joined or pressed"
 _HELD_SET = "if held, pushed, touched, joined or pressed"
+_FREE = "unless it is fixed"
 _DIVIDED = "if it is cut or may rupture"
 
 
@@ -85,6 +86,11 @@ NEEDS: Mapping[str, Need] = {
         absent="nothing holds, pushes, joins or touches A",
         hint="name the set that is fixed, held or moved",
         result="comes from the weight and inertia of its nodes alone",
+    ),
+    "motion": Need(
+        {**dict.fromkeys(KINDS, YES), "nodes of a set": _FREE},
+        absent="A is fixed at 0 s and never freed",
+        hint="name nodes that can move",
     ),
     "lines": Need(
         {"net": YES, "thread": YES, "nodes of a set": YES, "springs of a set": YES},

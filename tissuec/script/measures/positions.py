@@ -39,6 +39,7 @@ class Speed(ScalarMeasure):
     dimension = units.VELOCITY
     subjects = 1
     takes = "nodes"
+    needs = ("motion",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

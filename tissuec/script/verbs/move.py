@@ -52,7 +52,8 @@ class Move(VerbSentence, frozen=True):
 
     mover: Moved
     by: Annotated[
-        Floats | None, VectorClause("by", LENGTH, what="vector of the motion", example=SHIFT)
+        Floats | None,
+        VectorClause("by", LENGTH, what="vector of the motion", example=SHIFT, moves=True),
     ]
     profiles: Annotated[tuple[TimeProfile, ...], ProfileClause("", "", path="by")]
     duration: Lasting
@@ -100,7 +101,9 @@ class Turn(VerbSentence, frozen=True):
     meant: ClassVar[str] = "rotate twist tilt spin"
 
     mover: Moved
-    angle: Annotated[float, AngleClause("by", what="angle", place="ANGLE", example="by 90 deg")]
+    angle: Annotated[
+        float, AngleClause("by", what="angle", place="ANGLE", example="by 90 deg", moves=True)
+    ]
     axis: Annotated[Floats, direction("around")]  # unit vector, shape (3,)
     centre: Annotated[Floats | None, point("through")]  # None: the mean position
     profile: Annotated[TimeProfile, MOVING]

@@ -43,7 +43,7 @@ class Press(VerbSentence, frozen=True):
     group: Annotated[Group, SubjectPart("nodes", (BODY, SET))]
     amount: Annotated[
         float,
-        NumberClause("with", PRESSURE, what="pressure", example="with 16 kPa"),
+        NumberClause("with", PRESSURE, what="pressure", example="with 16 kPa", moves=True),
     ]
     has_caps: Annotated[bool, FlagPart("with caps")]
     along: Annotated[Floats | None, direction("along")]

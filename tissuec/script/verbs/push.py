@@ -55,6 +55,7 @@ class Push(VerbSentence, frozen=True):
             "along (0, 0, -1)",
             what="force",
             example="with 0.1 N along (0, 0, 1)",
+            moves=True,
         ),
     ]
     each_node: Annotated[bool, FlagPart("on each node")]
