@@ -39,6 +39,6 @@ from tissuec.autodiff.unknowns import Least, least
 __all__ = [
     "TINY", "Angle", "Least", "Number", "Numbers", "Potential", "Tensor", "TracingError",
     "Vector", "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient",
-    "hessian", "in_arrays", "least", "log", "maximum", "minimum", "norm", "ruled", "sin", "sqrt",
-    "square", "symmetric_part", "trace", "where",
+    "hessian", "in_arrays", "least", "log", "maximum", "minimum", "norm", "ruled", "sin",
+    "sqrt", "square", "symmetric_part", "trace", "where",
 ]  # fmt: skip

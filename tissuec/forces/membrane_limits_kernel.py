@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from tissuec.forces.element_limits_kernel import NONE, grown
 from tissuec.forces.elements_kernel import call_law
-from tissuec.forces.membrane_record_kernel import MembraneTable
 from tissuec.forces.membranes_kernel import (
+    MembraneTable,
     fibre_strain,
     measure,
     stress,
@@ -50,8 +50,8 @@ def burden_membranes(
         f[e] = (widest - 1.0) / limits.strain[e]
         if limits.stress[e] < NONE or limits.energy[e] < NONE:
             measure(first, mixed, second, state)
-            root = volume_root(e, wall, remembers=False)
-            s, t, u = stress(e, root, wall, remembers=False)
+            root = volume_root(e, wall)
+            s, t, u = stress(e, root, wall)
             # S C has the principal values of F S Fᵀ.
             pull = larger(
                 s * first + t * mixed, s * mixed + t * second,

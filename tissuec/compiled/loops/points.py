@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.autodiff.graph import Number
-from tissuec.autodiff.points import SIX, TracedPoint
+from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.items import LANES, ItemLoop, LoopText, blocked, filled
 from tissuec.kernels.records import Floats, Integers
 
@@ -24,7 +24,7 @@ class PointTable(NamedTuple):
         places: Three times the nodes, element by element, filled up to whole blocks of lanes.
         numbers: Numbers of the elements, blocked as those of an ``ItemTable``.
         key: Of the gradients of each block.
-        gradients: ∂N/∂X [1/m], flat, shape (key, point, 3 node, lane).
+        gradients: ∂N/∂X [1/m], flat, shape (key, point, node, direction, lane).
         weight: Volume of each point [m³], flat, shape (key, point, lane).
         slots: Where the first number of a tensor is among velocities; -1 without one; flat,
             shape (block, tensor, lane).
@@ -54,14 +54,15 @@ class PointTable(NamedTuple):
             nodes: Of the elements, shape (element, node).
             columns: Numbers of the elements, in any unit, shape (number, element).
             row: Of each element in the following two, shape (element,).
-            gradients: ∂N/∂X [1/m], shape (row, point, node, 3).
+            gradients: ∂N/∂X [1/m], shape (row, point, node, direction).
             weight: Volume of each point [m³], shape (row, point).
             slots: As the attribute, shape (tensor, element).
         """
         every = filled(len(nodes))
         lanes = row[every].reshape(len(every) // LANES, LANES)
         keys, key = np.unique(lanes, axis=0, return_inverse=True)
-        steep = gradients.reshape(*gradients.shape[:2], 3 * nodes.shape[1])[keys]
+        rows, points, count, width = gradients.shape
+        steep = gradients.reshape(rows, points, count * width)[keys]
         return cls(
             len(nodes),
             (3 * nodes[every].astype(np.int64)).ravel(),
@@ -79,6 +80,7 @@ class _Points(ItemLoop):
     def __init__(self, point: TracedPoint, nodes: int, points: int):
         super().__init__(point.graph, point.numbers, nodes, LANES)
         self.point, self.nodes, self.points = point, nodes, points
+        self.components, self.kept_numbers = len(point.f), len(point.places)
 
     # --- memory of a block ------------------------------------------------------------------
 
@@ -115,23 +117,27 @@ class _Points(ItemLoop):
     def begin(self, outputs: Sequence[Number]) -> None:
         """Write what comes before the points that outputs are of: F of all, and its mean."""
         code, point, rows = self.code, self.point, 3 * self.nodes
-        pooled, slope = point.state.pooled, point.slope_of_mean
+        pooled, slope = point.pooled, point.slope_of_mean
         self._values, _ = self.inputs([*outputs, pooled, slope, *point.scales], {}, [])
-        self._at, self._forms, sums = map(self.room_of, (rows, 9 * self.points, 2))
+        self._at, self._forms, sums = map(
+            self.room_of, (rows, self.components * self.points, 2)
+        )
         needed = point.graph.inputs_of(outputs)
         self._flow = self.room_of(rows) if any(each.startswith("g.") for each in needed) else ""
         for corner, place in enumerate(self.places()):
             for room, vector in ((self._at, "x"), (self._flow, "v")):
                 for axis, value in enumerate(self.gather(vector, place) if room else ()):
                     self.put(value, room, 3 * corner + axis)
-        self.clear(sums, 2)
         code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
         code.line("%row = load i64, ptr %own.key, align 8")
+        if not point.is_pooled:
+            return
+        self.clear(sums, 2)
 
         def deform(q: str) -> None:
             slopes, weight = self.slopes_at(q)
             form = self.gradient_of(self._at, slopes)
-            first = code.add(f"mul i64 {q}, 9")
+            first = code.add(f"mul i64 {q}, {self.components}")
             for k, value in enumerate(form):
                 self.put(value, self._forms, code.add(f"add i64 {first}, {k}"))
             given = self._values | {f"f.{k}": value for k, value in enumerate(form)}
@@ -148,10 +154,14 @@ class _Points(ItemLoop):
         """Return ∂N/∂X of the nodes at a point, its volume, and the values of all inputs."""
         slopes, weight = self.slopes_at(q)
         values = dict(self._values)
-        first = self.code.add(f"mul i64 {q}, 9")
-        for k in range(9):
-            place = self.code.add(f"add i64 {first}, {k}")
-            values[f"f.{k}"] = self.read(self._forms, place)
+        if self.point.is_pooled:
+            first = self.code.add(f"mul i64 {q}, {self.components}")
+            every = range(self.components)
+            places = [self.code.add(f"add i64 {first}, {k}") for k in every]
+            form = [self.read(self._forms, place) for place in places]
+        else:
+            form = self.gradient_of(self._at, slopes)
+        values |= {f"f.{k}": value for k, value in enumerate(form)}
         if self._flow:
             moved = self.gradient_of(self._flow, slopes)
             values |= {f"g.{k}": value for k, value in enumerate(moved)}
@@ -180,23 +190,24 @@ class _Points(ItemLoop):
         """Return ∂N/∂X of each node at a point, and its volume."""
         code = self.code
         place = code.add(f"add i64 {code.add(f'mul i64 %row, {self.points}')}, {q}")
+        width = self.point.directions
         base = code.address(
-            "%gradients", code.add(f"mul i64 {place}, {3 * self.nodes * LANES}")
+            "%gradients", code.add(f"mul i64 {place}, {width * self.nodes * LANES}")
         )
         weight = code.load(code.address("%weight", code.add(f"mul i64 {place}, {LANES}")))
         return [
-            [code.load(code.address(base, (3 * a + k) * LANES)) for k in range(3)]
+            [code.load(code.address(base, (width * a + k) * LANES)) for k in range(width)]
             for a in range(self.nodes)
         ], weight
 
     def gradient_of(self, room: str, slopes: Sequence[Sequence[str]]) -> list[str]:
-        """Return Σ x_a ⊗ ∂N_a/∂X of a vector that is kept, nine values."""
-        code, found = self.code, [""] * 9
+        """Return Σ x_a ⊗ ∂N_a/∂X of a vector that is kept, row by row."""
+        code, found = self.code, [""] * self.components
         for a, slope in enumerate(slopes):
             for i in range(3):
                 x = self.read(room, 3 * a + i)
-                for k in range(3):
-                    place = 3 * i + k
+                for k in range(len(slope)):
+                    place = len(slope) * i + k
                     found[place] = (
                         code.fused(x, slope[k], found[place])
                         if a
@@ -209,8 +220,8 @@ class _Points(ItemLoop):
         for a, slope in enumerate(slopes):
             for i in range(3):
                 value = self.read(room, 3 * a + i)
-                for k in range(3):
-                    value = self.code.fused(stress[3 * i + k], slope[k], value)
+                for k, steep in enumerate(slope):
+                    value = self.code.fused(stress[len(slope) * i + k], steep, value)
                 self.put(value, room, 3 * a + i)
 
     def times(self, factor: str, values: Sequence[str]) -> list[str]:
@@ -231,7 +242,7 @@ class _Points(ItemLoop):
     def tensors_at(self, q: str, values: Mapping[str, str]) -> dict[str, str]:
         """Return what is stored of all tensors at a point."""
         code, found = self.code, dict[str, str]()
-        own = code.add(f"mul i64 {q}, {len(SIX)}") if self.point.tensors else ""
+        own = code.add(f"mul i64 {q}, {self.kept_numbers}") if self.point.tensors else ""
         for tensor in range(self.point.tensors):
             places: list[str] = []
             for lane in range(LANES):
@@ -239,15 +250,17 @@ class _Points(ItemLoop):
                 test = code.add(f"icmp slt i64 {slot}, 0")
                 there = code.add(f"add i64 {slot}, {own}")
                 places.append(code.add(f"select i1 {test}, i64 0, i64 {there}"))
-            more = [code.add(f"add i64 {place}, 3") for place in places]
-            six = [*self.gather("v", places), *self.gather("v", more)]
-            scaled = self.times(values[f"p.inverse_rate.{tensor}"], six)
+            numbers = self.gather("v", places)
+            if self.kept_numbers > len(numbers):
+                more = [code.add(f"add i64 {place}, 3") for place in places]
+                numbers += self.gather("v", more)
+            scaled = self.times(values[f"p.inverse_rate.{tensor}"], numbers)
             found |= {f"t.{tensor}.{k}": value for k, value in enumerate(scaled)}
         return found
 
     def give(self, name: str, q: str, room: str) -> None:
         """Add rates that are kept to those of the hidden nodes of each lane."""
-        code, own = self.code, self.code.add(f"mul i64 {q}, {len(SIX)}")
+        code, own = self.code, self.code.add(f"mul i64 {q}, {self.kept_numbers}")
         for tensor in range(self.point.tensors):
             loop = f"{name}.{tensor}"
 
@@ -257,8 +270,9 @@ class _Points(ItemLoop):
                 code.line(f"br i1 %{loop}.has, label %{loop}.some, label %{loop}.end")
                 code.label(f"{loop}.some")
                 base = code.address("%f", code.add(f"add i64 {slot}, {own}"))
-                for k in range(len(SIX)):
-                    row = code.add(f"add i64 %{loop}.lane, {(len(SIX) * tensor + k) * LANES}")
+                for k in range(self.kept_numbers):
+                    first = (self.kept_numbers * tensor + k) * LANES
+                    row = code.add(f"add i64 %{loop}.lane, {first}")
                     value = code.load(code.address(room, row), "double")
                     self.add_to(code.address(base, k), value)
 
@@ -297,14 +311,14 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
 
     def press(q: str) -> None:
         slopes, weight, values = loop.at_point(q)
-        stress, (lost,), changes = _split(code.write(outputs, values), 9, 1)
+        stress, (lost,), changes = _split(code.write(outputs, values), loop.components, 1)
         minus = code.add(f"fneg {code.kind} {weight}")
         loop.push(pushed, loop.times(minus, stress), slopes)
         if is_lossy:
             row = 3 * nodes
             loop.put(code.fused(weight, lost, loop.read(pushed, row)), pushed, row)
         for k, change in enumerate(changes):
-            rate = values[f"p.rate.{k // len(SIX)}"]
+            rate = values[f"p.rate.{k // loop.kept_numbers}"]
             loop.put(code.add(f"fmul {code.kind} {rate}, {change}"), rates, k)
         if changes:
             loop.give("give", q, rates)
