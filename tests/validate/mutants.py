@@ -97,7 +97,6 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.activation_kernel": None,
     "tissuec.forces.symmetry_kernel": None,
     "tissuec.forces.membranes_kernel": None,
-    "tissuec.forces.membrane_memory_kernel": None,
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
     "tissuec.forces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
     "tissuec.forces.plates": ("_plate",),

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from tissuec.autodiff.derivatives import gradient
-from tissuec.autodiff.functions import maximum, minimum, ruled, sqrt, where
+from tissuec.autodiff.functions import maximum, minimum, ruled, where
 from tissuec.autodiff.graph import Iteration, Number, Operation
 
 LONGEST = 1.0 / 3.0  # step of an iteration, in the logarithm
@@ -92,6 +92,7 @@ def _round(
     step = where(bend > 0.0, where(abs(wanted) < _FAR, wanted, downhill), downhill)
     step = minimum(maximum(step, -LONGEST), LONGEST)
     found = z * (1.0 + step * (1.0 + 0.5 * step))
-    middle = sqrt(low * high)
+    # A limit is crossed only after both were reached, which are one step apart then.
+    middle = 0.5 * (low + high)
     found = where(low > found, middle, where(found > high, middle, found))
     return step, found, low, high

@@ -62,7 +62,7 @@ class _Plane(NamedTuple):
     Attributes:
         right: C, by its components 11, 22 and 12.
         square: D = det C.
-        area: √D, or its parabola.
+        narrow: One over √D, or over its parabola.
         squares: Of the stretches along families of fibres.
         plastic: Pp; none where nothing yields.
         branches: P of each.
@@ -70,7 +70,7 @@ class _Plane(NamedTuple):
 
     right: Vector
     square: Number
-    area: Number
+    narrow: Number
     squares: Sequence[Number]
     plastic: Sequence[_Kept]
     branches: Sequence[_Kept]
@@ -107,13 +107,13 @@ def _point(
     squares = [_along(right, p.along[k], p.along[k + 1]) for k in families]
     kept = [_Kept.of(tensor) for tensor in tensors]
     count = int(kind.is_yielding)
-    plane = _Plane(right, square, area, squares, kept[:count], kept[count:])
+    plane = _Plane(right, square, 1.0 / area, squares, kept[:count], kept[count:])
     wide = area
     for each in plane.plastic:
         wide = area / autodiff.sqrt(each.part)  # without what is plastic
     # It is relative to the area at small strain, and makes the start exact there.
     thinning = -(p.local - 2.0 / 3.0 * p.shear) / (p.local + 4.0 / 3.0 * p.shear)
-    start = 1.0 + (1.0 + thinning) / 3.0 * (wide - 1.0)
+    start = 1.0 + 1.0 / 3.0 * (1.0 + thinning) * (wide - 1.0)
     found = autodiff.least(lambda root: _strained(kind, plane, root, p).stored, start)
     here, j = _strained(kind, plane, found.at, p), found.at**3
     loss: Number | float = 0.0
@@ -129,7 +129,7 @@ def _point(
         "invariants": here.invariants,
         "held": here.held,
         "isochoric": here.isochoric,
-        "thickness": [j / area],
+        "thickness": [j * plane.narrow],
         "across": [found.slope, found.bend],
     }
     rates = _rates(kind, plane, here, p)
@@ -142,7 +142,7 @@ def _strained(kind: SolidKind, plane: _Plane, root: Number, p: Numbers) -> _Stra
     Args:
         root: The cube root of J, in which the energy of the volume has no part in the plane.
     """
-    g, over = 1.0 / (root * root), root * root / plane.area
+    g, over = 1.0 / (root * root), root * root * plane.narrow
     across, isochoric, square = over * over, g * plane.right, g * g * plane.square
     invariants = _invariants(plane, isochoric, square, across)
     held = [_held(each, isochoric, across) for each in plane.branches]
