@@ -44,9 +44,13 @@ from tissuec.core.source import Span
 from tissuec.forces import Items
 from tissuec.forces.element_fields import numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
-from tissuec.forces.membrane_limits_kernel import MembraneLimitTable, burden_membranes
+from tissuec.forces.membrane_limits_kernel import (
+    STATE,
+    MembraneLimitTable,
+    MembraneTable,
+    burden_membranes,
+)
 from tissuec.forces.membrane_memory import MembraneBranches, MembraneYield
-from tissuec.forces.membranes_kernel import STATE, MembraneTable
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.plane_point import LEAST_SQUARE, traced_point
 from tissuec.forces.point_fields import PointField, Tracing

@@ -70,7 +70,9 @@ class PointField(MaterialField, frozen=True):
     def measures(self) -> tuple[Floats, Floats, Indices]:
         """Return ∂N/∂X and volumes of points, and the row of each element among these.
 
-        Shapes are (row, point, node, direction) [1/m], (row, point) [m³] and (element,).
+        Returns:
+            [1/m], shape (row, point, node, direction); [m³], shape (row, point); and shape
+            (element,).
         """
 
     @property
@@ -85,7 +87,10 @@ class PointField(MaterialField, frozen=True):
 
     @abstractmethod
     def volumetric(self) -> dict[str, Floats]:
-        """Return the moduli of volume, by the names of ``SolidKind.widths``."""
+        """Return the moduli of volume [Pa], by the names of ``SolidKind.widths``.
+
+        Each has the shape (element,).
+        """
 
     @property
     def points(self) -> int:
@@ -341,7 +346,7 @@ class PointField(MaterialField, frozen=True):
     @property
     def kernel(self) -> GeneratedKernel:
         """Return the loop that adds forces, rates and powers."""
-        return _force_kernel(self.traced, self._kind, self.nodes.shape[1], self.points)
+        return force_kernel(self.traced, self._kind, self.nodes.shape[1], self.points)
 
     @property
     def _kind(self) -> SolidKind:
@@ -446,7 +451,7 @@ class PointField(MaterialField, frozen=True):
     def _recorded(self, name: str, position: Floats) -> Floats:
         """Return numbers of each point in a state, shape (element, point, number)."""
         kind, count = self._present, self.item_count
-        kernel, size = _record_kernel(self.traced, kind, name, self.nodes.shape[1], self.points)
+        kernel, size = record_kernel(self.traced, kind, name, self.nodes.shape[1], self.points)
         # Nodes may be numbered among some of all, unlike the hidden ones.
         velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
         room = room_for(size, self.points, count)
@@ -465,7 +470,7 @@ def _whole(halves: Floats) -> Floats:
 
 
 @cache
-def _record_kernel(
+def record_kernel(
     traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int
 ) -> tuple[GeneratedKernel, int]:
     """Return what records a list of numbers of traced points, and how many these are."""
@@ -477,7 +482,8 @@ def _record_kernel(
 
 
 @cache
-def _force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+def force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+    """Return what adds the forces of elements, with rates and powers."""
     return GeneratedKernel(
         "points_forces", lambda name: force_loop(name, traced(kind), nodes, points)
     )
