@@ -120,6 +120,45 @@ def follow_from_the_energy(made, position, velocity, *, every, matrix, rounding)
         )
 
 
+def tangents_agree(made, position, velocity, *, relative):
+    """Compare the derivatives that implicit steps use with differences of the loops.
+
+    Args:
+        relative: Differences that are allowed.
+    """
+    found, chance = made.memory_tangents(position, velocity), np.random.default_rng(3)
+    has = found.slots >= 0
+    bodies = len(position) - len(made.hidden)
+
+    def kept(of):
+        return np.where(has, of.reshape(-1)[np.where(has, found.slots, 0)], 0.0)
+
+    def change(way_x, way_v):
+        """Return how forces and the rates of what is remembered change."""
+        after, before = (
+            (forces(made, position + s * way_x, velocity + s * way_v)[:bodies],
+             drift(made, position + s * way_x, velocity + s * way_v))
+            for s in (1.0, -1.0)
+        )  # fmt: skip
+        return (after[0] - before[0]) / 2.0, kept(after[1] - before[1]) / 2.0
+
+    none, way_x, way_v = (np.zeros_like(position) for _ in range(3))
+    size = np.ptp(position[:bodies], axis=0).max()
+    way_x[:bodies] = 1e-7 * size * chance.normal(size=(bodies, 3))
+    way_v[made.hidden] = (
+        1e-6 * np.abs(velocity).max() * chance.normal(size=(len(made.hidden), 3))
+    )
+    _, rate = change(way_x, none)
+    exact = np.einsum("ivax,iax->iv", found.by_position, way_x[found.nodes])
+    np.testing.assert_allclose(exact, rate, atol=relative * np.abs(rate).max())
+    force, rate = change(none, way_v)
+    exact = -np.einsum("ivw,iw->iv", found.giving, kept(way_v))
+    np.testing.assert_allclose(exact, rate, atol=relative * np.abs(rate).max())
+    exact = np.zeros_like(position)
+    np.add.at(exact, found.nodes, np.einsum("iaxv,iv->iax", found.pull, kept(way_v)))
+    np.testing.assert_allclose(exact[:bodies], force, atol=relative * np.abs(force).max())
+
+
 def parts_agree(made, position, velocity):
     """Check that elements remember the same when they are taken one by one or by halves."""
     whole = forces(made, position, velocity)

@@ -16,6 +16,7 @@ from tests.forces.remembering import (
     parts_agree,
     rates,
     rates_are_bounded,
+    tangents_agree,
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
@@ -71,6 +72,13 @@ def test_what_is_lost_is_what_the_energy_falls_by(name, size):
         lost = lost_as_the_energy_falls(made, position, velocity, relative=1e-5)
         relaxing = replace(made, yielding=made.yielding.stopped)
         assert lost > 1.01 * relaxing.powers(0.0, position, velocity)[1] > 0.0
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_tangents_of_implicit_steps_are_those_of_the_loops(name):
+    made, drawn = solid(name)
+    position, velocity = moved(made, drawn), given_way(made, drawn)
+    tangents_agree(made, position, velocity, relative=1e-6)
 
 
 def test_stress_below_the_limit_makes_nothing_flow():

@@ -32,7 +32,8 @@ from tissuec.engine import backends, kernel_inputs, operations, stepper, watchin
 from tissuec.engine.integrators import banded, iterative
 from tissuec.forces import (
     accelerations,
-    elements,
+    plane_point,
+    point_fields,
     potential_fields,
     solid_point,
     springs_kernel,
@@ -76,6 +77,10 @@ SCENES = {
     )
 }
 
+OF_SOLIDS = (
+    "_mean_volume", "_point", "in_series", "in_parallel", "_rates", "pace_of_flow", "carried",
+    "_second_invariant", "_unimodular_inverse", "isochoric", "_inverse_cube_root",
+)  # fmt: skip
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.accelerations": ("force", "add_fields", "count_powers", "accelerate"),
@@ -99,21 +104,21 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.contact_couples_kernel": None,
     "tissuec.forces.contact_sides_kernel": ("lay_inside",),
     "tissuec.forces.friction_kernel": None,
-    "tissuec.forces.solid_point": (
-        "_point",
-        "_rates",
-        "_law",
-        "_mean_volume",
-        "_inner",
-        "_second_invariant",
-        "_unimodular_inverse",
-        "isochoric",
-    ),
     "tissuec.forces.activation_kernel": None,
     "tissuec.forces.symmetry_kernel": None,
-    "tissuec.forces.membranes_kernel": None,
-    "tissuec.forces.membrane_memory_kernel": None,
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
+    "tissuec.forces.solid_point": OF_SOLIDS,
+    "tissuec.forces.plane_point": (
+        "_Kept.of",
+        "_point",
+        "_strained",
+        "_invariants",
+        "_rates",
+        "_ratio_of_areas",
+        "_held",
+        "_along",
+        "_inner",
+    ),
     "tissuec.forces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
     "tissuec.forces.plates": ("_plate",),
     "tissuec.forces.pressure_kernel": None,
@@ -183,55 +188,6 @@ HARMLESS = {
     "CUT": "beyond, a jet has 1e-9 of what it has on its axis",
     "SLACK": "finds triangles near one another; more of them change nothing",
     **{
-        f"{function}: {text}": "a step of an iteration, which ends at the same root"
-        for function, texts in {
-            "volume_root": (
-                "1.0 + (1.0 + wall.thinning[e]) / 3.0 * (q - 1.0)",
-                "1e+300",
-                "2.0",
-                "8.0",
-                "9.0",
-                "(2.0 * in_plane + 8.0 * outside) / 9.0",
-                "-slope / (3.0 * bend) if bend > 0.0 else LONGEST",
-                "-LONGEST",
-                "0.5",
-                "1.0",
-                "min(max(step, -LONGEST), LONGEST)",
-                "root * (1.0 + step * (1.0 + 0.5 * step))",
-                "3.0",
-                "(wall.fibres.shape[1] == 0 or wall.dispersion[e] == 0.0) and "
-                "(not wall.is_curved or wall.law[e] == 0)",
-            ),
-            "plainly_across": (
-                "1.0",
-                "2.0",
-                "8.0",
-                "9.0",
-                "shear * (2.0 * in_plane + 8.0 * outside) / 9.0",
-                "shear * (2.0 * outside - in_plane) / 3.0 + bulk * (j - 1.0) * j",
-                "bend + bulk * (2.0 * j - 1.0) * j",
-            ),
-            "across": (
-                "0.5",
-                "1.0",
-                "2.0",
-                "4.0",
-                "9.0",
-                "16.0",
-                "(4.0 * in_plane + 16.0 * outside) / 9.0",
-                "shear * first * bend_of",
-                "pull * (1.0 + 2.0 * more) * spread * spread * slope_of * slope_of",
-                "pull * strain * spread * bend_of",
-                "shear * (second * (16.0 * area + 4.0 * side) / 9.0 + "
-                "call_law(wall.by_first_twice, law, i1, i2) * slope_of * slope_of + "
-                "2.0 * call_law(wall.by_both, law, i1, i2) * slope_of * slope_2 + "
-                "call_law(wall.by_second_twice, law, i1, i2) * slope_2 * slope_2)",
-                "bend + wall.bulk[e] * (2.0 * j - 1.0) * j",
-            ),
-        }.items()
-        for text in texts
-    },
-    **{
         f"bristle_ahead: {text}": "a step of an iteration, which ends at the same root"
         for text in (
             "size / firm",
@@ -264,13 +220,6 @@ HARMLESS = {
         "counts bends of laws, by which errors are weighed; no force has them",
     ),
     "turned: touches.kind[shape_of(row, touches)]": "only which shape it is counts",
-    "press_elements: solid.is_yielding and solid.yield_slot[e] >= 0": "what is true stays true",
-    "pull_triangles: wall.gradients[e, 4]": "zero in the axes of a triangle",
-    "press_elements: solid.weight[row, q]": "the mean over points stays the same",
-    **dict.fromkeys(
-        (f"press_elements: solid.own[{k}]" for k in range(3)),
-        "a copy serves as well as scratch that nobody else reads",
-    ),
     "_LARGEST": "a step of an iteration, which ends at the same root",
     "LONGEST": "a step of an iteration, which ends at the same root",
     "CLOSE": "ends an iteration; what is left is below the tolerance",
@@ -279,6 +228,13 @@ HARMLESS = {
     "x[o + 1]": "a closed volume is the same wherever it is seen from",
     "x[o + 2]": "a closed volume is the same wherever it is seen from",
 }
+
+
+#: What keeps what was traced.
+TRACED = (
+    potential_fields.traced_item, solid_point.traced_point, plane_point.traced_point,
+    point_fields.force_kernel, point_fields.record_kernel,
+)  # fmt: skip
 
 
 class Mutant(Struct, frozen=True):
@@ -420,10 +376,9 @@ def plain_operations(features: operations.Features) -> dict[str, object]:
 
 
 def as_python() -> None:
-    """Let what would be compiled run as it stands, and trace potentials anew."""
-    potential_fields.traced_item.cache_clear()
-    solid_point.traced_point.cache_clear()
-    elements._force_kernel.cache_clear()
+    """Let what would be compiled run as it stands, and what is traced be traced anew."""
+    for each in TRACED:
+        each.cache_clear()
     seen = list[operations.Features]()
 
     def found(integrator, features):

@@ -34,10 +34,11 @@ from tissuec.autodiff.tensors import (
     symmetric_part,
     trace,
 )
+from tissuec.autodiff.unknowns import Least, least
 
 __all__ = [
-    "TINY", "Angle", "Number", "Numbers", "Potential", "Tensor", "TracingError", "Vector",
-    "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient", "hessian",
-    "in_arrays", "log", "maximum", "minimum", "norm", "ruled", "sin", "sqrt", "square",
-    "symmetric_part", "trace", "where",
+    "TINY", "Angle", "Least", "Number", "Numbers", "Potential", "Tensor", "TracingError",
+    "Vector", "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient",
+    "hessian", "in_arrays", "least", "log", "maximum", "minimum", "norm", "ruled", "sin",
+    "sqrt", "square", "symmetric_part", "trace", "where",
 ]  # fmt: skip

@@ -60,7 +60,7 @@ _PARTIALS: Mapping[str, _Partials] = {
 def partials(graph: Graph, place: int) -> Iterator[tuple[int, Number]]:
     """Yield the arguments of an operation, and the derivatives of its result by them."""
     name, _, detail = graph.operations[place]
-    if name in ("constant", "input"):
+    if name in ("constant", "input", "unknown"):
         return
     places = graph.arguments_of(place, by_rules=True)
     rule = cast(Rule, detail) if name == "ruled" else _PARTIALS[name]
@@ -76,14 +76,14 @@ def gradient(
 
     Args:
         inputs: By what; inputs of the graph, or results in it.
-        fixed: What counts as constant.
+        fixed: What counts as constant; inputs among it count as independent of each other.
     """
-    graph = output.graph
+    graph, fixed = output.graph, tuple(fixed)
     order = graph.reached([output], by_rules=True)
     depends = _dependent(graph, order, inputs, fixed)
-    due = {output.place: graph.number(1.0)}
+    due, ends = {output.place: graph.number(1.0)}, {each.place for each in fixed}
     for place in reversed(order):
-        if place not in due or place not in depends:
+        if place not in due or place not in depends or place in ends:
             continue
         for argument, slope in partials(graph, place):
             if argument in depends and slope.value != 0.0:

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import cast
 
-from tissuec.autodiff.graph import Graph, Number
+from tissuec.autodiff.graph import Graph, Iteration, Number
 
 #: Functions that are called, by operation: of ``compiled.mathematics``.
 CALLED = {"exp": "exp", "log": "log", "sin": "sin", "cos": "cos", "power": "pow"}
@@ -155,11 +155,64 @@ class Writer:
                 names[place] = self.constant(cast(float, detail))
             elif name == "input":
                 names[place] = values[cast(str, detail)]
+            elif name == "unknown":
+                own = {each: names[_real(graph, each)] for each in arguments}
+                names[place] = self._sought(cast(Iteration, detail), own)
             elif place in fused:
                 names[place] = self._fused(graph, place, fused[place], names)
             else:
                 names[place] = self._written(name, [names[_real(graph, k)] for k in arguments])
         return [names[_real(graph, each.place)] for each in outputs]
+
+    def _sought(self, iteration: Iteration, known: Mapping[int, str]) -> str:
+        """Write the loop that finds an unknown; lanes that have theirs wait for the others.
+
+        Args:
+            known: Names by place: of the start, and of all that stays the same.
+        """
+        self._count += 1
+        before, loop = self.block, f"{self._prefix}{self._count}.loop"
+        names = [str(each.operation.detail) for each in iteration.variables]
+        self.line(f"br label %{loop}")
+        self.label(loop)
+        values = {name: f"%{loop}.{k}" for k, name in enumerate(names)}
+        ends = [f"%{loop}.{k}.next" for k in range(len(names))]
+        ways = list(zip(values.values(), ends, iteration.start, strict=True))
+        end = f"{loop}.end"  # a block of its own, as another loop may be within this one
+        for value, after, start in ways:
+            self.line(
+                f"{value} = phi {self.kind} [ {known[start.place]}, %{before} ], "
+                f"[ {after}, %{end} ]"
+            )
+        every = "true" if self.lanes == 1 else "splat (i1 true)"
+        self.line(
+            f"%{loop}.open = phi {self.condition} [ {every}, %{before} ], "
+            f"[ %{loop}.far, %{end} ]"
+        )
+        self.line(f"%{loop}.round = phi i64 [ 1, %{before} ], [ %{loop}.next, %{end} ]")
+        step, *found = self.write([iteration.step, *iteration.following], values, known)
+        for (value, after, _), new in zip(ways, found, strict=True):
+            chosen = f"{self.kind} {new}, {self.kind} {value}"
+            self.line(f"{after} = select {self.condition} %{loop}.open, {chosen}")
+        size = self._intrinsic("fabs", step)
+        is_far = self._compared("oge", size, self.constant(iteration.close))
+        self.line(f"%{loop}.far = and {self.condition} {is_far}, %{loop}.open")
+        some = f"%{loop}.far"
+        if self.lanes > 1:
+            bits = f"i{self.lanes}"
+            some = self.add(f"icmp ne {bits} {self._bits(some)}, 0")
+        few = self.add(f"icmp ult i64 %{loop}.round, {iteration.rounds}")
+        again = self.add(f"and i1 {some}, {few}")
+        self.line(f"br label %{end}")
+        self.label(end)
+        self.line(f"%{loop}.next = add i64 %{loop}.round, 1")
+        self.line(f"br i1 {again}, label %{loop}, label %{loop}.out")
+        self.label(f"{loop}.out")
+        return ends[0]
+
+    def _bits(self, condition: str) -> str:
+        """Return the conditions of all lanes as the bits of one number."""
+        return self.add(f"bitcast {self.condition} {condition} to i{self.lanes}")
 
     def _fused(self, graph: Graph, place: int, product: int, names: Mapping[int, str]) -> str:
         """Write a sum or a difference of which one side is a product that only it needs."""

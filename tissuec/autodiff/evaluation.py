@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.autodiff.graph import Graph, Number
+from tissuec.autodiff.graph import Graph, Iteration, Number
 
 Floats = NDArray[np.float64]
 
@@ -66,18 +66,55 @@ def failing(outputs: Sequence[Number], values: Mapping[str, Any]) -> FailedOpera
     return None
 
 
-def _evaluated(outputs: Sequence[Number], values: Mapping[str, Any]) -> dict[int, Any]:
+def _evaluated(
+    outputs: Sequence[Number], values: Mapping[str, Any], known: Mapping[int, Any] | None = None
+) -> dict[int, Any]:
+    """Return the values of outputs and of all that they are made of, by their places.
+
+    Args:
+        known: Values by place, which are taken over.
+    """
     graph: Graph = outputs[0].graph
-    found: dict[int, Any] = {}
+    found: dict[int, Any] = dict(known or {})
     with np.errstate(all="ignore"):
-        for place in graph.reached(outputs):
-            name, _, detail = graph.operations[place]
+        for place in graph.reached(outputs, known=found):
+            name, arguments, detail = graph.operations[place]
             if name == "constant":
                 found[place] = detail
             elif name == "input":
                 found[place] = values[cast(str, detail)]
+            elif name == "unknown":
+                own = {each: found[each] for each in arguments}
+                found[place] = _sought(cast(Iteration, detail), own)
             else:
                 taken = graph.arguments_of(place, by_rules=False)
                 function = detail if name == "array" else _OPERATIONS[name]
                 found[place] = cast(Any, function)(*(found[each] for each in taken))
     return found
+
+
+def _sought(iteration: Iteration, known: Mapping[int, Any]) -> Any:
+    """Return an unknown that is found by an iteration.
+
+    Args:
+        known: Values by place: of its start, and of all that stays the same.
+    """
+    names = [cast(str, each.operation.detail) for each in iteration.variables]
+    following, shape = (
+        (iteration.step, *iteration.following),
+        np.broadcast_shapes(*(np.shape(value) for value in known.values())),
+    )
+    values = {
+        name: np.broadcast_to(known[each.place], shape)
+        for name, each in zip(names, iteration.start, strict=True)
+    }
+    is_open = np.ones(shape, dtype=bool)
+    for _ in range(iteration.rounds):
+        found = _evaluated(following, values, known)
+        step, *after = (found[each.place] for each in following)
+        for name, value in zip(names, after, strict=True):
+            values[name] = np.where(is_open, value, values[name])
+        is_open = is_open & (np.abs(step) >= iteration.close)
+        if not is_open.any():
+            break
+    return values[names[0]]

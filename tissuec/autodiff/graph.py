@@ -7,7 +7,7 @@ operation come before it, so that a sweep over a graph needs no sorting.
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any, NamedTuple, TypeAlias, Union
 
@@ -34,15 +34,37 @@ class Operation(NamedTuple):
 
     Attributes:
         name: "constant" and "input" have no arguments, "ruled" is its first one, with
-            derivatives of its own; others are those of ``evaluation`` and ``emission``.
+            derivatives of its own, "unknown" is found by an iteration; others are those of
+            ``evaluation`` and ``emission``.
         arguments: Places of these in the graph.
-        detail: The value of a constant, the name of an input, the ``Rule`` of a ruled one, or
-            the function of an "array" that only NumPy computes.
+        detail: The value of a constant, the name of an input, the ``Rule`` of a ruled one, the
+            ``Iteration`` of an unknown, or the function of an "array" that only NumPy computes.
     """
 
     name: str
     arguments: tuple[int, ...] = ()
-    detail: "float | str | Rule | Callable[..., Any] | None" = None
+    detail: "float | str | Rule | Iteration | Callable[..., Any] | None" = None
+
+
+class Iteration(NamedTuple):
+    """How an unknown is found: in rounds, until its steps are small.
+
+    Attributes:
+        variables: What changes in a round, inputs of the graph; the first is the unknown.
+        start: Their first values. An operation has these as arguments, and then what else the
+            following are made of.
+        step: Of a round; there is no further one when it is less than ``close``.
+        following: The variables after the round.
+        close: A size of steps.
+        rounds: As many are enough.
+    """
+
+    variables: "tuple[Number, ...]"
+    start: "tuple[Number, ...]"
+    step: "Number"
+    following: "tuple[Number, ...]"
+    close: float
+    rounds: int
 
 
 class Graph:
@@ -95,17 +117,20 @@ class Graph:
         places = tuple(self.number(value).place for value in values)
         return self.record(Operation(name, places))
 
-    def reached(self, outputs: "Iterable[Number]", *, by_rules: bool = False) -> list[int]:
+    def reached(
+        self, outputs: "Iterable[Number]", *, by_rules: bool = False, known: Container[int] = ()
+    ) -> list[int]:
         """Return the places of outputs and of all that they are made of, ascending.
 
         Args:
             by_rules: Follow the arguments of ruled numbers instead of their formulas.
+            known: Places of what is left out, with what it is made of.
         """
         found: set[int] = set()
         left = [output.place for output in outputs]
         while left:
             place = left.pop()
-            if place not in found:
+            if place not in found and place not in known:
                 found.add(place)
                 left += self.arguments_of(place, by_rules=by_rules)
         return sorted(found)
@@ -118,13 +143,18 @@ class Graph:
         return arguments
 
     def apart_from(
-        self, outputs: "Iterable[Number]", changing: "Iterable[Number]"
-    ) -> "list[Number]":
-        """Return what outputs need that does not depend on some numbers; no constants."""
+        self, outputs: "Iterable[Number]", changing: "Iterable[Number]", *,
+        by_rules: bool = False,
+    ) -> "list[Number]":  # fmt: skip
+        """Return what outputs need that does not depend on some numbers; no constants.
+
+        Args:
+            by_rules: As for ``reached``.
+        """
         varies = {each.place for each in changing}
         needed: set[int] = set()
-        for place in self.reached(outputs):
-            arguments = self.arguments_of(place, by_rules=False)
+        for place in self.reached(outputs, by_rules=by_rules):
+            arguments = self.arguments_of(place, by_rules=by_rules)
             if not varies.isdisjoint(arguments):
                 varies.add(place)
                 needed.update(arguments)

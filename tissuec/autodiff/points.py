@@ -1,6 +1,7 @@
 """What follows from the energy at one point of an element: stress, and rates of what it stores.
 
-With the deformation F = Σ x_a ⊗ ∂N_a/∂X at points of the volume w, an element stores
+With the deformation F = Σ x_a ⊗ ∂N_a/∂X at points of the volume w, by the three directions of
+space, or by the two of a wall, an element stores
 
     E = Σ w W(F, T, p) + V U(M, p),    M = Σ w r(F)/V,
 
@@ -21,8 +22,11 @@ from tissuec.autodiff.graph import Graph, Number, Operand
 from tissuec.autodiff.potentials import Numbers
 from tissuec.autodiff.tensors import Tensor, Vector, dot
 
-#: Rows and columns of the six numbers of a symmetric tensor.
-SIX = (0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)
+#: Rows and columns of the numbers of a symmetric tensor, by how many directions it has.
+PLACES: Mapping[int, tuple[tuple[int, int], ...]] = {
+    3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)),
+    2: ((0, 0), (1, 1), (0, 1)),
+}
 
 
 class PointState(NamedTuple):
@@ -31,14 +35,14 @@ class PointState(NamedTuple):
     Attributes:
         energy: W [Pa].
         dissipation: D [W/m³].
-        pooled: r, whose mean over the points of an element counts.
+        pooled: r, whose mean over the points of an element counts; zero if none does.
         rates: dT/dt [1/s], of which the upper halves count.
         seen: Further numbers that are asked for, by name.
     """
 
     energy: Number
     dissipation: Operand
-    pooled: Number
+    pooled: Operand = 0.0
     rates: Sequence[Tensor] = ()
     seen: Mapping[str, Sequence[Number]] = {}
 
@@ -57,23 +61,26 @@ class TracedPoint:
             ``rate``, the factor of T - 1 in the velocities of hidden nodes, and its inverse,
             which is zero in elements without the tensor.
         tensors: How many tensors a point remembers.
+        directions: Columns of F: 3, or 2 in a wall.
         graph: All that follows.
-        f, rate: F and dF/dt, row by row, nine numbers each.
-        stored: T - 1, six numbers for each tensor.
+        f, rate: F and dF/dt, row by row, shape (3 directions,).
+        stored: T - 1, the numbers of each tensor.
         state: At the point.
     """
 
     def __init__(
-        self, point: PointFunction, mean: MeanFunction, widths: Mapping[str, int], tensors: int
-    ):
+        self, point: PointFunction, mean: MeanFunction | None, widths: Mapping[str, int],
+        tensors: int, directions: int = 3,
+    ):  # fmt: skip
         self.widths, self.tensors, self.graph = dict(widths), tensors, Graph()
+        self.directions, self.places = directions, PLACES[directions]
         if tensors:
             self.widths |= {"rate": tensors, "inverse_rate": tensors}
-        nine = range(9)
-        self.f = [self.graph.input(f"f.{k}") for k in nine]
-        self.rate = [self.graph.input(f"g.{k}") for k in nine]
+        every = range(3 * directions)
+        self.f = [self.graph.input(f"f.{k}") for k in every]
+        self.rate = [self.graph.input(f"g.{k}") for k in every]
         self.stored = [
-            [self.graph.input(f"t.{tensor}.{k}") for k in range(len(SIX))]
+            [self.graph.input(f"t.{tensor}.{k}") for k in range(len(self.places))]
             for tensor in range(tensors)
         ]
         vectors = {name: self._number(name, width) for name, width in self.widths.items()}
@@ -84,10 +91,22 @@ class TracedPoint:
                 for name, each in vectors.items()
             }
         )
-        f, rate = (Tensor((nine[:3], nine[3:6], nine[6:])) for nine in (self.f, self.rate))
-        self.state = point(f, rate, [_symmetric(six) for six in self.stored], given)
+        f, rate = (
+            Tensor(numbers[k : k + directions] for k in every[::directions])
+            for numbers in (self.f, self.rate)
+        )
+        tensors_of = [self._symmetric(numbers) for numbers in self.stored]
+        self.state = point(f, rate, tensors_of, given)
         self.mean, self.swell = self.graph.input("mean"), self.graph.input("swell")
-        self.of_mean = mean(self.mean, given)
+        self.of_mean = self.graph.number(0.0 if mean is None else mean(self.mean, given))
+
+    def _symmetric(self, numbers: Sequence[Number]) -> Tensor:
+        """Return 1 and what is stored."""
+        place = {each: k for k, each in enumerate(self.places)}
+        every = range(self.directions)
+        return Tensor(
+            [numbers[place[min(i, j), max(i, j)]] + float(i == j) for j in every] for i in every
+        )
 
     def _number(self, name: str, width: int) -> Vector:
         return Vector(self.graph.input(f"p.{name}.{k}") for k in range(width))
@@ -106,21 +125,35 @@ class TracedPoint:
         return gradient(self.of_mean, [self.mean])[0]
 
     @property
+    def pooled(self) -> Number:
+        """Return r."""
+        return self.graph.number(self.state.pooled)
+
+    @property
+    def is_pooled(self) -> bool:
+        """Return whether the mean of r counts."""
+        return self.of_mean.value != 0.0
+
+    @property
     def dissipation(self) -> Number:
         """Return D."""
         return self.graph.number(self.state.dissipation)
 
     @cached_property
+    def elastic_stress(self) -> list[Number]:
+        """Return P without its viscous part, row by row."""
+        return gradient(self._elastic, self.f)
+
+    @cached_property
     def stress(self) -> list[Number]:
-        """Return P, nine numbers."""
-        elastic = gradient(self._elastic, self.f)
+        """Return P, row by row."""
         viscous = gradient(self.dissipation, self.rate)
-        return [a + b for a, b in zip(elastic, viscous, strict=True)]
+        return [a + b for a, b in zip(self.elastic_stress, viscous, strict=True)]
 
     @cached_property
     def rates(self) -> list[Number]:
-        """Return dT/dt of all tensors, six numbers each [1/s]."""
-        return [rate.rows[i][j] for rate in self.state.rates for i, j in SIX]
+        """Return dT/dt of all tensors, number by number [1/s]."""
+        return [rate.rows[i][j] for rate in self.state.rates for i, j in self.places]
 
     @cached_property
     def power(self) -> Number:
@@ -128,7 +161,7 @@ class TracedPoint:
         viscous = along([self.dissipation], dict(zip(self.rate, self.rate, strict=True)))[0]
         if not self.rates:
             return viscous
-        flat = [each for six in self.stored for each in six]
+        flat = [each for numbers in self.stored for each in numbers]
         return viscous - dot(gradient(self.state.energy, flat), self.rates)
 
     # --- second derivatives -------------------------------------------------------------------
@@ -139,14 +172,18 @@ class TracedPoint:
 
     @cached_property
     def moduli(self) -> list[Number]:
-        """Return ∂²(W + U' r)/∂F∂F at a constant mean, the lower half of 9 x 9 by rows."""
-        found = hessian(self._elastic, self.f)
-        return [found[i, j] for i in range(9) for j in range(i + 1)]
+        """Return ∂²(W + U' r)/∂F∂F at a constant mean, the lower half of it by rows."""
+        return self._twice(self._elastic, self.f)
+
+    def _twice(self, output: Number, by: Sequence[Number]) -> list[Number]:
+        """Return the lower half of second derivatives, row by row."""
+        found = hessian(output, by)
+        return [found[i, j] for i in range(len(by)) for j in range(i + 1)]
 
     @cached_property
     def pooling(self) -> list[Number]:
-        """Return ∂r/∂F, nine numbers."""
-        return gradient(self.state.pooled, self.f)
+        """Return ∂r/∂F, row by row."""
+        return gradient(self.pooled, self.f)
 
     @cached_property
     def bend_of_mean(self) -> Number:
@@ -155,29 +192,19 @@ class TracedPoint:
 
     @cached_property
     def viscous_moduli(self) -> list[Number]:
-        """Return ∂²D/∂Ḟ∂Ḟ, the lower half of 9 x 9 by rows."""
-        found = hessian(self.dissipation, self.rate)
-        return [found[i, j] for i in range(9) for j in range(i + 1)]
+        """Return ∂²D/∂Ḟ∂Ḟ, the lower half of it by rows."""
+        return self._twice(self.dissipation, self.rate)
 
     @cached_property
     def tangents(self) -> list[Number]:
         """Return ∂P/∂T, ∂(dT/dt)/∂T and ∂(dT/dt)/∂F, column by column.
 
-        Columns are the six numbers of each tensor, which have the changes of P and of all
-        rates, and then the components of F, which have those of all rates.
+        Columns are the numbers of each tensor, which have the changes of P and of all rates,
+        and then the components of F, which have those of all rates.
         """
         found: list[Number] = []
-        for each in (each for six in self.stored for each in six):
+        for each in (each for numbers in self.stored for each in numbers):
             found += along([*self.stress, *self.rates], {each: 1.0})
         for each in self.f:
             found += along(self.rates, {each: 1.0})
         return found
-
-
-def _symmetric(six: Sequence[Number]) -> Tensor:
-    """Return 1 and what is stored."""
-    rows = (0, 5, 4), (5, 1, 3), (4, 3, 2)
-    return Tensor(
-        [six[k] + 1.0 if i == j else six[k] for j, k in enumerate(row)]
-        for i, row in enumerate(rows)
-    )

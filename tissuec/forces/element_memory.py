@@ -6,20 +6,17 @@ resumed like all other motion.
 """
 
 from abc import abstractmethod
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.autodiff.points import PLACES
 from tissuec.forces import AbstractStruct
 from tissuec.forces.solid_strain import EnergySlopes
 from tissuec.model.network import Floats, Indices
-
-#: Rows and columns of the six numbers of a symmetric tensor.
-ROWS, COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
-SIX = len(ROWS)
 
 
 class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
@@ -32,7 +29,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         at: Rows and columns of the independent components of a tensor, shape (2, number).
     """
 
-    at: ClassVar[Indices] = np.stack([ROWS, COLUMNS])
+    at: ClassVar[Indices] = np.array(PLACES[3]).T
 
     slot: Indices
     rate: Floats
@@ -91,12 +88,20 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
             velocity: Of all nodes [m/s], shape (…, node, 3).
             points: Of each element.
         """
-        told = self.told(velocity, points)
+        found = self.filled(self.told(velocity, points))
+        return found + np.eye(found.shape[-1])
+
+    def filled(self, numbers: Floats) -> Floats:
+        """Return symmetric tensors from their numbers, in any unit, shape (…, n, n).
+
+        Args:
+            numbers: Independent components, shape (…, number).
+        """
         rows, columns = self.at
         size = int(rows.max()) + 1
-        found = np.empty((*told.shape[:-1], size, size))
-        found[..., rows, columns] = found[..., columns, rows] = told
-        return found + np.eye(size)
+        found = np.empty((*numbers.shape[:-1], size, size))
+        found[..., rows, columns] = found[..., columns, rows] = numbers
+        return found
 
     def told(self, velocity: Floats, points: int) -> Floats:
         """Return the numbers of T - 1 [1], shape (…, row, element, point, number).
@@ -180,33 +185,6 @@ class Branches(StoredTensors, frozen=True):
         return 1.0 / self.time
 
 
-def branch_columns(
-    branches: Branches | None, elements: int, place: Indices
-) -> dict[str, NDArray[Any]]:
-    """Return the columns of records of kernels that describe branches, by name [Pa], [1/s].
-
-    Args:
-        branches: Of the elements; None without any.
-        elements: How many there are.
-        place: Index of each node in the arrays of the kernel, shape (node,). Hidden nodes that
-            follow one another do so there, too.
-    """
-    if branches is None:
-        none = np.zeros(0)
-        return {
-            "first": np.zeros(elements + 1, dtype=np.int64), "branch_shear": none,
-            "branch_pace": none, "branch_slot": none.astype(np.int64), "branch_rate": none,
-        }  # fmt: skip
-    element, branch = np.argwhere(branches.slot.T >= 0).T
-    return {
-        "first": np.searchsorted(element, np.arange(elements + 1)),
-        "branch_shear": branches.shear[branch, element],
-        "branch_pace": 1.0 / branches.time[branch, element],
-        "branch_slot": 3 * place[branches.slot[branch, element] // 3],
-        "branch_rate": branches.rate[branch, element],
-    }
-
-
 class ElementYield(StoredTensors, frozen=True):
     """Yielding of elements; those that yield keep their plastic strain in the only row.
 
@@ -253,6 +231,15 @@ class ElementYield(StoredTensors, frozen=True):
         """Return the same without any further flow."""
         return replace(self, limit=np.full_like(self.limit, np.inf))
 
+    @abstractmethod
+    def equivalent(self, velocity: Floats, points: int) -> Floats:
+        """Return equivalent plastic strains, dimensionless, shape (…, element, point).
+
+        Args:
+            velocity: Of all nodes [m/s], shape (…, node, 3).
+            points: Of each element.
+        """
+
     def fastest(self, i1: Floats, i2: Floats, of: EnergySlopes, relaxing: Floats) -> float:
         """Return a bound of the rates at which elements flow [1/s]: 3 μ'/η.
 
@@ -283,27 +270,3 @@ def _largest(weight: Floats, trace: Floats, square: Floats) -> Floats:
     """
     apart = np.sqrt(2.0 / 3.0 * square)
     return 2.0 * (weight * trace / 3.0 + abs(weight) * apart)
-
-
-def yield_columns(
-    yielding: ElementYield | None, elements: int, place: Indices
-) -> dict[str, Any]:
-    """Return the columns of records of kernels that describe yielding, by name, in SI units.
-
-    Args:
-        yielding: Of the elements; None without any.
-        elements: How many there are.
-        place: Index of each node in the arrays of the kernel, shape (node,). Hidden nodes that
-            follow one another do so there, too.
-    """
-    slot = np.full(elements, -1)
-    if yielding is None:
-        none = np.zeros(0)
-        return {"yield_slot": slot, "yield_rate": none, "yield_stress": none,
-                "yield_pace": none}  # fmt: skip
-    own = np.flatnonzero(yielding.slot[0] >= 0)
-    slot[own] = 3 * place[yielding.slot[0, own] // 3]
-    return {
-        "yield_slot": slot, "yield_rate": yielding.rate[0], "yield_stress": yielding.limit,
-        "yield_pace": 1.0 / yielding.viscosity,
-    }  # fmt: skip

@@ -37,46 +37,29 @@ and yielding are in ``forces.solid_memory``.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.autodiff.evaluation import evaluate
-from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.points import (
-    MatrixTable,
-    PointTable,
-    force_loop,
-    matrix_loop,
-    record_loop,
-    recorded,
-    room_for,
-)
 from tissuec.core.source import Span
 from tissuec.forces import Items
-from tissuec.forces.element_fields import MaterialField, numbered_laws, young_of
+from tissuec.forces.element_fields import numbered_laws
 from tissuec.forces.element_limits import ElementLimits, LimitColumns
 from tissuec.forces.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.element_memory import COLUMNS, ROWS, SIX, StoredTensors
 from tissuec.forces.elements_kernel import STATE, ElementTable
-from tissuec.forces.matrices import BlockPattern, without_negative
-from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
-from tissuec.forces.solid_memory import NEVER, SolidBranches, SolidYield
-from tissuec.forces.solid_point import LEAST, SolidKind, traced_point
-from tissuec.forces.solid_strain import EnergySlopes, Prestretch, SolidFibres
+from tissuec.forces.memory import TANGENT_SECONDS
+from tissuec.forces.point_fields import PointField, Tracing
+from tissuec.forces.solid_memory import SolidBranches, SolidYield
+from tissuec.forces.solid_point import LEAST, traced_point
+from tissuec.forces.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.elements import ElementShape, Measures
-from tissuec.kernels.records import BoundaryConditions
-from tissuec.laws.derivatives import DERIVATIVES, at_invariants, by_first, by_second
+from tissuec.laws.derivatives import by_first, by_second
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
-
-if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
 
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
@@ -122,7 +105,7 @@ class SolidMaterial(NamedTuple):
         )  # fmt: skip
 
 
-class SolidElements(MaterialField, frozen=True):
+class SolidElements(PointField, frozen=True):
     """Solid elements of one shape.
 
     Attributes:
@@ -130,33 +113,19 @@ class SolidElements(MaterialField, frozen=True):
         drawn: Gradients and volumes as drawn, one row for all elements that are alike;
             gradients by places without stress.
         row: Of each element in ``drawn``, shape (element,).
-        shear, bulk, local: μ, K - K0 and K0 [Pa], shape (element,).
-        viscosity: η [Pa s], shape (element,).
-        law: Number of the law, shape (element,).
-        fibres: Families of fibres, without stress; there may be none.
+        bulk, local: K - K0 and K0 [Pa], shape (element,).
         prestretch: None without any.
-        branches: That relax; None without any.
-        yielding: Their yield stresses and flow; None where nothing yields.
-        recalled: Velocities of all nodes, of which those of hidden ones tell what elements
-            remember, shape (…, node, 3); energies, matrices and stresses include it. Without,
-            they are those without branches and before any flow.
         span: The entry that asks for the elements.
     """
 
     at_once: ClassVar[int] = 2048
+    traced: ClassVar[Tracing] = staticmethod(traced_point)
     shape: ElementShape
     drawn: Measures
     row: Indices
-    shear: Floats
     bulk: Floats
     local: Floats
-    viscosity: Floats
-    law: Indices
-    fibres: SolidFibres
     prestretch: Prestretch | None
-    branches: SolidBranches | None
-    yielding: SolidYield | None
-    recalled: Floats | None
     span: Span
 
     @classmethod
@@ -211,9 +180,9 @@ class SolidElements(MaterialField, frozen=True):
             walled = np.append(walled, np.arange(len(nodes)))
         law, laws = numbered_laws(material.law, material.laws)
         return cls(
-            walls, walled, nodes, name, material.limits, laws, shape, drawn, row,
-            material.shear, material.bulk - local, local, material.viscosity, law,
-            fibres, prestretch, branches, yielding, None, span,
+            walls, walled, nodes, name, material.limits, laws, material.shear,
+            material.viscosity, law, fibres, branches, yielding, None, shape, drawn, row,
+            material.bulk - local, local, prestretch, span,
         )  # fmt: skip
 
     @property
@@ -259,6 +228,20 @@ class SolidElements(MaterialField, frozen=True):
         return found
 
     @property
+    def measures(self) -> tuple[Floats, Floats, Indices]:
+        """Return ∂N/∂X and volumes of points, and rows; see ``PointField``."""
+        return self.drawn.gradients, self.drawn.volume, self.row
+
+    @property
+    def sizes(self) -> Floats:
+        """Return the sizes of elements as drawn [m], shape (element,)."""
+        return np.cbrt(self.volume)
+
+    def volumetric(self) -> dict[str, Floats]:
+        """Return the moduli of volume; see ``PointField``."""
+        return {"bulk": self.bulk, "local": self.local}
+
+    @property
     def is_prestressed(self) -> bool:
         """Return whether any element has stress as drawn."""
         return self.prestretch is not None
@@ -268,29 +251,9 @@ class SolidElements(MaterialField, frozen=True):
         """Return K [Pa], shape (element,)."""
         return self.bulk + self.local
 
-    def deformations(self, position: Floats) -> Floats:
-        """Return F, with prestretch, at all points, shape (…, element, point, 3, 3).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
-        places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
-        return np.asarray(places @ self.drawn.gradients[self.row])
-
-    def invariants(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return both isochoric invariants, shape (element, point); see ``MaterialField``."""
-        first, second = self._seen("invariants", position)
-        return first, second
-
-    def _seen(self, name: str, position: Floats) -> list[Floats]:
-        """Return numbers that points have beside energies, shape (element, point) each."""
-        numbers = traced_point(self._present).state.seen[name]
-        return evaluate(numbers, self._values(position)) if numbers else []
-
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
-        piola = self._recorded("stress", position).reshape(-1, self.points, 3, 3)
-        f = self.deformations(position)
+        piola, f = self.piola(position), self.deformations(position)
         volume = np.maximum(np.linalg.det(f), LEAST)[..., None, None]
         share = self._shares
         stress = piola @ f.swapaxes(-1, -2) / volume
@@ -305,20 +268,6 @@ class SolidElements(MaterialField, frozen=True):
         return np.einsum("eqa,eq->ea", self._shares, strain), volume
 
     @property
-    def young(self) -> Floats:
-        """Return Young's modulus at rest; see ``MaterialField``."""
-        return young_of(self.shear, self.bulk_modulus)
-
-    @property
-    def fibre_lines(self) -> tuple[Floats, Floats]:
-        """Return slopes and volumes along fibres; see ``MaterialField``."""
-        steep, weight = self.drawn.gradients[self.row], self.drawn.volume[self.row]
-        slopes = np.einsum("eqak,efk->eqfa", steep, self.fibres.along)
-        count = self.fibres.along.shape[1]
-        shape = (self.item_count, -1, self.shape.nodes)
-        return slopes.reshape(shape), np.repeat(weight, count, axis=1)
-
-    @property
     def node_volumes(self) -> Floats:
         """Return the drawn volumes of nodes; see ``MaterialField``."""
         return self._shares.sum(axis=1)
@@ -328,93 +277,17 @@ class SolidElements(MaterialField, frozen=True):
         """Return the share of each node in each point [m³], shape (element, point, node)."""
         return np.asarray(self.drawn.volume[self.row][..., None] * self.shape.lumped)
 
-    # --- energy and matrix --------------------------------------------------------------------
-
-    def energies(self, position: Floats) -> Floats:
-        """Return the energy of each element [J], shape (…, element).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
-        found = np.empty((*position.shape[:-2], self.item_count))
-        for part, own in self.in_blocks():
-            point, values = traced_point(own._present), own._values(position)
-            weight = own.drawn.volume[own.row]
-            stored, pooled = evaluate([point.state.energy, point.state.pooled], values)
-            volume = weight.sum(axis=-1)
-            values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
-            of_mean = evaluate([point.of_mean], values)[0][..., 0]
-            found[..., part] = (weight * stored).sum(axis=-1) + volume * of_mean
-        return found
-
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
-        free = np.flatnonzero((number[self.nodes] >= 0).any(axis=1))
-        if not exact or not len(free):
-            return super().matrix(time, position, number, size, exact=exact)
-        own = self if len(free) == self.item_count else self.only(free)
-        pattern = BlockPattern.of(number[own.nodes], size)
-        room, table = pattern.room, own._table(own._present, own.nodes, own._slots)
-        kernel = _matrix_kernel(own._present, own.shape.nodes, own.points)
-        own._run(kernel, position, room, MatrixTable(*table, pattern.places.reshape(-1)))
-        return pattern.matrix(room)
-
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
-        """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3).
-
-        Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
-        E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
-        """
-        stiff = _whole(self._recorded("moduli", position))
-        if not exact:
-            stiff = without_negative(stiff)
-        weight, slopes = self.drawn.volume[self.row], self.drawn.gradients[self.row]
+        """Return ∂²E/∂x∂x of each element; see ``PointField``."""
+        weight, slopes = self.weights, self.steepness
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = slopes @ pooling.swapaxes(-1, -2)
         swell = np.einsum("eq,eqax->eax", weight, swell)
         push = (self.bulk / weight.sum(axis=-1))[:, None, None] * swell
-        return self._between_nodes(stiff) + np.einsum("eax,eby->eaxby", push, swell)
+        of_points = super().element_matrices(position, exact=exact)
+        return of_points + np.einsum("eax,eby->eaxby", push, swell)
 
-    def _between_nodes(self, moduli: Floats) -> Floats:
-        """Return Σ w ∂N/∂X A ∂N/∂X of each element, shape (element, node, 3, node, 3).
-
-        Args:
-            moduli: A at the points, in any unit, shape (element, point, 9, 9).
-        """
-        weight, slopes = self.drawn.volume[self.row], self.drawn.gradients[self.row]
-        elements, points, count, _ = slopes.shape
-        # By component and node instead of component and direction: first of one end, then of
-        # the other.
-        moduli = (weight[..., None, None] * moduli).reshape(elements, points, 3, 3, 9)
-        half = slopes[:, :, None] @ moduli
-        half = half.reshape(elements, points, 9 * count, 3) @ slopes.swapaxes(-1, -2)
-        values = half.sum(axis=1).reshape(elements, 3, count, 3, count)
-        return values.transpose(0, 2, 1, 4, 3)
-
-    @property
-    def is_damped(self) -> bool:
-        """Return whether any element is viscous."""
-        return bool(self.viscosity.any())
-
-    def damping_of_elements(self, position: Floats) -> Floats:
-        """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
-        return self._between_nodes(_whole(self._recorded("viscous_moduli", position)))
-
-    # --- bounds -------------------------------------------------------------------------------
-
-    @property
-    def rigidity(self) -> Floats:
-        """Return moduli times volumes [J], shape (element,)."""
-        sudden = 0.0 if self.branches is None else self.branches.sudden
-        every = self.shear + sudden + self.bulk + self.local + self.fibres.modulus
-        return every * self.volume
-
-    @property
-    def steepest(self) -> Floats:
-        """Return the largest gradient of a shape function [1/m], shape (element,)."""
-        return np.abs(self.drawn.gradients).max(axis=(1, 2, 3))[self.row]
+    # --- for the engine -----------------------------------------------------------------------
 
     @property
     def seconds(self) -> float:
@@ -428,229 +301,6 @@ class SolidElements(MaterialField, frozen=True):
         """Return an estimate of the time of making their matrix [s]."""
         bare = replace(self, branches=None, yielding=None).seconds
         return _MAKING * bare + TANGENT_SECONDS * len(self.hidden)
-
-    # --- memory -------------------------------------------------------------------------------
-
-    @property
-    def stored_tensors(self) -> tuple[StoredTensors, ...]:
-        """Return the tensors of branches, and that of plastic strain."""
-        return tuple(each for each in (self.branches, self.yielding) if each is not None)
-
-    @property
-    def yields(self) -> NDArray[np.bool_]:
-        """Return which elements yield, shape (element,)."""
-        return super().yields if self.yielding is None else self.yielding.keeps[0]
-
-    @property
-    def loss(self) -> str:
-        """Return why energy is not conserved; see ``Effect``."""
-        if self.branches is not None:
-            return "there are elements that relax"
-        return "" if self.yielding is None else "there are elements that yield"
-
-    @property
-    def relaxed(self) -> Self:
-        """Return the elements without branches, which no longer flow; see ``Effect``."""
-        yielding = self.yielding and self.yielding.stopped
-        return replace(self, branches=None, yielding=yielding)
-
-    def stored(self, first: int, fastest: float) -> Self:
-        """Return the elements with hidden nodes for their internal variables.
-
-        Args:
-            first: Number of the first of these nodes.
-            fastest: A bound of the angular frequencies of the net [1/s].
-        """
-        size, found = np.cbrt(self.volume), self
-        if self.branches is not None:
-            branches = self.branches.stored(3 * first, self.points, fastest, size)
-            found = replace(found, branches=branches)
-            first += len(branches.nodes(self.points))
-        if self.yielding is not None:
-            yielding = self.yielding.stored(3 * first, self.points, fastest, size)
-            found = replace(found, yielding=yielding)
-        return found
-
-    def fastest(self, mass: Floats) -> float:
-        """Return about the largest angular frequency of the elements [1/s].
-
-        Args:
-            mass: Of all nodes [kg], shape (node,).
-        """
-        steep = self.drawn.volume[..., None] * (self.drawn.gradients**2).sum(axis=-1)
-        each = (self.rigidity / self.volume)[:, None] * steep.sum(axis=1)[self.row]
-        joined = np.bincount(self.nodes.ravel(), each.ravel(), len(mass))
-        return float(np.sqrt(2.0 * (joined / mass).max()))
-
-    def recalling(self, velocity: Floats) -> Self:
-        """Return the elements with the present internal variables; see ``Effect``."""
-        return replace(self, recalled=velocity) if self.remembers else self
-
-    def giving(self, position: Floats, velocity: Floats) -> float:
-        """Return a bound of the rates at which elements relax and flow [1/s]; see ``Field``."""
-        fastest = 0.0
-        for _, own in self.recalling(velocity).in_blocks() if self.remembers else ():
-            held, relaxing = own._seen("held", position), np.zeros(1)
-            if (branches := own.branches) is not None:
-                rates = np.array(held) * branches.pace[..., None] / 3.0
-                fastest = max(fastest, float(rates.max()))
-                relaxing = (branches.shear[..., None] * held).sum(axis=0)
-            if own.yielding is not None:
-                i1, i2 = own.invariants(position)
-                slopes = EnergySlopes(*(own.shear[:, None] * own._slopes(i1, i2)))
-                fastest = max(fastest, own.yielding.fastest(i1, i2, slopes, relaxing))
-        return fastest
-
-    def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
-        """Return the derivatives of branches and plastic strain, by points; see ``Field``."""
-        if not self.remembers:
-            return None
-        stored, points = self._stored, self.points
-        flat = self.recalling(velocity)._recorded("tangents", position)
-        six = SIX * sum(len(each.slot) for each in stored)
-        by_tensors = flat[..., : six * (9 + six)].reshape(-1, points, six, 9 + six)
-        by_strain = flat[..., six * (9 + six) :].reshape(-1, points, 3, 3, six)
-        has = self._slots >= 0
-        rate = np.where(has, np.concatenate([each.rate for each in stored]), 0.0)
-        # Variables have the unit of velocities; those that do not exist take no part.
-        to_own = np.repeat(rate.T, SIX, axis=1)[:, None]
-        from_own = np.divide(1.0, to_own, where=to_own > 0.0, out=np.zeros_like(to_own))
-        steep, weight = self.drawn.gradients[self.row], self.drawn.volume[self.row]
-        pull = (from_own[..., None] * by_tensors[..., :9]).reshape(-1, points, six, 3, 3)
-        giving = from_own[..., None] * by_tensors[..., 9:] * to_own[..., None, :]
-        by_position = np.einsum(
-            "eqxkv,eqak->eqvax", by_strain * to_own[:, :, None, None], steep
-        )
-        push = -np.einsum("eq,eqvxk,eqak->eqaxv", weight, pull, steep)
-        places = np.concatenate([each.places(points) for each in stored])
-        slots = np.moveaxis(np.where(has[..., None, None], places, -1), 0, 2)
-        return MemoryTangents(
-            slots=slots.reshape(-1, six),
-            nodes=np.repeat(self.nodes, points, axis=0),
-            giving=-giving.swapaxes(-1, -2).reshape(-1, six, six),
-            by_position=by_position.reshape(-1, six, *by_position.shape[3:]),
-            pull=push.reshape(-1, *push.shape[2:]),
-        )
-
-    def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
-        """Make branches give way for good; see ``Field``."""
-        if self.branches is None:
-            return
-        for part, _ in self.in_blocks():
-            items = part[moved[self.nodes[part]].any(axis=1)]
-            six = np.stack(self.only(items)._seen("isochoric", position), axis=-1)
-            self.branches.keep(velocity, _symmetric(six), items)
-
-    # --- for the engine -----------------------------------------------------------------------
-
-    @property
-    def kernel(self) -> GeneratedKernel:
-        """Return the loop that adds forces, rates and powers."""
-        return _force_kernel(self._kind, self.shape.nodes, self.points)
-
-    @property
-    def _kind(self) -> SolidKind:
-        """Return what the points have."""
-        laws = tuple(self.laws[int(k)] for k in np.unique(self.law).tolist())
-        branches = 0 if self.branches is None else len(self.branches.slot)
-        families = self.fibres.along.shape[1]
-        return SolidKind(
-            laws or self.laws[:1], families, branches, self.yielding is not None, self.is_damped
-        )
-
-    @property
-    def _present(self) -> SolidKind:
-        """Return what the points have that energies and matrices are of."""
-        kind = self._kind
-        if self.recalled is None:
-            kind = kind._replace(branches=0, is_yielding=False)
-        return kind
-
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
-        """Return the record of the kernel, which is valid at any position."""
-        kind, slots = self._kind, self._slots
-        moved = np.where(slots >= 0, 3 * place[np.maximum(slots, 0) // 3], -1)
-        return self._table(kind, place[self.nodes], moved)
-
-    def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
-        used, row = np.unique(self.row, return_inverse=True)
-        rows = [each.T for each in self._columns(kind).values()]
-        return PointTable.of(
-            nodes, np.concatenate(rows), row.reshape(-1), self.drawn.gradients[used],
-            self.drawn.volume[used], slots[: kind.tensors],
-        )  # fmt: skip
-
-    @property
-    def _slots(self) -> Indices:
-        """Return where tensors are kept, shape (tensor, element); see ``StoredTensors``."""
-        none = np.zeros((0, self.item_count), dtype=np.int64)
-        return np.concatenate([none, *(each.slot for each in self._stored)])
-
-    @property
-    def _stored(self) -> list[StoredTensors]:
-        """Return what a point remembers: plastic strain first, and then branches."""
-        return [each for each in (self.yielding, self.branches) if each is not None]
-
-    def _columns(self, kind: SolidKind) -> dict[str, Floats]:
-        """Return the numbers of elements, shape (element, number) each."""
-        found = {"shear": self.shear, "bulk": self.bulk, "local": self.local}
-        if len(kind.laws) > 1:
-            found["law"] = np.unique(self.law, return_inverse=True)[1].astype(float)
-        if kind.is_viscous:
-            found["viscosity"] = self.viscosity
-        if kind.families:
-            fibres = self.fibres
-            found |= {
-                "fibre_stiffness": fibres.stiffness, "fibre_stiffening": fibres.stiffening,
-                "dispersion": fibres.dispersion, "along": fibres.along,
-            }  # fmt: skip
-        if kind.branches:
-            assert self.branches is not None
-            found |= {
-                "branch_shear": self.branches.shear.T,
-                "branch_pace": self.branches.pace.T,
-            }
-        if kind.is_yielding:
-            assert self.yielding is not None
-            found["yield_stress"] = np.minimum(self.yielding.limit, NEVER)
-            found["yield_pace"] = 1.0 / self.yielding.viscosity
-        if kind.tensors:
-            rate = np.concatenate([each.rate for each in self._stored])
-            inverse = np.where(self._slots >= 0, 1.0 / rate, 0.0)
-            found |= {"rate": rate.T, "inverse_rate": inverse.T}
-        shapes = {name: max(1, each[:1].size) for name, each in found.items()}
-        return {name: np.reshape(each, (-1, shapes[name])) for name, each in found.items()}
-
-    def _values(self, position: Floats) -> dict[str, Floats]:
-        """Return all inputs of a point, by name, shape (…, element, point)."""
-        kind, f = self._present, self.deformations(position)
-        values = {f"f.{k}": f[..., k // 3, k % 3] for k in range(9)}
-        for name, each in self._columns(kind).items():
-            values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
-        if kind.tensors:
-            assert self.recalled is not None
-            parts = [each.told(self.recalled, self.points) for each in self._stored]
-            every = np.concatenate(parts, axis=-4)
-            for t, k in np.ndindex(kind.tensors, SIX):
-                values[f"t.{t}.{k}"] = every[..., t, :, :, k]
-        return values
-
-    def _recorded(self, name: str, position: Floats) -> Floats:
-        """Return numbers of each point in a state, shape (element, point, number)."""
-        kind, count = self._present, self.item_count
-        kernel, size = _record_kernel(kind, name, self.shape.nodes, self.points)
-        room = room_for(size, self.points, count)
-        self._run(kernel, position, room, self._table(self._present, self.nodes, self._slots))
-        return recorded(room, count)
-
-    def _run(
-        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: NamedTuple
-    ) -> None:
-        """Run a loop that writes numbers of elements in a state."""
-        # Nodes may be numbered among some of all, unlike the hidden ones.
-        velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
-        state = (np.ravel(each).astype(float) for each in (position, velocity))
-        kernel(0.0, *state, room.reshape(-1), table)
 
     @property
     def crack_areas(self) -> Floats:
@@ -689,63 +339,6 @@ class SolidElements(MaterialField, frozen=True):
         weight = solid.weight[:, :, None]
         mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
         return LimitTable(*limits, solid, np.ascontiguousarray(mean), np.zeros(STATE))
-
-    # --- parts --------------------------------------------------------------------------------
-
-    @property
-    def points(self) -> int:
-        """Return the number of points of an element."""
-        return len(self.shape.weights)
-
-    def _slopes(self, i1: Floats, i2: Floats) -> Floats:
-        """Return derivatives of laws at points, shape (derivative, element, point).
-
-        Args:
-            i1, i2: Isochoric invariants there, dimensionless.
-        """
-        return at_invariants(self.laws, self.law, DERIVATIVES, i1, i2)
-
-
-def _whole(halves: Floats) -> Floats:
-    """Return symmetric matrices of nine rows from their lower halves, shape (…, 9, 9)."""
-    rows, columns = np.tril_indices(9)
-    found = np.empty((*halves.shape[:-1], 9, 9))
-    found[..., rows, columns] = found[..., columns, rows] = halves
-    return found
-
-
-def _symmetric(six: Floats) -> Floats:
-    """Return symmetric tensors from their six numbers, shape (…, 3, 3)."""
-    found = np.empty((*six.shape[:-1], 3, 3))
-    found[..., ROWS, COLUMNS] = found[..., COLUMNS, ROWS] = six
-    return found
-
-
-@cache
-def _matrix_kernel(kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
-    point = traced_point(kind)
-    return GeneratedKernel(
-        "elements_matrices", lambda own: matrix_loop(own, point, nodes, points)
-    )
-
-
-@cache
-def _record_kernel(
-    kind: SolidKind, name: str, nodes: int, points: int
-) -> tuple[GeneratedKernel, int]:
-    """Return what records a list of numbers of traced points, and how many these are."""
-    point = traced_point(kind)
-    outputs = getattr(point, name)
-    return GeneratedKernel(
-        f"elements_{name}", lambda own: record_loop(own, point, outputs, nodes, points)
-    ), len(outputs)
-
-
-@cache
-def _force_kernel(kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
-    return GeneratedKernel(
-        "elements_forces", lambda name: force_loop(name, traced_point(kind), nodes, points)
-    )
 
 
 def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:

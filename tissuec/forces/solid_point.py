@@ -8,7 +8,7 @@ import numpy as np
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor
-from tissuec.autodiff.points import SIX, PointState, TracedPoint
+from tissuec.autodiff.points import PLACES, PointState, TracedPoint
 from tissuec.laws.derivatives import energy
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.tracing import traced
@@ -28,6 +28,7 @@ class SolidKind(NamedTuple):
         branches: That relax.
         is_yielding: Whether any element yields.
         is_viscous: Whether any is viscous.
+        directions: Of the strain of a point: 3, or 2 in a wall.
     """
 
     laws: tuple[SolidLaw, ...]
@@ -35,6 +36,7 @@ class SolidKind(NamedTuple):
     branches: int
     is_yielding: bool
     is_viscous: bool
+    directions: int = 3
 
     @property
     def tensors(self) -> int:
@@ -44,14 +46,16 @@ class SolidKind(NamedTuple):
     @property
     def widths(self) -> dict[str, int]:
         """Return the numbers of an element, with how many components each has."""
-        found = {"shear": 1, "bulk": 1, "local": 1}
+        found = {"shear": 1, "local": 1}
+        if self.directions == 3:
+            found["bulk"] = 1
         if len(self.laws) > 1:
             found["law"] = 1
         if self.is_viscous:
             found["viscosity"] = 1
         if self.families:
             names = ("fibre_stiffness", "fibre_stiffening", "dispersion")
-            found |= dict.fromkeys(names, 1) | {"along": 3 * self.families}
+            found |= dict.fromkeys(names, 1) | {"along": self.directions * self.families}
         if self.branches:
             found |= {"branch_shear": self.branches, "branch_pace": self.branches}
         if self.is_yielding:
@@ -66,7 +70,7 @@ def traced_point(kind: SolidKind) -> TracedPoint:
     def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
         return _point(kind, f, rate, tensors, p)
 
-    return TracedPoint(point, _mean_volume, kind.widths, int(kind.is_yielding) + kind.branches)
+    return TracedPoint(point, _mean_volume, kind.widths, kind.tensors)
 
 
 def _mean_volume(mean: Number, p: Numbers) -> Number:
@@ -86,19 +90,11 @@ def _point(
         first, second = autodiff.trace(left), _second_invariant(left)
     else:
         first, second = i1, autodiff.square(cofactors)
-    flows = p.shear * _law(kind.laws, g * first, g * g * second, p)
     held = [g * _inner(right, _unimodular_inverse(tensor)) for tensor in branches]
-    for k, each in enumerate(held):
-        flows = flows + 0.5 * _one_of(p.branch_shear, k) * (each - 3.0)
-    stored = flows + 0.5 * p.local * (j - 1.0) ** 2
-    for k in range(kind.families):
-        along = f.of(p.along[3 * k : 3 * k + 3])
-        e = p.dispersion * (g * i1 - 3.0)
-        e = e + (1.0 - 3.0 * p.dispersion) * (autodiff.square(along) - 1.0)
-        e = autodiff.maximum(e, 0.0)
-        stored = stored + 0.5 * p.fibre_stiffness / p.fibre_stiffening * _grown(
-            p.fibre_stiffening * e * e
-        )
+    flows = in_series(kind, g * first, g * g * second, held, p)
+    along = (p.along[3 * k : 3 * k + 3] for k in range(kind.families))
+    squares = [autodiff.square(f.of(each)) for each in along]
+    stored = in_parallel(flows, g * i1, j, squares, p)
     loss: Number | float = 0.0
     if kind.is_viscous:
         moving = autodiff.deviator(autodiff.symmetric_part(rate @ cofactors.transposed))
@@ -107,9 +103,45 @@ def _point(
     seen = {
         "invariants": [g * first, g * g * second],
         "held": held,
-        "isochoric": [g * right.rows[i][k] for i, k in SIX],
+        "isochoric": [g * right.rows[i][k] for i, k in PLACES[3]],
     }
     return PointState(stored, loss, j, rates, seen)
+
+
+def in_series(
+    kind: SolidKind, i1: Number, i2: Number, held: Sequence[Number], p: Numbers
+) -> Number:
+    """Return what laws and branches store, in series with the plastic flow [Pa].
+
+    Args:
+        i1, i2: Isochoric invariants of the elastic strain.
+        held: tr(C' A) of branches.
+    """
+    found = p.shear * _law(kind.laws, i1, i2, p)
+    for k, each in enumerate(held):
+        found = found + 0.5 * one_of(p.branch_shear, k) * (each - 3.0)
+    return found
+
+
+def in_parallel(
+    flows: Number, i1: Number, j: Number, squares: Sequence[Number], p: Numbers
+) -> Number:
+    """Return what a point stores [Pa]: with fibres, and with what is local of its volume.
+
+    Args:
+        flows: As of ``in_series``.
+        i1: First isochoric invariant of the whole strain.
+        j: Ratio of volumes.
+        squares: Of the stretches along families of fibres.
+    """
+    found = flows + 0.5 * p.local * (j - 1.0) ** 2
+    for each in squares:
+        e = p.dispersion * (i1 - 3.0) + (1.0 - 3.0 * p.dispersion) * (each - 1.0)
+        e = autodiff.maximum(e, 0.0)
+        found = found + 0.5 * p.fibre_stiffness / p.fibre_stiffening * _grown(
+            p.fibre_stiffening * e * e
+        )
+    return found
 
 
 def _rates(
@@ -125,21 +157,37 @@ def _rates(
     found: list[Tensor] = []
     for k, tensor in enumerate(branches):
         third = _inner(right, _unimodular_inverse(tensor)) / 3.0
-        found.append(_one_of(p.branch_pace, k) * (right - third * tensor))
+        found.append(one_of(p.branch_pace, k) * (right - third * tensor))
     if not kind.is_yielding:
         return found
     flat = autodiff.gradient(flows, f.flat)
     piola = Tensor((flat[:3], flat[3:6], flat[6:]))
     driving = autodiff.deviator(piola.transposed @ f)
-    square = _inner(driving, driving.transposed)
+    pace = pace_of_flow(_inner(driving, driving.transposed), p)
+    return carried(pace, driving, [*plastic, *branches], found)
+
+
+def pace_of_flow(square: Number, p: Numbers) -> Number:
+    """Return the pace of a plastic flow [1/(Pa s)], given the square of what drives it."""
     size = autodiff.sqrt(1.5 * autodiff.maximum(square, autodiff.TINY))
     excess = autodiff.maximum(size - p.yield_stress, 0.0)
-    pace = 1.5 * p.yield_pace * excess / size
-    carried = [
-        pace * (tensor @ driving + (tensor @ driving).transposed)
-        for tensor in (*plastic, *branches)
-    ]
-    return [carried[0], *(a + b for a, b in zip(found, carried[1:], strict=True))]
+    return 1.5 * p.yield_pace * excess / size
+
+
+def carried(
+    pace: Number, driving: Tensor, tensors: Sequence[Tensor], relaxing: Sequence[Tensor]
+) -> list[Tensor]:
+    """Return the rates of tensors that a plastic flow carries along [1/s].
+
+    Args:
+        pace: Of the flow [1/(Pa s)].
+        driving: What drives it [Pa].
+        tensors: That of the flow, and those of branches.
+        relaxing: Rates of the latter without the flow [1/s].
+    """
+    turned = [pace * (each @ driving) for each in tensors]
+    found = [each + each.transposed for each in turned]
+    return [found[0], *(a + b for a, b in zip(relaxing, found[1:], strict=True))]
 
 
 def _law(laws: Sequence[SolidLaw], i1: Number, i2: Number, p: Numbers) -> Number:
@@ -153,7 +201,7 @@ def _law(laws: Sequence[SolidLaw], i1: Number, i2: Number, p: Numbers) -> Number
     return found
 
 
-def _one_of(numbers: Any, k: int) -> Number:
+def one_of(numbers: Any, k: int) -> Number:
     """Return a number of those that are one alone, or several."""
     return numbers if isinstance(numbers, Number) else numbers[k]
 

@@ -330,6 +330,7 @@ def _declarations(lanes: int) -> list[str]:
     found = [
         f"declare {kind} @llvm.fma.{suffix}({kind}, {kind}, {kind})",
         f"declare {kind} @llvm.sqrt.{suffix}({kind})",
+        f"declare {kind} @llvm.fabs.{suffix}({kind})",
         f"declare {four} @llvm.masked.load.v4f64.p0(ptr, i32, <4 x i1>, {four})",
     ]
     if lanes == 8:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.autodiff.graph import Number
-from tissuec.autodiff.points import SIX, TracedPoint
+from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.items import LANES, ItemLoop, LoopText, blocked, filled
 from tissuec.kernels.records import Floats, Integers
 
@@ -25,7 +25,7 @@ class PointTable(NamedTuple):
         places: Three times the nodes, element by element, filled up to whole blocks of lanes.
         numbers: Numbers of the elements, blocked as those of an ``ItemTable``.
         key: Of the gradients of each block.
-        gradients: ∂N/∂X [1/m], flat, shape (key, point, 3 node, lane).
+        gradients: ∂N/∂X [1/m], flat, shape (key, point, node, direction, lane).
         weight: Volume of each point [m³], flat, shape (key, point, lane).
         slots: Where the first number of a tensor is among velocities; -1 without one; flat,
             shape (block, tensor, lane).
@@ -55,14 +55,15 @@ class PointTable(NamedTuple):
             nodes: Of the elements, shape (element, node).
             columns: Numbers of the elements, in any unit, shape (number, element).
             row: Of each element in the following two, shape (element,).
-            gradients: ∂N/∂X [1/m], shape (row, point, node, 3).
+            gradients: ∂N/∂X [1/m], shape (row, point, node, direction).
             weight: Volume of each point [m³], shape (row, point).
             slots: As the attribute, shape (tensor, element).
         """
         every = filled(len(nodes))
         lanes = row[every].reshape(len(every) // LANES, LANES)
         keys, key = np.unique(lanes, axis=0, return_inverse=True)
-        steep = gradients.reshape(*gradients.shape[:2], 3 * nodes.shape[1])[keys]
+        rows, points, count, width = gradients.shape
+        steep = gradients.reshape(rows, points, count * width)[keys]
         return cls(
             len(nodes),
             (3 * nodes[every].astype(np.int64)).ravel(),
@@ -97,6 +98,7 @@ class _Points(ItemLoop):
     def __init__(self, point: TracedPoint, nodes: int, points: int):
         super().__init__(point.graph, point.numbers, nodes, LANES)
         self.point, self.nodes, self.points = point, nodes, points
+        self.components, self.kept_numbers = len(point.f), len(point.places)
 
     # --- memory of a block ------------------------------------------------------------------
 
@@ -133,9 +135,11 @@ class _Points(ItemLoop):
     def begin(self, outputs: Sequence[Number]) -> None:
         """Write what comes before the points that outputs are of: F of all, and its mean."""
         code, point, rows = self.code, self.point, 3 * self.nodes
-        pooled, slope = point.state.pooled, point.slope_of_mean
+        pooled, slope = point.pooled, point.slope_of_mean
         self.values, _ = self.inputs([*outputs, pooled, slope, *point.scales], {}, [])
-        self._at, self._forms, sums = map(self.room_of, (rows, 9 * self.points, 2))
+        self._at, self._forms, sums = map(
+            self.room_of, (rows, self.components * self.points, 2)
+        )
         self.sums = sums
         needed = point.graph.inputs_of(outputs)
         self._flow = self.room_of(rows) if any(each.startswith("g.") for each in needed) else ""
@@ -143,14 +147,16 @@ class _Points(ItemLoop):
             for room, vector in ((self._at, "x"), (self._flow, "v")):
                 for axis, value in enumerate(self.gather(vector, place) if room else ()):
                     self.put(value, room, 3 * corner + axis)
-        self.clear(sums, 2)
         code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
         code.line("%row = load i64, ptr %own.key, align 8")
+        if not point.is_pooled:
+            return
+        self.clear(sums, 2)
 
         def deform(q: str) -> None:
             slopes, weight = self.slopes_at(q)
             form = self.gradient_of(self._at, slopes)
-            first = code.add(f"mul i64 {q}, 9")
+            first = code.add(f"mul i64 {q}, {self.components}")
             for k, value in enumerate(form):
                 self.put(value, self._forms, code.add(f"add i64 {first}, {k}"))
             given = self.values | {f"f.{k}": value for k, value in enumerate(form)}
@@ -167,10 +173,14 @@ class _Points(ItemLoop):
         """Return ∂N/∂X of the nodes at a point, its volume, and the values of all inputs."""
         slopes, weight = self.slopes_at(q)
         values = dict(self.values)
-        first = self.code.add(f"mul i64 {q}, 9")
-        for k in range(9):
-            place = self.code.add(f"add i64 {first}, {k}")
-            values[f"f.{k}"] = self.read(self._forms, place)
+        if self.point.is_pooled:
+            first = self.code.add(f"mul i64 {q}, {self.components}")
+            every = range(self.components)
+            places = [self.code.add(f"add i64 {first}, {k}") for k in every]
+            form = [self.read(self._forms, place) for place in places]
+        else:
+            form = self.gradient_of(self._at, slopes)
+        values |= {f"f.{k}": value for k, value in enumerate(form)}
         if self._flow:
             moved = self.gradient_of(self._flow, slopes)
             values |= {f"g.{k}": value for k, value in enumerate(moved)}
@@ -199,23 +209,24 @@ class _Points(ItemLoop):
         """Return ∂N/∂X of each node at a point, and its volume."""
         code = self.code
         place = code.add(f"add i64 {code.add(f'mul i64 %row, {self.points}')}, {q}")
+        width = self.point.directions
         base = code.address(
-            "%gradients", code.add(f"mul i64 {place}, {3 * self.nodes * LANES}")
+            "%gradients", code.add(f"mul i64 {place}, {width * self.nodes * LANES}")
         )
         weight = code.load(code.address("%weight", code.add(f"mul i64 {place}, {LANES}")))
         return [
-            [code.load(code.address(base, (3 * a + k) * LANES)) for k in range(3)]
+            [code.load(code.address(base, (width * a + k) * LANES)) for k in range(width)]
             for a in range(self.nodes)
         ], weight
 
     def gradient_of(self, room: str, slopes: Sequence[Sequence[str]]) -> list[str]:
-        """Return Σ x_a ⊗ ∂N_a/∂X of a vector that is kept, nine values."""
-        code, found = self.code, [""] * 9
+        """Return Σ x_a ⊗ ∂N_a/∂X of a vector that is kept, row by row."""
+        code, found = self.code, [""] * self.components
         for a, slope in enumerate(slopes):
             for i in range(3):
                 x = self.read(room, 3 * a + i)
-                for k in range(3):
-                    place = 3 * i + k
+                for k in range(len(slope)):
+                    place = len(slope) * i + k
                     found[place] = (
                         code.fused(x, slope[k], found[place])
                         if a
@@ -228,8 +239,8 @@ class _Points(ItemLoop):
         for a, slope in enumerate(slopes):
             for i in range(3):
                 value = self.read(room, 3 * a + i)
-                for k in range(3):
-                    value = self.code.fused(stress[3 * i + k], slope[k], value)
+                for k, steep in enumerate(slope):
+                    value = self.code.fused(stress[len(slope) * i + k], steep, value)
                 self.put(value, room, 3 * a + i)
 
     def inner(self, one: Sequence[str], other: Sequence[str], more: str = "") -> str:
@@ -257,7 +268,7 @@ class _Points(ItemLoop):
     def tensors_at(self, q: str, values: Mapping[str, str]) -> dict[str, str]:
         """Return what is stored of all tensors at a point."""
         code, found = self.code, dict[str, str]()
-        own = code.add(f"mul i64 {q}, {len(SIX)}") if self.point.tensors else ""
+        own = code.add(f"mul i64 {q}, {self.kept_numbers}") if self.point.tensors else ""
         for tensor in range(self.point.tensors):
             places: list[str] = []
             for lane in range(LANES):
@@ -265,15 +276,17 @@ class _Points(ItemLoop):
                 test = code.add(f"icmp slt i64 {slot}, 0")
                 there = code.add(f"add i64 {slot}, {own}")
                 places.append(code.add(f"select i1 {test}, i64 0, i64 {there}"))
-            more = [code.add(f"add i64 {place}, 3") for place in places]
-            six = [*self.gather("v", places), *self.gather("v", more)]
-            scaled = self.times(values[f"p.inverse_rate.{tensor}"], six)
+            numbers = self.gather("v", places)
+            if self.kept_numbers > len(numbers):
+                more = [code.add(f"add i64 {place}, 3") for place in places]
+                numbers += self.gather("v", more)
+            scaled = self.times(values[f"p.inverse_rate.{tensor}"], numbers)
             found |= {f"t.{tensor}.{k}": value for k, value in enumerate(scaled)}
         return found
 
     def give(self, name: str, q: str, room: str) -> None:
         """Add rates that are kept to those of the hidden nodes of each lane."""
-        code, own = self.code, self.code.add(f"mul i64 {q}, {len(SIX)}")
+        code, own = self.code, self.code.add(f"mul i64 {q}, {self.kept_numbers}")
         for tensor in range(self.point.tensors):
             loop = f"{name}.{tensor}"
 
@@ -283,8 +296,9 @@ class _Points(ItemLoop):
                 code.line(f"br i1 %{loop}.has, label %{loop}.some, label %{loop}.end")
                 code.label(f"{loop}.some")
                 base = code.address("%f", code.add(f"add i64 {slot}, {own}"))
-                for k in range(len(SIX)):
-                    row = code.add(f"add i64 %{loop}.lane, {(len(SIX) * tensor + k) * LANES}")
+                for k in range(self.kept_numbers):
+                    first = (self.kept_numbers * tensor + k) * LANES
+                    row = code.add(f"add i64 %{loop}.lane, {first}")
                     value = code.load(code.address(room, row), "double")
                     self.add_to(code.address(base, k), value)
 
@@ -323,14 +337,14 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
 
     def press(q: str) -> None:
         slopes, weight, values = loop.at_point(q)
-        stress, (lost,), changes = _split(code.write(outputs, values), 9, 1)
+        stress, (lost,), changes = _split(code.write(outputs, values), loop.components, 1)
         minus = code.add(f"fneg {code.kind} {weight}")
         loop.push(pushed, loop.times(minus, stress), slopes)
         if is_lossy:
             row = 3 * nodes
             loop.put(code.fused(weight, lost, loop.read(pushed, row)), pushed, row)
         for k, change in enumerate(changes):
-            rate = values[f"p.rate.{k // len(SIX)}"]
+            rate = values[f"p.rate.{k // loop.kept_numbers}"]
             loop.put(code.add(f"fmul {code.kind} {rate}, {change}"), rates, k)
         if changes:
             loop.give("give", q, rates)
@@ -378,9 +392,9 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
     those of ``force_loop``.
     """
     loop = _Points(point, nodes, points)
-    code, outputs = loop.code, [*point.moduli, *point.pooling]
+    code, width, entries = loop.code, point.directions, _entries(nodes)
+    outputs = [*point.moduli, *(point.pooling if point.is_pooled else ())]
     loop.begin([*outputs, point.bend_of_mean])
-    entries = _entries(nodes)
     halves, swell = loop.room_of(len(entries)), loop.room_of(3 * nodes)
     loop.clear(halves, len(entries))
     loop.clear(swell, 3 * nodes)
@@ -388,24 +402,26 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
     def add(q: str) -> None:
         slopes, weight, values = loop.at_point(q)
         written = loop.times(weight, code.write(outputs, values))
-        moduli, pooling = written[: len(point.moduli)], written[len(point.moduli) :]
-        loop.push(swell, pooling, slopes)
+        moduli, pooling = _split(written, len(point.moduli))
+        if pooling:
+            loop.push(swell, pooling, slopes)
         turned: dict[tuple[int, int, int], str] = {}  # by node, component, and component of F
-        for a, i, j in product(range(nodes), range(3), range(9)):
-            rows = [_of_half(moduli, 3 * i + k, j) for k in range(3)]
+        for a, i, j in product(range(nodes), range(3), range(3 * width)):
+            rows = [_of_half(moduli, width * i + k, j) for k in range(width)]
             turned[a, i, j] = loop.inner(slopes[a], rows)
         for row, (a, b, i, j) in enumerate(entries):
-            three = [turned[a, i, 3 * j + k] for k in range(3)]
-            loop.put(loop.inner(slopes[b], three, loop.read(halves, row)), halves, row)
+            several = [turned[a, i, width * j + k] for k in range(width)]
+            loop.put(loop.inner(slopes[b], several, loop.read(halves, row)), halves, row)
 
     loop.each_point("add", add)
-    (bend,) = code.write([point.bend_of_mean], loop.values)
-    rise = code.add(f"fdiv {code.kind} {bend}, {loop.read(loop.sums, 0)}")
-    pushed = [loop.read(swell, k) for k in range(3 * nodes)]
-    for row, (a, b, i, j) in enumerate(entries):
-        (both,) = loop.times(rise, [pushed[3 * a + i]])
-        value = code.fused(both, pushed[3 * b + j], loop.read(halves, row))
-        loop.put(value, halves, row)
+    if point.is_pooled:
+        (bend,) = code.write([point.bend_of_mean], loop.values)
+        rise = code.add(f"fdiv {code.kind} {bend}, {loop.read(loop.sums, 0)}")
+        pushed = [loop.read(swell, k) for k in range(3 * nodes)]
+        for row, (a, b, i, j) in enumerate(entries):
+            (both,) = loop.times(rise, [pushed[3 * a + i]])
+            value = code.fused(both, pushed[3 * b + j], loop.read(halves, row))
+            loop.put(value, halves, row)
     rows = {entry: row for row, entry in enumerate(entries)}
 
     def write() -> None:

@@ -1,0 +1,522 @@
+"""Elements around points whose energy is written once, of solids and of walls.
+
+Forces, rates of what is remembered, powers, matrices, stresses, tangents and energies follow
+from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``forces.elements`` and
+``forces.membranes``.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.points import TracedPoint
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops.points import (
+    MatrixTable,
+    PointTable,
+    force_loop,
+    matrix_loop,
+    record_loop,
+    recorded,
+    room_for,
+)
+from tissuec.forces.element_fields import MaterialField, young_of
+from tissuec.forces.element_memory import Branches, ElementYield, StoredTensors
+from tissuec.forces.matrices import BlockPattern, without_negative
+from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.solid_memory import NEVER
+from tissuec.forces.solid_point import SolidKind
+from tissuec.forces.solid_strain import EnergySlopes, SolidFibres
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.derivatives import DERIVATIVES, at_invariants
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+#: Returns the traced points of elements that have something.
+Tracing = Callable[[SolidKind], TracedPoint]
+
+
+class PointField(MaterialField, frozen=True):
+    """Elements around points.
+
+    Attributes:
+        shear, viscosity: μ [Pa] and η [Pa s], shape (element,).
+        law: Number of the law, shape (element,).
+        fibres: Families of fibres, without stress; there may be none.
+        branches: That relax; None without any.
+        yielding: Their yield stresses and flow; None where nothing yields.
+        recalled: Velocities of all nodes, of which those of hidden ones tell what elements
+            remember, shape (…, node, 3); energies, matrices and stresses include it. Without,
+            they are those without branches and before any flow.
+    """
+
+    directions: ClassVar[int] = 3
+    traced: ClassVar[Tracing]
+    shear: Floats
+    viscosity: Floats
+    law: Indices
+    fibres: SolidFibres
+    branches: Branches | None
+    yielding: ElementYield | None
+    recalled: Floats | None
+
+    # --- what elements have -------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def measures(self) -> tuple[Floats, Floats, Indices]:
+        """Return ∂N/∂X and volumes of points, and the row of each element among these.
+
+        Returns:
+            [1/m], shape (row, point, node, direction); [m³], shape (row, point); and shape
+            (element,).
+        """
+
+    @property
+    @abstractmethod
+    def bulk_modulus(self) -> Floats:
+        """Return K [Pa], shape (element,)."""
+
+    @property
+    @abstractmethod
+    def sizes(self) -> Floats:
+        """Return the sizes of elements as drawn [m], shape (element,)."""
+
+    @abstractmethod
+    def volumetric(self) -> dict[str, Floats]:
+        """Return the moduli of volume [Pa], by the names of ``SolidKind.widths``.
+
+        Each has the shape (element,).
+        """
+
+    @property
+    def points(self) -> int:
+        """Return the number of points of an element."""
+        return self.measures[1].shape[1]
+
+    @property
+    def weights(self) -> Floats:
+        """Return the volumes of points without stress [m³], shape (element, point)."""
+        _, weight, row = self.measures
+        return weight[row]
+
+    @property
+    def steepness(self) -> Floats:
+        """Return ∂N/∂X [1/m], shape (element, point, node, direction)."""
+        gradients, _, row = self.measures
+        return gradients[row]
+
+    def deformations(self, position: Floats) -> Floats:
+        """Return F, with prestretch, at all points, shape (…, element, point, 3, direction).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
+        return np.asarray(places @ self.steepness)
+
+    @property
+    def young(self) -> Floats:
+        """Return Young's modulus at rest; see ``MaterialField``."""
+        return young_of(self.shear, self.bulk_modulus)
+
+    @property
+    def fibre_lines(self) -> tuple[Floats, Floats]:
+        """Return slopes and volumes along fibres; see ``MaterialField``."""
+        slopes = np.einsum("eqak,efk->eqfa", self.steepness, self.fibres.along)
+        shape = (self.item_count, -1, self.nodes.shape[1])
+        count = self.fibres.along.shape[1]
+        return slopes.reshape(shape), np.repeat(self.weights, count, axis=1)
+
+    def invariants(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return both isochoric invariants, shape (element, point); see ``MaterialField``."""
+        first, second = self.seen("invariants", position)
+        return first, second
+
+    # --- energy and matrix --------------------------------------------------------------------
+
+    def energies(self, position: Floats) -> Floats:
+        """Return the energy of each element [J], shape (…, element).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        found = np.empty((*position.shape[:-2], self.item_count))
+        for part, own in self.in_blocks():
+            point, values = self.traced(own._present), own._values(position)
+            weight = own.weights
+            stored, pooled = evaluate([point.state.energy, point.pooled], values)
+            total = (weight * stored).sum(axis=-1)
+            if point.is_pooled:
+                volume = weight.sum(axis=-1)
+                values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
+                total += volume * evaluate([point.of_mean], values)[0][..., 0]
+            found[..., part] = total
+        return found
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
+        free = np.flatnonzero((number[self.nodes] >= 0).any(axis=1))
+        if not exact or not len(free):
+            return super().matrix(time, position, number, size, exact=exact)
+        own = self if len(free) == self.item_count else self.only(free)
+        pattern, kind = BlockPattern.of(number[own.nodes], size), own._present
+        room, table = pattern.room, own._table(kind, own.nodes, own._slots)
+        kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], own.points)
+        own._run(kernel, position, room, MatrixTable(*table, pattern.places.reshape(-1)))
+        return pattern.matrix(room)
+
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3).
+
+        Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
+        E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
+        """
+        stiff = _whole(self._recorded("moduli", position))
+        if not exact:
+            stiff = without_negative(stiff)
+        return self._between_nodes(stiff)
+
+    def _between_nodes(self, moduli: Floats) -> Floats:
+        """Return Σ w ∂N/∂X A ∂N/∂X of each element, shape (element, node, 3, node, 3).
+
+        Args:
+            moduli: A at the points, in any unit, shape (element, point, row, row) by the rows
+                and columns of F.
+        """
+        weight, slopes = self.weights, self.steepness
+        elements, points, count, width = slopes.shape
+        # By component and node instead of component and direction: first of one end, then of
+        # the other.
+        moduli = weight[..., None, None] * moduli
+        moduli = moduli.reshape(elements, points, 3, width, 3 * width)
+        half = slopes[:, :, None] @ moduli
+        half = half.reshape(elements, points, 9 * count, width) @ slopes.swapaxes(-1, -2)
+        values = half.sum(axis=1).reshape(elements, 3, count, 3, count)
+        return values.transpose(0, 2, 1, 4, 3)
+
+    @property
+    def is_damped(self) -> bool:
+        """Return whether any element is viscous."""
+        return bool(self.viscosity.any())
+
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
+        return self._between_nodes(_whole(self._recorded("viscous_moduli", position)))
+
+    def piola(self, position: Floats) -> Floats:
+        """Return P without its viscous part [Pa], shape (element, point, 3, direction).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        found = self._recorded("elastic_stress", position)
+        return found.reshape(*found.shape[:2], 3, self.directions)
+
+    # --- bounds -------------------------------------------------------------------------------
+
+    @property
+    def rigidity(self) -> Floats:
+        """Return moduli times volumes [J], shape (element,)."""
+        _, weight, row = self.measures
+        sudden = 0.0 if self.branches is None else self.branches.sudden
+        every = self.shear + sudden + self.bulk_modulus + self.fibres.modulus
+        return every * weight.sum(axis=1)[row]
+
+    @property
+    def steepest(self) -> Floats:
+        """Return the largest gradient of a shape function [1/m], shape (element,)."""
+        gradients, _, row = self.measures
+        return np.abs(gradients).max(axis=(1, 2, 3))[row]
+
+    def fastest(self, mass: Floats) -> float:
+        """Return about the largest angular frequency of the elements [1/s].
+
+        Args:
+            mass: Of all nodes [kg], shape (node,).
+        """
+        gradients, weight, row = self.measures
+        steep = weight[..., None] * (gradients**2).sum(axis=-1)
+        steep = steep.sum(axis=1) / weight.sum(axis=1)[:, None]
+        each = self.rigidity[:, None] * steep[row]
+        joined = np.bincount(self.nodes.ravel(), each.ravel(), len(mass))
+        return float(np.sqrt(2.0 * (joined / mass).max()))
+
+    # --- memory -------------------------------------------------------------------------------
+
+    @property
+    def stored_tensors(self) -> tuple[StoredTensors, ...]:
+        """Return the tensors of branches, and that of plastic strain."""
+        return tuple(each for each in (self.branches, self.yielding) if each is not None)
+
+    @property
+    def yields(self) -> NDArray[np.bool_]:
+        """Return which elements yield, shape (element,)."""
+        return super().yields if self.yielding is None else self.yielding.keeps[0]
+
+    @property
+    def loss(self) -> str:
+        """Return why energy is not conserved; see ``Effect``."""
+        if self.branches is not None:
+            return "there are elements that relax"
+        return "" if self.yielding is None else "there are elements that yield"
+
+    @property
+    def relaxed(self) -> Self:
+        """Return the elements without branches, which no longer flow; see ``Effect``."""
+        yielding = self.yielding and self.yielding.stopped
+        return replace(self, branches=None, yielding=yielding)
+
+    def stored(self, first: int, fastest: float) -> Self:
+        """Return the elements with hidden nodes for their internal variables.
+
+        Args:
+            first: Number of the first of these nodes.
+            fastest: A bound of the angular frequencies of the net [1/s].
+        """
+        sizes, found = self.sizes, self
+        if self.branches is not None:
+            branches = self.branches.stored(3 * first, self.points, fastest, sizes)
+            found = replace(found, branches=branches)
+            first += len(branches.nodes(self.points))
+        if self.yielding is not None:
+            yielding = self.yielding.stored(3 * first, self.points, fastest, sizes)
+            found = replace(found, yielding=yielding)
+        return found
+
+    def recalling(self, velocity: Floats) -> Self:
+        """Return the elements with the present internal variables; see ``Effect``."""
+        return replace(self, recalled=velocity) if self.remembers else self
+
+    def giving(self, position: Floats, velocity: Floats) -> float:
+        """Return a bound of the rates at which elements relax and flow [1/s]; see ``Field``."""
+        fastest = 0.0
+        for _, own in self.recalling(velocity).in_blocks() if self.remembers else ():
+            held, relaxing = own.seen("held", position), np.zeros(1)
+            if (branches := own.branches) is not None:
+                rates = np.array(held) * branches.pace[..., None] / 3.0
+                fastest = max(fastest, float(rates.max()))
+                relaxing = (branches.shear[..., None] * held).sum(axis=0)
+            if own.yielding is not None:
+                i1, i2 = own.invariants(position)
+                each = at_invariants(own.laws, own.law, DERIVATIVES, i1, i2)
+                slopes = EnergySlopes(*(own.shear[:, None] * each))
+                fastest = max(fastest, own.yielding.fastest(i1, i2, slopes, relaxing))
+        return fastest
+
+    def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
+        """Return the derivatives of branches and plastic strain, by points; see ``Field``."""
+        if not self.remembers or not len(self.hidden):
+            return None
+        stored, points, width = self._stored, self.points, 3 * self.directions
+        flat = self.recalling(velocity)._recorded("tangents", position)
+        own = stored[0].numbers
+        every = own * sum(len(each.slot) for each in stored)
+        by_tensors = flat[..., : every * (width + every)].reshape(
+            -1, points, every, width + every
+        )
+        by_strain = flat[..., every * (width + every) :].reshape(
+            -1, points, 3, self.directions, every
+        )
+        has = self._slots >= 0
+        rate = np.where(has, np.concatenate([each.rate for each in stored]), 0.0)
+        # Variables have the unit of velocities; those that do not exist take no part.
+        to_own = np.repeat(rate.T, own, axis=1)[:, None]
+        from_own = np.divide(1.0, to_own, where=to_own > 0.0, out=np.zeros_like(to_own))
+        pull = from_own[..., None] * by_tensors[..., :width]
+        pull = pull.reshape(-1, points, every, 3, self.directions)
+        giving = from_own[..., None] * by_tensors[..., width:] * to_own[..., None, :]
+        by_position = np.einsum(
+            "eqxkv,eqak->eqvax", by_strain * to_own[:, :, None, None], self.steepness
+        )
+        push = -np.einsum("eq,eqvxk,eqak->eqaxv", self.weights, pull, self.steepness)
+        places = np.concatenate([each.places(points) for each in stored])
+        slots = np.moveaxis(np.where(has[..., None, None], places, -1), 0, 2)
+        return MemoryTangents(
+            slots=slots.reshape(-1, every),
+            nodes=np.repeat(self.nodes, points, axis=0),
+            giving=-giving.swapaxes(-1, -2).reshape(-1, every, every),
+            by_position=by_position.reshape(-1, every, *by_position.shape[3:]),
+            pull=push.reshape(-1, *push.shape[2:]),
+        )
+
+    def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
+        """Make branches give way for good; see ``Field``."""
+        if self.branches is None:
+            return
+        for part, _ in self.in_blocks():
+            items = part[moved[self.nodes[part]].any(axis=1)]
+            own = self.only(items).relaxed.recalling(velocity)
+            numbers = np.stack(own.seen("isochoric", position), axis=-1)
+            self.branches.keep(velocity, self.branches.filled(numbers), items)
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> GeneratedKernel:
+        """Return the loop that adds forces, rates and powers."""
+        return force_kernel(self.traced, self._kind, self.nodes.shape[1], self.points)
+
+    @property
+    def _kind(self) -> SolidKind:
+        """Return what the points have."""
+        laws = tuple(self.laws[int(k)] for k in np.unique(self.law).tolist())
+        branches = 0 if self.branches is None else len(self.branches.slot)
+        return SolidKind(
+            laws or self.laws[:1], self.fibres.along.shape[1], branches,
+            self.yielding is not None, self.is_damped, self.directions,
+        )  # fmt: skip
+
+    @property
+    def _present(self) -> SolidKind:
+        """Return what the points have that energies and matrices are of."""
+        kind = self._kind
+        if self.recalled is None:
+            kind = kind._replace(branches=0, is_yielding=False)
+        return kind
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
+        """Return the record of the kernel, which is valid at any position."""
+        kind, slots = self._kind, self._slots
+        moved = np.where(slots >= 0, 3 * place[np.maximum(slots, 0) // 3], -1)
+        return self._table(kind, place[self.nodes], moved)
+
+    def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
+        gradients, volume, rows = self.measures
+        used, row = np.unique(rows, return_inverse=True)
+        columns = self._columns(kind)
+        every = np.concatenate([columns[name].T for name in self.traced(kind).widths])
+        return PointTable.of(
+            nodes, every, row.reshape(-1), gradients[used], volume[used],
+            slots[: kind.tensors],
+        )  # fmt: skip
+
+    @property
+    def _slots(self) -> Indices:
+        """Return where tensors are kept, shape (tensor, element); see ``StoredTensors``."""
+        none = np.zeros((0, self.item_count), dtype=np.int64)
+        return np.concatenate([none, *(each.slot for each in self._stored)])
+
+    @property
+    def _stored(self) -> list[StoredTensors]:
+        """Return what a point remembers: plastic strain first, and then branches."""
+        return [each for each in (self.yielding, self.branches) if each is not None]
+
+    def _columns(self, kind: SolidKind) -> dict[str, Floats]:
+        """Return the numbers of elements, shape (element, number) each."""
+        found = {"shear": self.shear} | self.volumetric()
+        if len(kind.laws) > 1:
+            found["law"] = np.unique(self.law, return_inverse=True)[1].astype(float)
+        if kind.is_viscous:
+            found["viscosity"] = self.viscosity
+        if kind.families:
+            fibres = self.fibres
+            found |= {
+                "fibre_stiffness": fibres.stiffness, "fibre_stiffening": fibres.stiffening,
+                "dispersion": fibres.dispersion, "along": fibres.along,
+            }  # fmt: skip
+        if kind.branches:
+            assert self.branches is not None
+            found |= {
+                "branch_shear": self.branches.shear.T,
+                "branch_pace": self.branches.pace.T,
+            }
+        if kind.is_yielding:
+            assert self.yielding is not None
+            found["yield_stress"] = np.minimum(self.yielding.limit, NEVER)
+            found["yield_pace"] = 1.0 / self.yielding.viscosity
+        if kind.tensors:
+            rate = np.concatenate([each.rate for each in self._stored])
+            inverse = np.where(self._slots >= 0, 1.0 / rate, 0.0)
+            found |= {"rate": rate.T, "inverse_rate": inverse.T}
+        shapes = {name: max(1, each[:1].size) for name, each in found.items()}
+        return {name: np.reshape(each, (-1, shapes[name])) for name, each in found.items()}
+
+    def _values(self, position: Floats) -> dict[str, Floats]:
+        """Return all inputs of a point, by name, shape (…, element, point)."""
+        kind, f, width = self._present, self.deformations(position), self.directions
+        every = range(3 * width)
+        values = {f"f.{k}": f[..., k // width, k % width] for k in every}
+        for name, each in self._columns(kind).items():
+            values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
+        if kind.tensors:
+            assert self.recalled is not None
+            parts = [each.told(self.recalled, self.points) for each in self._stored]
+            tensors = np.concatenate(parts, axis=-4)
+            for t, k in np.ndindex(kind.tensors, tensors.shape[-1]):
+                values[f"t.{t}.{k}"] = tensors[..., t, :, :, k]
+        return values
+
+    def seen(self, name: str, position: Floats) -> list[Floats]:
+        """Return numbers that points have beside energies, shape (…, element, point) each.
+
+        Args:
+            name: Among those of ``PointState.seen``.
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        numbers = self.traced(self._present).state.seen[name]
+        return evaluate(numbers, self._values(position)) if numbers else []
+
+    def _recorded(self, name: str, position: Floats) -> Floats:
+        """Return numbers of each point in a state, shape (element, point, number)."""
+        kind, count = self._present, self.item_count
+        kernel, size = record_kernel(self.traced, kind, name, self.nodes.shape[1], self.points)
+        room = room_for(size, self.points, count)
+        self._run(kernel, position, room, self._table(kind, self.nodes, self._slots))
+        return recorded(room, count)
+
+    def _run(
+        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: NamedTuple
+    ) -> None:
+        """Run a loop that writes numbers of elements in a state."""
+        # Nodes may be numbered among some of all, unlike the hidden ones.
+        velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
+        state = (np.ravel(each).astype(float) for each in (position, velocity))
+        kernel(0.0, *state, room.reshape(-1), table)
+
+
+def _whole(halves: Floats) -> Floats:
+    """Return symmetric matrices from their lower halves, shape (…, row, row)."""
+    size = int((2 * halves.shape[-1]) ** 0.5)
+    rows, columns = np.tril_indices(size)
+    found = np.empty((*halves.shape[:-1], size, size))
+    found[..., rows, columns] = found[..., columns, rows] = halves
+    return found
+
+
+@cache
+def record_kernel(
+    traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int
+) -> tuple[GeneratedKernel, int]:
+    """Return what records a list of numbers of traced points, and how many these are."""
+    point = traced(kind)
+    outputs = getattr(point, name)
+    return GeneratedKernel(
+        f"points_{name}", lambda own: record_loop(own, point, outputs, nodes, points)
+    ), len(outputs)
+
+
+@cache
+def force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+    """Return what adds the forces of elements, with rates and powers."""
+    return GeneratedKernel(
+        "points_forces", lambda name: force_loop(name, traced(kind), nodes, points)
+    )
+
+
+@cache
+def matrix_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+    """Return what adds the matrices of elements to those of all."""
+    return GeneratedKernel(
+        "points_matrices", lambda name: matrix_loop(name, traced(kind), nodes, points)
+    )
