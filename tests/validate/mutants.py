@@ -110,7 +110,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
     "tissuec.forces.solid_point": OF_SOLIDS,
     "tissuec.forces.plane_point": (
-        "_Kept.of",
+        "of",
         "_point",
         "_strained",
         "_invariants",
