@@ -149,6 +149,16 @@ def test_stress_at_nodes_is_that_beyond_the_flow():
     np.testing.assert_allclose(work, pulled, atol=1e-10 * np.abs(pulled).max())
 
 
+def test_stress_at_nodes_is_without_viscosity():
+    made, drawn = solid("hexahedron", viscosity=5.0)
+    position, velocity = moved(made, drawn), given_way(made, drawn)
+    still, moving = (
+        made.recalling(each).node_stress(position)[0]
+        for each in (velocity, in_motion(made, velocity))
+    )
+    assert np.array_equal(still, moving)
+
+
 def test_elements_of_parts_keep_how_they_flowed():
     made, drawn = solid("wedge", cells=2)
     position, velocity = moved(made, drawn), given_way(made, drawn)

@@ -79,7 +79,7 @@ SCENES = {
 
 OF_SOLIDS = (
     "_mean_volume", "_point", "in_series", "in_parallel", "_rates", "pace_of_flow", "carried",
-    "_second_invariant", "_unimodular_inverse", "isochoric", "_inverse_cube_root",
+    "_second_invariant", "_unimodular_inverse", "isochoric",
 )  # fmt: skip
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
@@ -109,7 +109,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
     "tissuec.forces.solid_point": OF_SOLIDS,
     "tissuec.forces.plane_point": (
-        "_Kept.of",
+        "of",
         "_point",
         "_strained",
         "_invariants",
@@ -220,6 +220,11 @@ HARMLESS = {
         "counts bends of laws, by which errors are weighed; no force has them",
     ),
     "turned: touches.kind[shape_of(row, touches)]": "only which shape it is counts",
+    **dict.fromkeys(
+        ("_point: start =", "_point: wide ="),
+        "from where an iteration begins, which ends at the same root",
+    ),
+    "in_series: 3.0": "a constant part of the energy",
     "_LARGEST": "a step of an iteration, which ends at the same root",
     "LONGEST": "a step of an iteration, which ends at the same root",
     "CLOSE": "ends an iteration; what is left is below the tolerance",

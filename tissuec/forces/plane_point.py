@@ -111,7 +111,7 @@ def _point(
     wide = area
     for each in plane.plastic:
         wide = area / autodiff.sqrt(each.part)  # without what is plastic
-    # It is relative to the area at small strain, and makes the start exact there.
+    # The change of thickness per one of area at small strain, where the start is exact.
     thinning = -(p.local - 2.0 / 3.0 * p.shear) / (p.local + 4.0 / 3.0 * p.shear)
     start = 1.0 + 1.0 / 3.0 * (1.0 + thinning) * (wide - 1.0)
     found = autodiff.least(lambda root: _strained(kind, plane, root, p).stored, start)
