@@ -65,5 +65,5 @@ def _along(own: Any, family: int, wall: WallNodes | None) -> Floats:
         return np.asarray(along)
     corners = own.nodes - wall.nodes.start
     frame = frames_of_triangles(wall.position[wall.nodes], corners, wall.grid)
-    drawn = np.einsum("tdi,tik,tk->td", frame, own.deformations(wall.position), along)
+    drawn = np.einsum("tdi,tqik,tk->td", frame, own.deformations(wall.position), along)
     return np.asarray(drawn / np.linalg.norm(drawn, axis=1)[:, None])

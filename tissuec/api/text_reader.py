@@ -131,7 +131,7 @@ class TextReader:
             CompileError: The sentence is wrong.
         """
         compiled, scene = self._compiled, self._compiled.scene
-        items = parse(Source(ORDERED, text), has_heading=False).items
+        items = parse(Source(ORDERED, text, is_composed=True), has_heading=False).items
         with self._reporting():
             if len(items) > 1:  # of which the others would have times of their own
                 self._findings.reject(

@@ -15,11 +15,13 @@ class Source(Struct, frozen=True, eq=False, dict=True):
         name: What messages print, such as ``sterilisation.tis``.
         text: The text after normalisation (no byte order mark, NFC, line ends as ``\\n``).
         path: The file it came from; None for text given directly.
+        is_composed: Whether a program composes it, so that its numbers are those of variables.
     """
 
     name: str
     text: str
     path: Path | None = None
+    is_composed: bool = False
 
     @cached_property
     def line_starts(self) -> list[int]:

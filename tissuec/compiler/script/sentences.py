@@ -125,14 +125,15 @@ class SentenceOrder(ClauseReader):
     def _doubt_zeros(self, said: VerbSentence) -> None:
         """Warn of amounts that are written as 0, so that nothing moves.
 
-        Names and repetitions may be 0 for once.
+        Names, repetitions and what a program composes may be 0 for once.
         """
         for name, part in self.form.parts.items():
             amount = getattr(said, name) if part.moves else None
             if amount is None or np.any(amount) or not isinstance(part, ClausePart):
                 continue
             clause = self.clauses[part.word]
-            if clause.span.repetition or not is_number(clause.value):
+            varies = clause.span.repetition or clause.span.source.is_composed
+            if varies or not is_number(clause.value):
                 continue
             example = part.example
             if isinstance(part, DirectedClause) and part.along in self.clauses:
