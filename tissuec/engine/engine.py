@@ -374,7 +374,7 @@ class Engine:
         stepper = self.stepper
         if not stepper.integrator.implicit:
             return self._call(watch, survey)
-        kept = Standpoint(stepper)
+        kept = self._standpoint()
         try:
             return self._call(watch, survey)
         except Halted:
