@@ -30,7 +30,7 @@ class Expense(NamedTuple):
 
     @property
     def announcement(self) -> str:
-        """Return what is said before the fit begins; "" where it is short."""
+        """Return the announcement of a long fit; "" for a short one."""
         if self.runs < MANY and not self.seconds > LONG:
             return ""
         text = f"derivatives are finite differences, which take about {self.runs} runs"
@@ -40,7 +40,7 @@ class Expense(NamedTuple):
 
 
 def expense_of(session: LearnSession) -> Expense:
-    """Return what a fit takes; no runs where all derivatives are exact."""
+    """Return the runs and the time of a fit; no runs where all derivatives are exact."""
     each = RUNS * (session.shaping.size + 1)
     runs, seconds = 0, 0.0
     for trial in session.learning:
@@ -55,6 +55,6 @@ def _seconds(model: FiniteDifferenceModel) -> float:
     found = predict(replace(model.shaping.compiled, plan=model.plan))
     if not model.is_still:
         return found.seconds
-    # Each row is an equilibrium besides those that the way there takes.
+    # Each row is an equilibrium, in addition to those on the way there.
     many = found.static.equilibria
     return found.seconds * (many + len(model.times)) / many
