@@ -115,12 +115,12 @@ def along(outputs: Sequence[Number], changes: Mapping[Number, Operand]) -> list[
 
 
 def hessian(output: Number, inputs: Sequence[Number]) -> dict[tuple[int, int], Number]:
-    """Return the second derivatives of a number, by their places (i, j) with i >= j."""
+    """Return the second derivatives of a number by their places (i, j), i >= j, row by row."""
     slopes, found = gradient(output, inputs), dict[tuple[int, int], Number]()
     for j, each in enumerate(inputs):
         column = along(slopes[j:], {each: 1.0})
         found |= {(i, j): entry for i, entry in enumerate(column, start=j)}
-    return found
+    return {place: found[place] for place in sorted(found)}
 
 
 def _dependent(

@@ -80,7 +80,7 @@ class Writer:
         return self.add(f"getelementptr {kind}, ptr {base}, i64 {index}")
 
     def load(self, place: str, kind: str | None = None, align: int = 8) -> str:
-        """Return what is at an address: by default, as many numbers as there are lanes."""
+        """Return the value at an address: by default, as many numbers as there are lanes."""
         return self.add(f"load {kind or self.kind}, ptr {place}, align {align}")
 
     def store(self, value: str, place: str, kind: str | None = None, align: int = 8) -> None:

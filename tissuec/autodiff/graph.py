@@ -146,7 +146,7 @@ class Graph:
         self, outputs: "Iterable[Number]", changing: "Iterable[Number]", *,
         by_rules: bool = False,
     ) -> "list[Number]":  # fmt: skip
-        """Return what outputs need that does not depend on some numbers; no constants.
+        """Return the arguments of outputs that do not depend on some numbers; no constants.
 
         Args:
             by_rules: As for ``reached``.
@@ -182,7 +182,7 @@ class Number:
 
     @property
     def operation(self) -> Operation:
-        """Return what it is the result of."""
+        """Return the operation of which it is the result."""
         return self.graph.operations[self.place]
 
     @property

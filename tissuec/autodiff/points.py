@@ -10,7 +10,7 @@ for numbers p of the element and tensors T that it remembers, and dissipates by 
 
     P = ∂W/∂F + U'(M) ∂r/∂F + ∂D/∂Ḟ,
 
-and what is lost per volume is Ḟ:∂D/∂Ḟ - ∂W/∂T:dT/dt.
+and the power that is lost per volume is Ḟ:∂D/∂Ḟ - ∂W/∂T:dT/dt.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,8 +19,8 @@ from typing import NamedTuple, TypeAlias
 
 from tissuec.autodiff.derivatives import along, gradient, hessian
 from tissuec.autodiff.graph import Graph, Number, Operand
-from tissuec.autodiff.potentials import Numbers
-from tissuec.autodiff.tensors import Tensor, Vector, dot
+from tissuec.autodiff.potentials import Numbers, numbers_in
+from tissuec.autodiff.tensors import Tensor, dot
 
 #: Rows and columns of the numbers of a symmetric tensor, by how many directions it has.
 PLACES: Mapping[int, tuple[tuple[int, int], ...]] = {
@@ -83,14 +83,7 @@ class TracedPoint:
             [self.graph.input(f"t.{tensor}.{k}") for k in range(len(self.places))]
             for tensor in range(tensors)
         ]
-        vectors = {name: self._number(name, width) for name, width in self.widths.items()}
-        self.numbers = [each for vector in vectors.values() for each in vector]
-        given = Numbers(
-            {
-                name: each if self.widths[name] != 1 else each[0]
-                for name, each in vectors.items()
-            }
-        )
+        self.numbers, given = numbers_in(self.graph, self.widths)
         f, rate = (
             Tensor(numbers[k : k + directions] for k in every[::directions])
             for numbers in (self.f, self.rate)
@@ -107,9 +100,6 @@ class TracedPoint:
         return Tensor(
             [numbers[place[min(i, j), max(i, j)]] + float(i == j) for j in every] for i in every
         )
-
-    def _number(self, name: str, width: int) -> Vector:
-        return Vector(self.graph.input(f"p.{name}.{k}") for k in range(width))
 
     @property
     def scales(self) -> list[Number]:
@@ -157,7 +147,7 @@ class TracedPoint:
 
     @cached_property
     def power(self) -> Number:
-        """Return what is lost per volume [W/m³]."""
+        """Return the power that is lost per volume [W/m³]."""
         viscous = along([self.dissipation], dict(zip(self.rate, self.rate, strict=True)))[0]
         if not self.rates:
             return viscous
@@ -173,12 +163,7 @@ class TracedPoint:
     @cached_property
     def moduli(self) -> list[Number]:
         """Return ∂²(W + U' r)/∂F∂F at a constant mean, the lower half of it by rows."""
-        return self._twice(self._elastic, self.f)
-
-    def _twice(self, output: Number, by: Sequence[Number]) -> list[Number]:
-        """Return the lower half of second derivatives, row by row."""
-        found = hessian(output, by)
-        return [found[i, j] for i in range(len(by)) for j in range(i + 1)]
+        return list(hessian(self._elastic, self.f).values())
 
     @cached_property
     def pooling(self) -> list[Number]:
@@ -193,7 +178,7 @@ class TracedPoint:
     @cached_property
     def viscous_moduli(self) -> list[Number]:
         """Return ∂²D/∂Ḟ∂Ḟ, the lower half of it by rows."""
-        return self._twice(self.dissipation, self.rate)
+        return list(hessian(self.dissipation, self.rate).values())
 
     @cached_property
     def tangents(self) -> list[Number]:

@@ -47,6 +47,21 @@ class Numbers:
         raise TracingError(f'an item has no number "{name}"; it has {", ".join(vars(self))}')
 
 
+def numbers_in(graph: Graph, widths: Mapping[str, int]) -> tuple[list[Number], Numbers]:
+    """Return numbers that are inputs of a graph: their components in order, and by name.
+
+    Args:
+        widths: By name, how many components a number has.
+    """
+    found = {name: _number(graph, name, width) for name, width in widths.items()}
+    given = {name: each[0] if len(each) == 1 else each for name, each in found.items()}
+    return [each for number in found.values() for each in number], Numbers(given)
+
+
+def _number(graph: Graph, name: str, width: int) -> Vector:
+    return Vector(graph.input(f"p.{name}.{k}") for k in range(width))
+
+
 #: Takes positions and velocities of the corners, and the numbers.
 PotentialFunction: TypeAlias = Callable[
     [Sequence[Vector], Sequence[Vector], Numbers], Potential | Number
@@ -79,14 +94,8 @@ class TracedItem:
         self.graph = graph or Graph()
         points, rates = self._points("x"), self._points("v")
         self.x, self.v = self._flat(points), self._flat(rates)
-        vectors = {name: self._number(name, width) for name, width in widths.items()}
-        self.numbers = [each for vector in vectors.values() for each in vector]
-        given = {
-            name: vector if widths[name] > 1 else vector[0] for name, vector in vectors.items()
-        }
-        self.potential = traced(
-            function, lambda: self._checked(function(points, rates, Numbers(given)))
-        )
+        self.numbers, given = numbers_in(self.graph, self.widths)
+        self.potential = traced(function, lambda: self._checked(function(points, rates, given)))
 
     def _checked(self, found: Potential | Operand) -> Potential:
         """Return E and D of what a function has returned; raises TracingError of others."""
@@ -110,9 +119,6 @@ class TracedItem:
 
     def _flat(self, points: Sequence[Vector]) -> list[Number]:
         return [each for point in points for each in point]
-
-    def _number(self, name: str, width: int) -> Vector:
-        return Vector(self.graph.input(f"p.{name}.{k}") for k in range(width))
 
     @property
     def energy(self) -> Number:
@@ -160,7 +166,7 @@ class TracedItem:
 
     @cached_property
     def power(self) -> Number:
-        """Return what is dissipated, v·∂D/∂v."""
+        """Return the power that is dissipated, v·∂D/∂v [W]."""
         # It is dD(s v)/ds at s = 1.
         changes = dict(zip(self.v, self.v, strict=True))
         return along([self.dissipation], changes)[0]
@@ -210,11 +216,11 @@ class TracedItem:
 
     def of(self, names: Sequence[str]) -> list[Number]:
         """Return the components of some numbers."""
-        return [each for name in names for each in self._number(name, self.widths[name])]
+        return [each for name in names for each in _number(self.graph, name, self.widths[name])]
 
     @cached_property
     def constants(self) -> list[Number]:
-        """Return what forces need of the numbers alone, and what is costly to compute."""
+        """Return costly results that depend on numbers alone: one computation an item."""
         graph, operations = self.graph, self.graph.operations
         order = graph.reached([*self.forces, self.power])
         varies, is_costly = set[int](), set[int]()

@@ -47,7 +47,7 @@ class GeneratedKernel:
 
 
 def _identity(found: "LoopText") -> bytes:
-    """Return what tells the code of a function from that of all others."""
+    """Return the bytes by which the code of a function is found in the cache."""
     own = found.text.encode()
     return own + _MATHEMATICS.read_bytes() if found.called else own
 

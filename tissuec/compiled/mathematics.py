@@ -330,6 +330,6 @@ def defined(names: tuple[str, ...] = FUNCTIONS, lanes: int = 1) -> str:
 
 @cache
 def declarations(names: tuple[str, ...] = FUNCTIONS, lanes: int = 1) -> str:
-    """Return what a module that calls some of these functions declares."""
+    """Return the declarations for a module that calls some of these functions."""
     module = ir.Module("declarations")
     return "\n".join(str(_declared_own(module, name, lanes)) for name in names)

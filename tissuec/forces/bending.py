@@ -87,7 +87,7 @@ def _grip(u: Number) -> Number:
 
 
 def _hinge(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
-    """Return what a hinge stores and dissipates."""
+    """Return the potential of a hinge."""
     fold = Fold.of(x)
     weight, more = fold.weight(p.squares), fold.angle.less(Angle.written(p.drawn))
     stored = weight * p.stiffness * more.versine

@@ -1,4 +1,4 @@
-"""The forces of solid elements as scalar loops; for the equations see ``forces.elements``."""
+"""The stress of solid elements at a point, for their limits; see ``forces.elements``."""
 
 from ctypes import CFUNCTYPE, c_double, c_int
 from math import exp
@@ -9,8 +9,7 @@ from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 #: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
 #: a value where an element is inverted, and grows.
 LEAST = 0.2
-#: Numbers of the state at a point: F, its cofactors, J, I1, P, g, g', and what of P makes an
-#: element yield.
+#: Numbers of the state at a point: F, its cofactors, J, I1, P, g and g'; the rest is unused.
 STATE = 40
 _LARGEST = 4.0  # up to which the iteration for a root converges
 
@@ -34,7 +33,7 @@ class ElementTable(NamedTuple):
     by_first: int  # address of the slope of laws by the first invariant
     by_second: int  # by the second one
     points: Rows  # scratch: the state at each point, shape (point, STATE)
-    own: Rows  # scratch: positions, velocities and forces of the nodes, shape (3, 3 node)
+    own: Rows  # scratch: positions of the nodes in the first row, shape (3, 3 node)
 
 
 def call_law(address: int, law: int, i1: float, i2: float) -> float:

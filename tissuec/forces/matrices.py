@@ -138,6 +138,19 @@ def as_operator(matrix: "Callable[[], coo_matrix]") -> Resisting:
     return resist
 
 
+def whole(halves: Floats) -> Floats:
+    """Return symmetric matrices, in any unit, shape (…, n, n).
+
+    Args:
+        halves: Their lower halves, row by row, shape (…, n (n + 1)/2).
+    """
+    size = int((2 * halves.shape[-1]) ** 0.5)
+    rows, columns = np.tril_indices(size)
+    found = np.empty((*halves.shape[:-1], size, size))
+    found[..., rows, columns] = found[..., columns, rows] = halves
+    return found
+
+
 def without_negative(matrices: Floats) -> Floats:
     """Return symmetric matrices with zero in place of negative eigenvalues.
 

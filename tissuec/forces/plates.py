@@ -36,7 +36,7 @@ EDGES = np.array([[0, 1], [1, 2], [2, 0], [1, 3], [2, 3], [2, 4], [0, 4], [0, 5]
 
 
 def _plate(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
-    """Return what a triangle stores and dissipates."""
+    """Return the potential of a triangle."""
     energy = loss = x[0][0].graph.number(0.0)
     folds = [Fold.of([x[k] for k in hinge]) for hinge in HINGES]
     speeds = [

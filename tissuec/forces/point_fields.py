@@ -8,7 +8,7 @@ from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``forces.elements`` an
 from abc import abstractmethod
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -17,18 +17,11 @@ from numpy.typing import NDArray
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.points import (
-    MatrixTable,
-    PointTable,
-    force_loop,
-    matrix_loop,
-    record_loop,
-    recorded,
-    room_for,
-)
+from tissuec.compiled.loops.items import recorded, room_for
+from tissuec.compiled.loops.points import PointTable, force_loop, matrix_loop, record_loop
 from tissuec.forces.element_fields import MaterialField, young_of
 from tissuec.forces.element_memory import Branches, ElementYield, StoredTensors
-from tissuec.forces.matrices import BlockPattern, without_negative
+from tissuec.forces.matrices import BlockPattern, whole, without_negative
 from tissuec.forces.memory import MemoryTangents
 from tissuec.forces.solid_memory import NEVER
 from tissuec.forces.solid_point import SolidKind
@@ -173,7 +166,7 @@ class PointField(MaterialField, frozen=True):
         pattern, kind = BlockPattern.of(number[own.nodes], size), own._present
         room, table = pattern.room, own._table(kind, own.nodes, own._slots)
         kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], own.points)
-        own._run(kernel, position, room, MatrixTable(*table, pattern.places.reshape(-1)))
+        own._run(kernel, position, room, table._replace(targets=pattern.places.ravel()))
         return pattern.matrix(room)
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
@@ -182,7 +175,7 @@ class PointField(MaterialField, frozen=True):
         Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
         E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
         """
-        stiff = _whole(self._recorded("moduli", position))
+        stiff = whole(self._recorded("moduli", position))
         if not exact:
             stiff = without_negative(stiff)
         return self._between_nodes(stiff)
@@ -212,7 +205,7 @@ class PointField(MaterialField, frozen=True):
 
     def damping_of_elements(self, position: Floats) -> Floats:
         """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
-        return self._between_nodes(_whole(self._recorded("viscous_moduli", position)))
+        return self._between_nodes(whole(self._recorded("viscous_moduli", position)))
 
     def piola(self, position: Floats) -> Floats:
         """Return P without its viscous part [Pa], shape (element, point, 3, direction).
@@ -369,7 +362,7 @@ class PointField(MaterialField, frozen=True):
 
     @property
     def _kind(self) -> SolidKind:
-        """Return what the points have."""
+        """Return the kind of the points, of which forces are."""
         laws = tuple(self.laws[int(k)] for k in np.unique(self.law).tolist())
         branches = 0 if self.branches is None else len(self.branches.slot)
         return SolidKind(
@@ -379,7 +372,7 @@ class PointField(MaterialField, frozen=True):
 
     @property
     def _present(self) -> SolidKind:
-        """Return what the points have that energies and matrices are of."""
+        """Return the kind of the points, of which energies and matrices are."""
         kind = self._kind
         if self.recalled is None:
             kind = kind._replace(branches=0, is_yielding=False)
@@ -409,7 +402,7 @@ class PointField(MaterialField, frozen=True):
 
     @property
     def _stored(self) -> list[StoredTensors]:
-        """Return what a point remembers: plastic strain first, and then branches."""
+        """Return the tensors that a point keeps: plastic strain first, and then branches."""
         return [each for each in (self.yielding, self.branches) if each is not None]
 
     def _columns(self, kind: SolidKind) -> dict[str, Floats]:
@@ -471,12 +464,12 @@ class PointField(MaterialField, frozen=True):
         """Return numbers of each point in a state, shape (element, point, number)."""
         kind, count = self._present, self.item_count
         kernel, size = record_kernel(self.traced, kind, name, self.nodes.shape[1], self.points)
-        room = room_for(size, self.points, count)
+        room = room_for((self.points, size), count)
         self._run(kernel, position, room, self._table(kind, self.nodes, self._slots))
         return recorded(room, count)
 
     def _run(
-        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: NamedTuple
+        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: PointTable
     ) -> None:
         """Run a loop that writes numbers of elements in a state."""
         # Nodes may be numbered among some of all, unlike the hidden ones.
@@ -485,20 +478,11 @@ class PointField(MaterialField, frozen=True):
         kernel(0.0, *state, room.reshape(-1), table)
 
 
-def _whole(halves: Floats) -> Floats:
-    """Return symmetric matrices from their lower halves, shape (…, row, row)."""
-    size = int((2 * halves.shape[-1]) ** 0.5)
-    rows, columns = np.tril_indices(size)
-    found = np.empty((*halves.shape[:-1], size, size))
-    found[..., rows, columns] = found[..., columns, rows] = halves
-    return found
-
-
 @cache
 def record_kernel(
     traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int
 ) -> tuple[GeneratedKernel, int]:
-    """Return what records a list of numbers of traced points, and how many these are."""
+    """Return the kernel that records numbers of traced points, and how many there are."""
     point = traced(kind)
     outputs = getattr(point, name)
     return GeneratedKernel(
@@ -508,7 +492,7 @@ def record_kernel(
 
 @cache
 def force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
-    """Return what adds the forces of elements, with rates and powers."""
+    """Return the kernel that adds forces, rates and powers of elements."""
     return GeneratedKernel(
         "points_forces", lambda name: force_loop(name, traced(kind), nodes, points)
     )
@@ -516,7 +500,7 @@ def force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> G
 
 @cache
 def matrix_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
-    """Return what adds the matrices of elements to those of all."""
+    """Return the kernel that adds the matrices of elements to the blocks of a matrix."""
     return GeneratedKernel(
         "points_matrices", lambda name: matrix_loop(name, traced(kind), nodes, points)
     )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
 from tissuec.forces import Items, Resisting
 from tissuec.forces.element_fields import ElementField
-from tissuec.forces.matrices import ForceDerivatives, without_negative
+from tissuec.forces.matrices import ForceDerivatives, whole, without_negative
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
@@ -120,8 +120,10 @@ class PotentialField(ElementField, frozen=True):
         """
         shape = position.shape[:-2]
         found = np.zeros((*shape, self.item_count))
+        table, still = self._table(_every(position)), np.zeros(3 * position.shape[-2])
         for state in np.ndindex(shape):
-            found[state] = self._recorded("energy", position[state])[:, 0]
+            x = _flat(position[state])
+            found[state] = self._kernels.recorded("energy", x, still, table)[:, 0]
         return found
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
@@ -173,17 +175,11 @@ class PotentialField(ElementField, frozen=True):
 
     def _symmetric(self, name: str, position: Floats, velocity: Floats) -> Floats:
         """Return matrices of items of which the lower half is recorded."""
-        places = np.array(list(getattr(self.traced, name))).T
         half = self._recorded(name, position, velocity)
-        size = 3 * self.nodes.shape[1]
-        found = np.zeros((len(half), size, size))
-        found[:, places[0], places[1]] = half
-        found[:, places[1], places[0]] = half
-        return found.reshape(-1, *self._block)
+        return whole(half).reshape(-1, *self._block)
 
-    def _recorded(self, name: str, position: Floats, velocity: Floats | None = None) -> Floats:
+    def _recorded(self, name: str, position: Floats, velocity: Floats) -> Floats:
         """Return numbers of each item in a state, shape (item, number)."""
-        velocity = np.zeros_like(position) if velocity is None else velocity
         state = _flat(position), _flat(velocity)
         return self._kernels.recorded(name, *state, self._table(_every(position)))
 
@@ -238,7 +234,7 @@ class PotentialField(ElementField, frozen=True):
 
 
 def _every(position: Floats) -> Indices:
-    return np.arange(len(position), dtype=np.int64)
+    return np.arange(position.shape[-2], dtype=np.int64)
 
 
 def _flat(vectors: Floats) -> Floats:

@@ -31,19 +31,19 @@ class PotentialKernels:
 
     @cached_property
     def forces(self) -> GeneratedKernel:
-        """Return what adds forces and powers."""
+        """Return the kernel that adds forces and powers."""
         return self._named("forces", partial(loops.force_loop, item=self.item))
 
     @cached_property
     def stiffness_product(self) -> GeneratedKernel:
-        """Return what adds ∂²E/∂x∂x times a vector."""
+        """Return the kernel that adds ∂²E/∂x∂x times a vector."""
         item = self.item
         loop = partial(loops.product_loop, item=item, slopes=item.stored, by=item.x)
         return self._named("stiffness_product", loop)
 
     @cached_property
     def damping_product(self) -> GeneratedKernel:
-        """Return what adds ∂²D/∂v∂v times a vector."""
+        """Return the kernel that adds ∂²D/∂v∂v times a vector."""
         item = self.item
         loop = partial(loops.product_loop, item=item, slopes=item.braking, by=item.v)
         return self._named("damping_product", loop)

@@ -111,7 +111,7 @@ def _point(
 def in_series(
     kind: SolidKind, i1: Number, i2: Number, held: Sequence[Number], p: Numbers
 ) -> Number:
-    """Return what laws and branches store, in series with the plastic flow [Pa].
+    """Return the energy of laws and branches, in series with the plastic flow [Pa].
 
     Args:
         i1, i2: Isochoric invariants of the elastic strain.
@@ -126,7 +126,7 @@ def in_series(
 def in_parallel(
     flows: Number, i1: Number, j: Number, squares: Sequence[Number], p: Numbers
 ) -> Number:
-    """Return what a point stores [Pa]: with fibres, and with what is local of its volume.
+    """Return the energy of a point [Pa], with that of fibres and of the local volume.
 
     Args:
         flows: As of ``in_series``.

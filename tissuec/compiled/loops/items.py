@@ -73,14 +73,26 @@ def blocked(columns: NDArray[Any], every: Indices) -> NDArray[Any]:
     return np.ascontiguousarray(blocks).ravel()
 
 
-def room_for(outputs: int, count: int) -> Floats:
-    """Return room for what ``record_loop`` writes, in any unit, shape (block, output, lane)."""
-    return np.zeros((_filled(count) // LANES, outputs, LANES))
+def room_for(outputs: int | tuple[int, int], count: int) -> Floats:
+    """Return room for the numbers of a ``record_loop``, in any unit.
+
+    Args:
+        outputs: Numbers of an item; or points of an item, and numbers of each.
+        count: Number of items.
+
+    Returns:
+        Zeros of the shape (block, *outputs, lane).
+    """
+    each = outputs if isinstance(outputs, tuple) else (outputs,)
+    return np.zeros((_filled(count) // LANES, *each, LANES))
 
 
 def recorded(room: Floats, count: int) -> Floats:
-    """Return what ``record_loop`` has written, in any unit, shape (item, output)."""
-    return np.moveaxis(room, -1, 1).reshape(_filled(count), room.shape[1])[:count]
+    """Return the numbers in the room of a ``record_loop``, in any unit.
+
+    The shape is (item, output), or (item, point, output).
+    """
+    return np.moveaxis(room, -1, 1).reshape(_filled(count), *room.shape[1:-1])[:count]
 
 
 class LoopText(NamedTuple):
@@ -96,7 +108,7 @@ class LoopText(NamedTuple):
 
 
 _SUFFIX = {1: "f64", 4: "v4f64", 8: "v8f64"}
-#: Reads three numbers into four lanes, and nothing that is behind them.
+#: Reads three numbers into four lanes, and nothing after them.
 _TRIPLE = "<4 x i1> <i1 true, i1 true, i1 true, i1 false>"
 
 
@@ -208,32 +220,61 @@ class ItemLoop:
 
     # --- writing ----------------------------------------------------------------------------
 
-    def keep(self, values: Sequence[str]) -> str:
-        """Return where values are kept in memory, to be read number by number."""
-        code = self.code
+    def room_of(self, rows: int) -> str:
+        """Return the address of memory for some values."""
         name = f"%room.{len(self.room)}"
-        self.room.append(f"  {name} = alloca [{len(values)} x {code.kind}], align 64")
-        for k, value in enumerate(values):
-            code.store(value, code.address(name, k, code.kind), align=code.size)
+        self.room.append(f"  {name} = alloca [{rows} x {self.code.kind}], align 64")
         return name
+
+    def row(self, room: str, index: str | int) -> str:
+        """Return the address of a value in memory."""
+        return self.code.address(room, index, self.code.kind)
+
+    def put(self, value: str, room: str, index: str | int) -> None:
+        """Store a value in memory."""
+        self.code.store(value, self.row(room, index), align=self.code.size)
+
+    def keep(self, values: Sequence[str]) -> str:
+        """Return the address of values that are stored, for ``kept`` to read."""
+        room = self.room_of(len(values))
+        for k, value in enumerate(values):
+            self.put(value, room, k)
+        return room
+
+    def repeat(self, name: str, count: str | int, write: Callable[[str], None]) -> None:
+        """Write a loop.
+
+        Args:
+            name: Of the loop; its label NAME.end ends a round.
+            count: How often it runs, at least once.
+            write: Writes a round, given its number.
+        """
+        code, before = self.code, self.code.block
+        code.line(f"br label %{name}")
+        code.label(name)
+        code.line(f"%{name}.k = phi i64 [ 0, %{before} ], [ %{name}.next, %{name}.end ]")
+        write(f"%{name}.k")
+        code.line(f"br label %{name}.end")
+        code.label(f"{name}.end")
+        code.line(f"%{name}.next = add i64 %{name}.k, 1")
+        code.line(f"%{name}.more = icmp ult i64 %{name}.next, {count}")
+        code.line(f"br i1 %{name}.more, label %{name}, label %{name}.out")
+        code.label(f"{name}.out")
 
     def each_lane(self, write: Callable[[], None]) -> None:
         """Write a loop over the lanes that are items; %lane is its number, %item the item."""
-        code, before = self.code, self.code.block
-        code.line("br label %lanes")
-        code.label("lanes")
-        code.line(f"%lane = phi i64 [ 0, %{before} ], [ %lane.next, %lanes ]")
-        code.line("%item = add i64 %first, %lane")
-        write()
-        code.line("%lane.next = add i64 %lane, 1")
-        code.line("%lane.more = icmp ult i64 %lane.next, %active")
-        code.line("br i1 %lane.more, label %lanes, label %lanes.out")
-        code.label("lanes.out")
 
-    def kept(self, room: str, row: int) -> str:
-        """Return the number of the present lane in a row of what is kept."""
+        def of_lane(lane: str) -> None:
+            self.code.line(f"%lane = add i64 {lane}, 0")
+            self.code.line("%item = add i64 %first, %lane")
+            write()
+
+        self.repeat("lanes", "%active", of_lane)
+
+    def kept(self, room: str, row: int, lane: str = "%lane") -> str:
+        """Return the number of a lane in a stored value."""
         code = self.code
-        index = code.add(f"add i64 %lane, {row * code.lanes}")
+        index = code.add(f"add i64 {lane}, {row * code.lanes}")
         return code.load(code.address(room, index), "double")
 
     def add_to(self, place: str, value: str) -> None:
@@ -243,7 +284,7 @@ class ItemLoop:
         code.store(sum_, place, "double")
 
     def scatter(self, room: str, targets: Mapping[str, int]) -> None:
-        """Add what is kept of the present lane to its nodes.
+        """Add stored values of the present lane to its nodes.
 
         Args:
             targets: By name of a vector, the first row of what is added to it.

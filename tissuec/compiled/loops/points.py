@@ -29,6 +29,8 @@ class PointTable(NamedTuple):
         weight: Volume of each point [m³], flat, shape (key, point, lane).
         slots: Where the first number of a tensor is among velocities; -1 without one; flat,
             shape (block, tensor, lane).
+        targets: For ``matrix_loop``, the place of the block of each pair of nodes; flat, shape
+            (element, node, node).
     """
 
     size: int
@@ -38,6 +40,7 @@ class PointTable(NamedTuple):
     gradients: Floats
     weight: Floats
     slots: Integers
+    targets: Integers = np.zeros(0, dtype=np.int64)
 
     @classmethod
     def of(
@@ -75,23 +78,6 @@ class PointTable(NamedTuple):
         )
 
 
-class MatrixTable(NamedTuple):
-    """Elements as ``matrix_loop`` reads them: a ``PointTable``, and where blocks are added.
-
-    Attributes:
-        targets: Place of the block of each pair of nodes, flat, shape (element, node, node).
-    """
-
-    size: int
-    places: Integers
-    numbers: Floats
-    key: Integers
-    gradients: Floats
-    weight: Floats
-    slots: Integers
-    targets: Integers
-
-
 class _Points(ItemLoop):
     """Writes one loop over elements."""
 
@@ -102,31 +88,17 @@ class _Points(ItemLoop):
 
     # --- memory of a block ------------------------------------------------------------------
 
-    def room_of(self, rows: int) -> str:
-        """Return where values can be kept."""
-        name = f"%room.{len(self.room)}"
-        self.room.append(f"  {name} = alloca [{rows} x {self.code.kind}], align 64")
-        return name
-
-    def at(self, room: str, index: str | int) -> str:
-        """Return where a row of what is kept is."""
-        return self.code.address(room, index, self.code.kind)
-
     def read(self, room: str, index: str | int) -> str:
-        """Return a row of what is kept."""
-        return self.code.load(self.at(room, index), align=self.code.size)
-
-    def put(self, value: str, room: str, index: str | int) -> None:
-        """Keep a row."""
-        self.code.store(value, self.at(room, index), align=self.code.size)
+        """Return a value from memory."""
+        return self.code.load(self.row(room, index), align=self.code.size)
 
     def add_up(self, value: str, room: str, index: str | int) -> None:
-        """Add to a row of what is kept."""
+        """Add to a value in memory."""
         total = self.code.add(f"fadd {self.code.kind} {self.read(room, index)}, {value}")
         self.put(total, room, index)
 
     def clear(self, room: str, rows: int) -> None:
-        """Set rows to zero."""
+        """Set values in memory to zero."""
         for k in range(rows):
             self.put(self.code.constant(0.0), room, k)
 
@@ -193,17 +165,7 @@ class _Points(ItemLoop):
             name: Of the loop.
             write: Writes what is done, given the number of the point.
         """
-        code, before = self.code, self.code.block
-        code.line(f"br label %{name}")
-        code.label(name)
-        code.line(f"%{name}.q = phi i64 [ 0, %{before} ], [ %{name}.next, %{name}.end ]")
-        write(f"%{name}.q")
-        code.line(f"br label %{name}.end")
-        code.label(f"{name}.end")
-        code.line(f"%{name}.next = add i64 %{name}.q, 1")
-        code.line(f"%{name}.more = icmp ult i64 %{name}.next, {self.points}")
-        code.line(f"br i1 %{name}.more, label %{name}, label %{name}.out")
-        code.label(f"{name}.out")
+        self.repeat(name, self.points, write)
 
     def slopes_at(self, q: str) -> tuple[list[list[str]], str]:
         """Return ∂N/∂X of each node at a point, and its volume."""
@@ -266,7 +228,7 @@ class _Points(ItemLoop):
         )
 
     def tensors_at(self, q: str, values: Mapping[str, str]) -> dict[str, str]:
-        """Return what is stored of all tensors at a point."""
+        """Return the numbers of T - 1 of all tensors at a point."""
         code, found = self.code, dict[str, str]()
         own = code.add(f"mul i64 {q}, {self.kept_numbers}") if self.point.tensors else ""
         for tensor in range(self.point.tensors):
@@ -285,38 +247,22 @@ class _Points(ItemLoop):
         return found
 
     def give(self, name: str, q: str, room: str) -> None:
-        """Add rates that are kept to those of the hidden nodes of each lane."""
+        """Add stored rates to those of the hidden nodes of each lane."""
         code, own = self.code, self.code.add(f"mul i64 {q}, {self.kept_numbers}")
         for tensor in range(self.point.tensors):
             loop = f"{name}.{tensor}"
 
-            def write(tensor: int = tensor, loop: str = loop) -> None:
-                slot = self.slot(tensor, f"%{loop}.lane")
+            def write(lane: str, tensor: int = tensor, loop: str = loop) -> None:
+                slot = self.slot(tensor, lane)
                 code.line(f"%{loop}.has = icmp sge i64 {slot}, 0")
                 code.line(f"br i1 %{loop}.has, label %{loop}.some, label %{loop}.end")
                 code.label(f"{loop}.some")
                 base = code.address("%f", code.add(f"add i64 {slot}, {own}"))
                 for k in range(self.kept_numbers):
-                    first = (self.kept_numbers * tensor + k) * LANES
-                    row = code.add(f"add i64 %{loop}.lane, {first}")
-                    value = code.load(code.address(room, row), "double")
+                    value = self.kept(room, self.kept_numbers * tensor + k, lane)
                     self.add_to(code.address(base, k), value)
 
-            self.each_active(loop, write)
-
-    def each_active(self, name: str, write: Callable[[], None]) -> None:
-        """Write a loop over the lanes that are elements, which may go on to its end early."""
-        code, before = self.code, self.code.block
-        code.line(f"br label %{name}")
-        code.label(name)
-        code.line(f"%{name}.lane = phi i64 [ 0, %{before} ], [ %{name}.next, %{name}.end ]")
-        write()
-        code.line(f"br label %{name}.end")
-        code.label(f"{name}.end")
-        code.line(f"%{name}.next = add i64 %{name}.lane, 1")
-        code.line(f"%{name}.more = icmp ult i64 %{name}.next, %active")
-        code.line(f"br i1 %{name}.more, label %{name}, label %{name}.out")
-        code.label(f"{name}.out")
+            self.repeat(loop, "%active", write)
 
 
 def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
@@ -434,7 +380,7 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
                 loop.add_to(code.address(base, 3 * i + j), loop.kept(halves, row))
 
     loop.each_lane(write)
-    return loop.text(name, ("x", "v", "out"), MatrixTable)
+    return loop.text(name, ("x", "v", "out"), PointTable)
 
 
 def _entries(nodes: int) -> list[tuple[int, int, int, int]]:
@@ -449,18 +395,6 @@ def _of_half(values: Sequence[str], row: int, column: int) -> str:
     """Return an entry of a symmetric matrix whose lower half is given row by row."""
     high, low = max(row, column), min(row, column)
     return values[high * (high + 1) // 2 + low]
-
-
-def room_for(outputs: int, points: int, elements: int) -> Floats:
-    """Return room for ``record_loop``, in any unit, shape (block, point, output, lane)."""
-    return np.zeros((len(filled(elements)) // LANES, points, outputs, LANES))
-
-
-def recorded(room: Floats, elements: int) -> Floats:
-    """Return what ``record_loop`` has written, in any unit, shape (element, point, output)."""
-    blocks, points, outputs, lanes = room.shape
-    every = np.moveaxis(room, -1, 1).reshape(blocks * lanes, points, outputs)
-    return every[:elements]
 
 
 def _split(values: Sequence[str], *counts: int) -> tuple[Sequence[str], ...]:
