@@ -22,7 +22,7 @@ from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.markdown import table
 from tissuec.engine.engine import Engine
 from tissuec.engine.method import Method
-from tissuec.forces.elements import SolidElements
+from tissuec.forces.solids.elements import SolidElements
 
 REPEATS = 15
 EVALUATIONS = 2e5  # of one element, in one measurement

@@ -32,7 +32,7 @@ from benchmarks.stepping import (
 )
 from tissuec.compiled.record_tables import LINE, aligned_zeros
 from tissuec.core.markdown import table
-from tissuec.forces.runs_kernel import LANES, NO_SPRING
+from tissuec.forces.springs.runs_kernel import LANES, NO_SPRING
 from tissuec.model.network import Floats
 
 LOOPS = Path(__file__).with_name("loops.c")

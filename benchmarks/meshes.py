@@ -14,7 +14,7 @@ import tissuec
 from benchmarks.publishing import publish, tell, write_option
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
 from tissuec.core.markdown import table
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.matter.elasticity import Elasticity
 from tissuec.mechanics.observables import force_on
 from tissuec.mechanics.settling import settle

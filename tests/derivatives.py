@@ -90,7 +90,7 @@ def follow_from_the_energy(
     """Check forces against an energy, an exact matrix against forces, and a positive one.
 
     Args:
-        field: With elements, such as ``forces.elements.SolidElements``.
+        field: With elements, such as ``solids.elements.SolidElements``.
         position: Of all nodes [m], shape (node, 3).
         every: One in so many columns of the matrix is checked.
         force, matrix: Differences that are allowed, relative to the largest entries.

@@ -15,7 +15,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.stability import spectral_radius
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from tests.hand_net import chain, span, start
 from tissuec.core.arrays import monotone_slopes
-from tissuec.forces.load import Load, LoadTerm
+from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation
 from tissuec.model.profiles import TimeProfile
 

@@ -37,7 +37,7 @@ from tissuec.compiler.checks import CHECKS
 from tissuec.core.errors import CompileError, render
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.forces import FORCES
+from tissuec.forces.acting import FORCES
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.laws import SPRING_LAWS
 from tissuec.laws.solid import SOLID_LAWS

@@ -10,7 +10,7 @@ from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import make_net, start
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.forces.bending import folds, hinges_at
+from tissuec.forces.surfaces.bending import folds, hinges_at
 from tissuec.matter.plate import plate
 from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle

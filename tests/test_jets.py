@@ -14,9 +14,9 @@ from tests.whole_runs import same_on_threads, same_when_resumed
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import skipped
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.forces import acts_of
-from tissuec.forces.jet_surfaces import JetSurface, finest_width
-from tissuec.forces.jets import Jet, shares
+from tissuec.forces.acting.jet_surfaces import JetSurface, finest_width
+from tissuec.forces.acting.jets import Jet, shares
+from tissuec.forces.fields import acts_of
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State

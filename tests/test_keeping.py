@@ -13,7 +13,7 @@ import pytest
 
 import tissuec
 from tissuec.core.keeping import kept_by, kept_on_owner
-from tissuec.forces.contact import Contact
+from tissuec.forces.contact.contact import Contact
 from tissuec.model.network import BodyPart, Network
 
 SCENE = """language 1

@@ -10,7 +10,7 @@ from tissuec.core import units
 from tissuec.core.markdown import code, described, fenced, summary, table
 from tissuec.core.units import Dimension, describe, si_unit
 from tissuec.engine.integrators import INTEGRATORS, Integrator
-from tissuec.forces import FORCES
+from tissuec.forces.acting import FORCES
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS

@@ -9,7 +9,7 @@ from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.integrators import INTEGRATORS, banded
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import FUNCTIONS, OPERATIONS, operations
-from tissuec.forces import springs_kernel
+from tissuec.forces.springs import springs_kernel
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
 from tissuec.mechanics.state import State

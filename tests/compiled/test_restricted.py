@@ -7,7 +7,7 @@ import pytest
 
 from tissuec.compiled.bundles import BUNDLES
 from tissuec.compiled.loading import ENDING, SHIPPED
-from tissuec.forces import pairs_kernel, runs_kernel
+from tissuec.forces.springs import pairs_kernel, runs_kernel
 
 MODULES = {
     name: {"runs": runs_kernel, "springs": pairs_kernel}[name.partition("_")[0]]

@@ -10,8 +10,8 @@ from tissuec.core.source import Source, Span
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run
-from tissuec.forces.contact import Contact
-from tissuec.forces.contact_kernel import touch
+from tissuec.forces.contact.contact import Contact
+from tissuec.forces.contact.contact_kernel import touch
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import shared_elements
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE

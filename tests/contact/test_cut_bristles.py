@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tissuec.forces.bristle_kernel import AHEAD, OVER, SLIDES, SLIPS, cut_bristles
+from tissuec.forces.contact.bristle_kernel import AHEAD, OVER, SLIDES, SLIPS, cut_bristles
 
 RATE, SLIP = 100.0, 0.02  # [1/s], [m]
 WAY = np.array([0.6, 0.0, 0.8])

@@ -6,8 +6,8 @@ import pytest
 from tests.contact.scenes import play
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import kernel_on
-from tissuec.forces.bristle_kernel import SLIDES, cut_bristles
-from tissuec.forces.contact_points import NO_FACE
+from tissuec.forces.contact.bristle_kernel import SLIDES, cut_bristles
+from tissuec.forces.contact.points import NO_FACE
 from tissuec.geometry.elements import even, fourth_degree
 from tissuec.validate.forces.contact import ContactForce
 

@@ -7,7 +7,7 @@ from tests.contact.scenes import gap_of_balance, play
 from tests.validate.scenes import compiled_scene, silent
 from tests.whole_runs import same_on_threads, same_when_resumed
 from tissuec.compiled.calls import kernel_on
-from tissuec.forces.contact import Contact
+from tissuec.forces.contact.contact import Contact
 from tissuec.validate.validation import validate
 
 STEEP = np.arctan(0.5)
@@ -79,7 +79,7 @@ def test_the_energy_balance_closes_while_a_ball_rubs_back_and_forth():
 
 
 def test_parts_of_threads_do_the_same_to_the_last_bit(monkeypatch):
-    monkeypatch.setattr("tissuec.forces.contact.WORTHWHILE", 1)
+    monkeypatch.setattr("tissuec.forces.contact.contact.WORTHWHILE", 1)
     network = compiled_scene(RUBBED).network
     contact, chance = network.contact, np.random.default_rng(4)
     position = network.position + 1e-4 * chance.standard_normal(network.position.shape)
@@ -109,7 +109,7 @@ def test_a_run_that_is_resumed_while_faces_rub_gives_the_same_bytes(count):
 
 def test_a_run_on_two_threads_gives_the_same_bytes(monkeypatch):
     # Elements alone have one thread, however many there are.
-    monkeypatch.setattr("tissuec.forces.contact.WORTHWHILE", 1)
+    monkeypatch.setattr("tissuec.forces.contact.contact.WORTHWHILE", 1)
     monkeypatch.setattr("tissuec.engine.layout._threads", lambda _, permitted, *__: permitted)
     parts, in_parts = set(), Contact.in_parts
 

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 from tests.contact.scenes import ball, bodies, gap_of_balance, play
 from tests.validate.scenes import validated
-from tissuec.forces.friction_kernel import LARGEST, SHARPNESS, bristle_ahead
+from tissuec.forces.contact.friction_kernel import LARGEST, SHARPNESS, bristle_ahead
 
 GRAVITY, FRICTION, STIFFNESS, LAYER, MASS = 9.81, 0.5, 1e3, 0.1e-3, 1e-3
 LIMIT = np.degrees(np.arctan(FRICTION))

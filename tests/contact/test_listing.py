@@ -13,7 +13,7 @@ from tests.whole_runs import (
 from tissuec.engine import stepper
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.stepper import ContactListing
-from tissuec.forces.contact import Contact
+from tissuec.forces.contact.contact import Contact
 
 RUBBED_IN_FRAMES = RUBBED.replace("output {", "output { trajectory every 1 ms;")
 
@@ -88,7 +88,7 @@ def test_a_run_with_short_lists_that_is_resumed_gives_the_same_bytes(count, monk
 
 def test_threads_do_the_same_with_short_lists(monkeypatch):
     listed_nearby(monkeypatch)
-    monkeypatch.setattr("tissuec.forces.contact.WORTHWHILE", 1)
+    monkeypatch.setattr("tissuec.forces.contact.contact.WORTHWHILE", 1)
     monkeypatch.setattr("tissuec.engine.layout._threads", lambda _, permitted, *__: permitted)
     assert len(same_on_threads(RUBBED_IN_FRAMES, 2).position) > 20
 

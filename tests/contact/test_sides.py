@@ -7,8 +7,8 @@ from tests.contact.scenes import gap_of_balance, play
 from tests.contact.test_faces import GEL, deformed, forces, forces_of_an_energy, slab
 from tests.every import every
 from tests.validate.scenes import compiled_scene
-from tissuec.forces.contact_pairs import kept_outside
-from tissuec.forces.contact_sides_kernel import CLOSED
+from tissuec.forces.contact.pairs import kept_outside
+from tissuec.forces.contact.sides_kernel import CLOSED
 from tissuec.geometry.inside import inside, winding_numbers
 from tissuec.geometry.nearest import TRIANGLE, places
 from tissuec.geometry.neighbours import nearest_triangles

@@ -5,7 +5,7 @@ import pytest
 
 from tests.contact.test_faces import slab
 from tissuec.compiled.calls import kernel_on
-from tissuec.forces.bristle_kernel import SLIDES, SLIPS
+from tissuec.forces.contact.bristle_kernel import SLIDES, SLIPS
 
 
 @pytest.mark.parametrize(("speed", "slips"), [(0.01, True), (-0.01, False)])

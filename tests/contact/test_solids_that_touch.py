@@ -11,7 +11,7 @@ from tests.contact.test_faces import deformed, forces, forces_of_an_energy
 from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec.engine.execution.doubts.sinking import Sinking
-from tissuec.forces.contact_sides_kernel import CLOSED, TORN
+from tissuec.forces.contact.sides_kernel import CLOSED, TORN
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.state import State
 from tissuec.validate.forces.contact import ContactForce

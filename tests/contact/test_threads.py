@@ -7,7 +7,7 @@ from tests.validate.scenes import compiled_scene
 from tests.whole_runs import same_on_threads
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import state_at_start
-from tissuec.forces import contact
+from tissuec.forces.contact import contact
 from tissuec.kernels.records import ContactNodeTable
 from tissuec.kernels.thread_loops import UNDIVIDED
 

@@ -11,7 +11,7 @@ from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption, Method
 from tissuec.engine.operations import OPERATIONS, operations
 from tissuec.engine.stepper import Stepper
-from tissuec.forces.load import Load, LoadTerm
+from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.profiles import TimeProfile
 

@@ -11,7 +11,7 @@ from tissuec.kernels.records import Net
 
 
 def springs_by_numpy(x, v, f, power, net):
-    """Set the forces of linear springs; see ``forces.springs_kernel.springs``."""
+    """Set the forces of linear springs; see ``springs.springs_kernel.springs``."""
     counts = np.diff(net.first.astype(np.int64))
     low, high = np.repeat(np.arange(len(counts)), counts), net.other.astype(np.int64) // 3
     position, velocity, forces = (each.reshape(-1, 3) for each in (x, v, f))

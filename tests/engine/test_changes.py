@@ -12,7 +12,7 @@ from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
 from tissuec.engine.method_trial import MethodTrial, of_other_order
 from tissuec.engine.run_arrays import new_progress
-from tissuec.forces.foundation import Bed
+from tissuec.forces.acting.foundation import Bed
 from tissuec.model.blocks import FieldBlock
 
 NOWHERE = Span(Source("", ""), 0, 0)

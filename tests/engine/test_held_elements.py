@@ -5,7 +5,7 @@ import pytest
 
 import tissuec
 from tests.validate.scenes import compiled_scene
-from tissuec.forces import Field
+from tissuec.forces.fields import Field
 from tissuec.mechanics.state import State
 
 #: A strip of which most is fixed, is let go, moves as a tool would, and is fixed again.

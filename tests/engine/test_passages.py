@@ -9,7 +9,7 @@ from tests.engine.test_conservation import energy
 from tests.hand_net import make_net
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.forces.springs_kernel import slack
+from tissuec.forces.springs.springs_kernel import slack
 from tissuec.mechanics.state import State
 
 MASS, STIFFNESS, REST, SPEED = 1e-3, 400.0, 0.01, 20.0

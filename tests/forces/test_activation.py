@@ -8,7 +8,7 @@ import tissuec
 from tests.derivatives import forces, matrix_follows_from_forces, slopes
 from tests.validate.scenes import compiled_scene, validated
 from tests.whole_runs import same_when_resumed
-from tissuec.forces.activation import UNLIMITED, Activation, activated
+from tissuec.forces.solids.activation import UNLIMITED, Activation, activated
 from tissuec.model.profiles import TimeProfile
 from tissuec.validate.forces.activation import ActiveFibres
 

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from tests.contact.scenes import contact_with
 from tests.forces.test_fields import called
-from tissuec.forces import acts_of
+from tissuec.forces.fields import acts_of
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 NODES = 60

@@ -6,10 +6,10 @@ from msgspec.structs import replace
 from scipy.optimize import brentq
 
 from tests.forces.test_elements import LAWS, SHEAR, SPAN, deformed, fibres_of, mesh
-from tissuec.forces.element_limits import ElementLimits
-from tissuec.forces.element_limits_kernel import greatest, grown
-from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_strain import Prestretch
+from tissuec.forces.solids.element_limits import ElementLimits
+from tissuec.forces.solids.element_limits_kernel import greatest, grown
+from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean, SolidExponential
 from tissuec.validate.forces.elements import ElementSolid

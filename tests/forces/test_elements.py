@@ -6,8 +6,8 @@ from msgspec.structs import replace
 
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
-from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_strain import SolidFibres
+from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.geometry.elements import MIDDLES, SHAPES, Measures
 from tissuec.laws.solid.invariants import (
     MooneyRivlin,

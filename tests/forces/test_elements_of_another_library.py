@@ -11,7 +11,7 @@ import pytest
 
 from tests.derivatives import forces
 from tests.forces.test_elements import SPAN, deformed, mesh
-from tissuec.forces.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.elements import SolidElements, SolidMaterial
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean
 

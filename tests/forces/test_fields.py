@@ -20,10 +20,12 @@ from tests.test_jets import jet_in, net_of, plate
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.compiled.calls import kernel_on
 from tissuec.core.source import Source, Span
-from tissuec.forces import FORCES, Acted, Field, acts_of, contact, jets
-from tissuec.forces.contact import Contact
-from tissuec.forces.jets import Jet
-from tissuec.forces.load import Drag, Load, LoadTerm, Weight
+from tissuec.forces.acting import FORCES, Acted, jets
+from tissuec.forces.acting.jets import Jet
+from tissuec.forces.acting.load import Drag, Load, LoadTerm, Weight
+from tissuec.forces.contact import contact
+from tissuec.forces.contact.contact import Contact
+from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.records import Floats

@@ -9,9 +9,9 @@ from tests.forces.test_pressure import network_of, shaken
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out, same_on_threads, same_when_resumed
 from tissuec.compiler.checks.coarse_bodies import coarse
-from tissuec.forces.fluids import FluidCavities
-from tissuec.forces.pressed_sides import NoSide, Pressed, pressed_faces
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.fluids import FluidCavities
+from tissuec.forces.enclosed.pressed_sides import NoSide, Pressed, pressed_faces
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.model.profiles import TimeProfile
 from tissuec.validate.forces.fluids import FluidField
 

@@ -31,7 +31,7 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
-from tissuec.forces.membrane_memory import MembraneBranches
+from tissuec.forces.surfaces.membrane_memory import MembraneBranches
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.yielding import RelaxingFields

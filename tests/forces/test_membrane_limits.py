@@ -5,8 +5,8 @@ import pytest
 
 from tests.forces.test_element_limits import BULK, NONE, bar, energy
 from tests.forces.test_membranes import LAWS, PLANE, THICK, deformed, fibres_of, mesh, wall
-from tissuec.forces.element_limits import ElementLimits
-from tissuec.forces.membrane_limits_kernel import larger
+from tissuec.forces.solids.element_limits import ElementLimits
+from tissuec.forces.surfaces.membrane_limits_kernel import larger
 from tissuec.laws.solid.invariants import NeoHookean, SolidExponential
 from tissuec.laws.solid.stretches import Ogden
 from tissuec.validate.forces.membranes import MembraneWall

@@ -41,7 +41,11 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
-from tissuec.forces.membrane_memory import MembraneBranches, MembraneYield, equivalent_of
+from tissuec.forces.surfaces.membrane_memory import (
+    MembraneBranches,
+    MembraneYield,
+    equivalent_of,
+)
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.solid.stretches import Hencky
 from tissuec.validate.forces.membranes import MembraneWall

@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tests.forces.test_elements import deformed
 from tissuec.core.source import Source, Span
-from tissuec.forces.membranes import EDGES, MembraneMaterial, Membranes
-from tissuec.forces.solid_strain import SolidFibres
+from tissuec.forces.solids.solid_strain import SolidFibres
+from tissuec.forces.surfaces.membranes import EDGES, MembraneMaterial, Membranes
 from tissuec.laws.solid.invariants import (
     MooneyRivlin,
     NeoHookean,

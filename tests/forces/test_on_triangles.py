@@ -14,7 +14,7 @@ from tests.test_docs import DOCS, blocks
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import TissueError
-from tissuec.forces import FORCES
+from tissuec.forces.acting import FORCES
 from tissuec.learn.fit.learning import learn
 from tissuec.lsp.vocabulary import frame_fields
 from tissuec.mechanics.settling import settle

@@ -6,7 +6,7 @@ from scipy.spatial import Delaunay
 
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
-from tissuec.forces.plates import Plates
+from tissuec.forces.surfaces.plates import Plates
 from tissuec.matter.plate import patches
 from tissuec.meshes.elements import wall_of_triangles
 from tissuec.meshes.generators import Mesh

@@ -5,10 +5,10 @@ import pytest
 
 from tests.derivatives import agree, forces, matrix_follows_from_forces, slopes
 from tests.validate.scenes import compiled_scene
-from tissuec.forces.pressed_faces import FORMS, faces_of
-from tissuec.forces.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
-from tissuec.forces.pressure import SurfacePressure
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.pressed_faces import FORMS, faces_of
+from tissuec.forces.enclosed.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
+from tissuec.forces.enclosed.pressure import SurfacePressure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.model.profiles import TimeProfile
 from tissuec.validate.forces.pressure import PressedSkin
 

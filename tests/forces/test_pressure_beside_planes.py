@@ -11,9 +11,9 @@ import tissuec
 from tests.derivatives import agree, forces, slopes
 from tests.imports.organs import write_obj
 from tests.validate.scenes import compiled_scene
-from tissuec.forces.fluids import FluidCavities
-from tissuec.forces.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
-from tissuec.forces.pressure import SurfacePressure
+from tissuec.forces.enclosed.fluids import FluidCavities
+from tissuec.forces.enclosed.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
+from tissuec.forces.enclosed.pressure import SurfacePressure
 from tissuec.model.profiles import TimeProfile
 from tissuec.validate.forces.fluids import FluidField
 from tissuec.validate.forces.pressure import PressedSkin

@@ -8,8 +8,8 @@ from tests.forces.test_elements import BULK, SHEAR, SPAN, deformed, fibres_of, m
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out
 from tissuec.compiled.loops.items import LANES
-from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_strain import Prestretch, SolidFibres
+from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import MooneyRivlin, NeoHookean
 from tissuec.validate.forces.elements import ElementSolid

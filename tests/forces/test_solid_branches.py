@@ -18,9 +18,9 @@ from tests.forces.remembering import (
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
-from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_memory import SolidBranches
-from tissuec.forces.solid_strain import Prestretch
+from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.solid_memory import SolidBranches
+from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import MooneyRivlin
 from tissuec.validate.forces.elements import ElementSolid

@@ -21,9 +21,9 @@ from tests.forces.remembering import (
 )
 from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
 from tests.forces.test_solid_branches import TIMES, given_way
-from tissuec.forces.elements import SolidElements, SolidMaterial
-from tissuec.forces.solid_memory import SolidBranches, SolidYield
-from tissuec.forces.solid_strain import EnergySlopes, Prestretch
+from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
+from tissuec.forces.solids.solid_strain import EnergySlopes, Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.elements import ElementSolid

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.forces.triangles import Areas
+from tissuec.forces.surfaces.triangles import Areas
 
 CORNERS = np.array([[0, 1, 2], [0, 2, 3]])
 X = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.3, 0.9, -0.1], [-0.8, 0.6, 0.4]])

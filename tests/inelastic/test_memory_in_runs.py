@@ -13,7 +13,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.forces.springs import flat
+from tissuec.forces.springs.springs import flat
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
 from tissuec.model.inelastic import Inelastic

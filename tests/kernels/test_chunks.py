@@ -7,8 +7,8 @@ from tests.hand_net import make_net
 from tissuec.engine import threads
 from tissuec.engine.integrators import INTEGRATORS, iterative
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.forces import springs_kernel
-from tissuec.forces.pairs_kernel import ROOM
+from tissuec.forces.springs import springs_kernel
+from tissuec.forces.springs.pairs_kernel import ROOM
 from tissuec.mechanics.state import State
 
 NODES, SPRINGS = 2600, 8000

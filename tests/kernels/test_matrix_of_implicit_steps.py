@@ -13,7 +13,7 @@ from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.forces import springs_kernel
+from tissuec.forces.springs import springs_kernel
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
 from tissuec.mechanics.state import State

@@ -10,8 +10,9 @@ from tests.engine.running import Bench, block
 from tissuec.engine import spring_runs
 from tissuec.engine.spring_runs import FAR, packed, places_of
 from tissuec.engine.threads import BLOCK_NODES, ThreadTeam, chunks_of
-from tissuec.forces import accelerations, springs_kernel
-from tissuec.forces import runs_kernel as kernel
+from tissuec.forces import accelerations
+from tissuec.forces.springs import runs_kernel as kernel
+from tissuec.forces.springs import springs_kernel
 from tissuec.kernels.records import Operations
 
 EPS = np.finfo(float).eps

@@ -10,10 +10,10 @@ from tests.learn.trials import difference
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.script.initial_state import state_at_start
-from tissuec.forces import acts_of
-from tissuec.forces.foundation import Bed
-from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
-from tissuec.forces.foundation_kernel import hold
+from tissuec.forces.acting.foundation import Bed
+from tissuec.forces.acting.foundation_derivatives_kernel import pull_bed, push_bed
+from tissuec.forces.acting.foundation_kernel import hold
+from tissuec.forces.fields import acts_of
 from tissuec.forces.matrices import ForceDerivatives, numbers_of
 from tissuec.learn.parameters.numbers import derivatives_of
 

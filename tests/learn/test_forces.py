@@ -7,8 +7,8 @@ from msgspec.structs import replace
 import tissuec
 from tests.learn.trials import adjust, differing, fit, moving, series
 from tissuec.core.source import Source
-from tissuec.forces.foundation import Bed
-from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
+from tissuec.forces.acting.foundation import Bed
+from tissuec.forces.acting.foundation_derivatives_kernel import pull_bed, push_bed
 from tissuec.forces.matrices import ForceDerivatives
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.learning import learn

@@ -18,7 +18,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.backends import BACKENDS
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.model.profiles import TimeProfile
 from tissuec.pipeline import compile_request

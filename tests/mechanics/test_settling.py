@@ -9,7 +9,7 @@ from tests.engine.running import EVERLASTING, Bench, block, tube
 from tests.hand_net import chain, make_net, span, start
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.script.initial_state import state_at_start
-from tissuec.forces.load import Load, LoadTerm
+from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.mechanics import settling
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.relaxation import Layers, relax

@@ -13,7 +13,7 @@ from tissuec.cli import group
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.forces.elements import SolidElements
+from tissuec.forces.solids.elements import SolidElements
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 

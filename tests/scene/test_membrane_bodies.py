@@ -15,9 +15,9 @@ from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.threads import parts_of
-from tissuec.forces.membranes import Membranes
-from tissuec.forces.plates import Plates
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
+from tissuec.forces.surfaces.membranes import Membranes
+from tissuec.forces.surfaces.plates import Plates
 from tissuec.mechanics.settling import settle
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request

@@ -12,7 +12,7 @@ from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene
 from tissuec.analysis.vibration.modes import modes_of
 from tissuec.core.errors import CompileError
-from tissuec.forces.symmetry import SymmetryPlanes
+from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
 from tissuec.validate.resting import rest

@@ -11,7 +11,7 @@ from tests.hand_net import span
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.checks.nets import floppy
 from tissuec.engine.execution.recorder import wishes
-from tissuec.forces.load import Load, LoadTerm
+from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import settle

@@ -30,15 +30,11 @@ from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.integrators import banded, iterative
-from tissuec.forces import (
-    accelerations,
-    plane_point,
-    point_fields,
-    potential_fields,
-    solid_point,
-    springs_kernel,
-)
-from tissuec.forces.runs_kernel import springs_in_runs
+from tissuec.forces import accelerations, point_fields, potential_fields
+from tissuec.forces.solids import solid_point
+from tissuec.forces.springs import springs_kernel
+from tissuec.forces.springs.runs_kernel import springs_in_runs
+from tissuec.forces.surfaces import plane_point
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
 from tissuec.validate import validation
@@ -84,31 +80,31 @@ OF_SOLIDS = (
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.accelerations": ("force", "add_fields", "count_powers", "accelerate"),
-    "tissuec.forces.springs_kernel": (
+    "tissuec.forces.springs.springs_kernel": (
         "springs",
         "pull_of_laws",
         "reeled",
         "pull_of",
     ),
     "tissuec.kernels.boundary_conditions": None,
-    "tissuec.forces.foundation_kernel": None,
-    "tissuec.forces.volume_kernel": None,
-    "tissuec.forces.rest_length_kernel": None,
-    "tissuec.forces.branches_kernel": ("flowed", "relax", "flow"),
-    "tissuec.forces.jets_kernel": None,
-    "tissuec.forces.pairs_kernel": None,
-    "tissuec.forces.runs_kernel": None,
-    "tissuec.forces.contact_kernel": None,
-    "tissuec.forces.contact_place_kernel": None,
-    "tissuec.forces.contact_rows_kernel": None,
-    "tissuec.forces.contact_couples_kernel": None,
-    "tissuec.forces.contact_sides_kernel": ("lay_inside",),
-    "tissuec.forces.friction_kernel": None,
-    "tissuec.forces.activation_kernel": None,
-    "tissuec.forces.symmetry_kernel": None,
+    "tissuec.forces.acting.foundation_kernel": None,
+    "tissuec.forces.enclosed.volume_kernel": None,
+    "tissuec.forces.springs.rest_length_kernel": None,
+    "tissuec.forces.springs.branches_kernel": ("flowed", "relax", "flow"),
+    "tissuec.forces.acting.jets_kernel": None,
+    "tissuec.forces.springs.pairs_kernel": None,
+    "tissuec.forces.springs.runs_kernel": None,
+    "tissuec.forces.contact.contact_kernel": None,
+    "tissuec.forces.contact.place_kernel": None,
+    "tissuec.forces.contact.rows_kernel": None,
+    "tissuec.forces.contact.couples_kernel": None,
+    "tissuec.forces.contact.sides_kernel": ("lay_inside",),
+    "tissuec.forces.contact.friction_kernel": None,
+    "tissuec.forces.solids.activation_kernel": None,
+    "tissuec.forces.acting.symmetry_kernel": None,
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
-    "tissuec.forces.solid_point": OF_SOLIDS,
-    "tissuec.forces.plane_point": (
+    "tissuec.forces.solids.solid_point": OF_SOLIDS,
+    "tissuec.forces.surfaces.plane_point": (
         "of",
         "_point",
         "_strained",
@@ -119,10 +115,10 @@ FORCES: dict[str, tuple[str, ...] | None] = {
         "_along",
         "_inner",
     ),
-    "tissuec.forces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
-    "tissuec.forces.plates": ("_plate",),
-    "tissuec.forces.pressure_kernel": None,
-    "tissuec.forces.fluids_kernel": None,
+    "tissuec.forces.surfaces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
+    "tissuec.forces.surfaces.plates": ("_plate",),
+    "tissuec.forces.enclosed.pressure_kernel": None,
+    "tissuec.forces.enclosed.fluids_kernel": None,
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
 #: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,

@@ -10,7 +10,7 @@ from tests.contact.scenes import by_loops, contact_of, contact_with, meeting
 from tests.every import every
 from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
 from tests.validate.scenes import compiled_scene
-from tissuec.forces.volume import Enclosure, open_edges
+from tissuec.forces.enclosed.volume import Enclosure, open_edges
 from tissuec.geometry.nearest import CAPSULE, TRIANGLE
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W
 from tissuec.laws.evaluation import Behaviour

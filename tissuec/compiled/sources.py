@@ -25,6 +25,7 @@ SOURCES = (
     "engine/step_inside.py",
     "engine/step.py",
     "engine/step_refined.py",
+    "forces/*/*_kernel.py",
     "forces/*_kernel.py",
     "forces/accelerations.py",
     "geometry/nearest.py",

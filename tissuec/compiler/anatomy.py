@@ -7,7 +7,7 @@ import numpy as np
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.compile import Compiled
 from tissuec.core.names import key_of
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.geometry.divisions import filling_tetrahedra
 from tissuec.matter.elasticity import wall_springs
 from tissuec.mechanics.deformation import hats

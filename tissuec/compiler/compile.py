@@ -339,7 +339,7 @@ def _hinge_blocks(
     ]
     if not found:
         return []
-    from tissuec.forces.bending import Hinges
+    from tissuec.forces.surfaces.bending import Hinges
 
     return [Hinges.joined(found).block]
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from tissuec.compiler.ambient_damping import skin_areas
 from tissuec.compiler.sets import Groups
-from tissuec.forces import Acted, Field
+from tissuec.forces.acting import Acted
+from tissuec.forces.fields import Field
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.model.blocks import FieldBlock, name_of_force
 from tissuec.model.network import Network

@@ -45,7 +45,7 @@ def _judged(
     plan: Plan, outcome: "Outcome", estimate: "ErrorEstimate | None"
 ) -> Iterator[Mapping[str, Any]]:
     """Yield whether each expectation holds, with the time and the numbers that decide it."""
-    undecided = {} if estimate is None else estimate.undecided
+    undecided: Mapping[int, str] = {} if estimate is None else estimate.undecided
     failures = {failure.expectation: failure for failure in outcome.failures}
     for number, expectation in enumerate(plan.expectations):
         state, time, measured = "holds", *outcome.held.get(number, (None, ""))

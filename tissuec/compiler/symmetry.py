@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
-from tissuec.forces.contact import Contact
-from tissuec.forces.symmetry import SymmetryPlanes
+from tissuec.forces.acting.symmetry import SymmetryPlanes
+from tissuec.forces.contact.contact import Contact
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, MirrorPlane, Network
 from tissuec.scene.environment import EnvironmentEntries

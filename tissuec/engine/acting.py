@@ -16,7 +16,7 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.layout import Layout
 from tissuec.engine.spring_runs import RunPlaces, packed, places_of
 from tissuec.engine.threads import chunks_of
-from tissuec.forces.load import Load, LoadTerm
+from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.kernels.records import BoundaryConditions, Chunks, Runs
 from tissuec.laws import Law
 from tissuec.mechanics.state import PrescribedMotion, State

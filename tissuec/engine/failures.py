@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption
-from tissuec.forces.springs import measured, stretched
+from tissuec.forces.springs.springs import measured, stretched
 from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices

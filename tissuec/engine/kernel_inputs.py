@@ -22,9 +22,9 @@ from tissuec.engine.unknowns import (
     new_solver,
     unknown_solver,
 )
-from tissuec.forces import Field, acts_of
-from tissuec.forces.load import Load
-from tissuec.forces.springs import reels, table_of
+from tissuec.forces.acting.load import Load
+from tissuec.forces.fields import Field, acts_of
+from tissuec.forces.springs.springs import reels, table_of
 from tissuec.kernels.records import (
     BoundaryConditions,
     ContactNodeTable,

@@ -17,7 +17,7 @@ from tissuec.forces.accelerations import (
     kinetic,
     place,
 )
-from tissuec.forces.springs_kernel import (
+from tissuec.forces.springs.springs_kernel import (
     bend_of_passed,
     find_sides,
     peaks,

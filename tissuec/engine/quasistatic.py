@@ -32,7 +32,7 @@ from tissuec.engine.method import (
     unfollowed,
 )
 from tissuec.engine.step_events import Survey, Watch
-from tissuec.forces import Field
+from tissuec.forces.fields import Field
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.relaxation import relax

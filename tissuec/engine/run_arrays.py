@@ -14,7 +14,7 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Samples
 from tissuec.engine.unknowns import no_solver
-from tissuec.forces.springs import measured
+from tissuec.forces.springs.springs import measured
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Tableau, Task, Team, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network

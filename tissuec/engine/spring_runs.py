@@ -4,7 +4,7 @@ A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …,
 lattices, tubes and sheets have many; short gaps are filled. They need no lists
 of nodes: the values of a run are contiguous in memory.
 
-Runs end where a tile of ``forces.runs_kernel`` ends, for lower nodes as for upper ones. They
+Runs end where a tile of ``springs.runs_kernel`` ends, for lower nodes as for upper ones. They
 are kept in blocks by their lower nodes: ``engine.threads``.
 """
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.engine.threads import BLOCK_NODES, Places, are_several, block_size
-from tissuec.forces.runs_kernel import LANES, NO_SPRING, NO_STEP, SIZE, TILE
+from tissuec.forces.springs.runs_kernel import LANES, NO_SPRING, NO_STEP, SIZE, TILE
 from tissuec.kernels.records import Runs
 from tissuec.model.network import Floats, Indices
 

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.engine.integrators.verlet import VelocityVerlet
-from tissuec.forces import Resisting
+from tissuec.forces.effects import Resisting
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats

@@ -29,7 +29,7 @@ from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import Fill, SolvingCost
 from tissuec.forces.matrices import assembled
 from tissuec.forces.memory import ELIMINATION_SECONDS, Condensed, MemoryTangents
-from tissuec.forces.springs import SpringForce, flat, pulled, reach
+from tissuec.forces.springs.springs import SpringForce, flat, pulled, reach
 from tissuec.kernels.records import Net, Solver
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import ConjugateGradients, Factorization, Stiffness

@@ -43,8 +43,8 @@ from tissuec.engine.step_control import (
 )
 from tissuec.engine.step_inside import balance, deliver, glance, is_due, surpasses
 from tissuec.forces.accelerations import force, place
-from tissuec.forces.bristle_kernel import cut_bristles
-from tissuec.forces.springs_kernel import slack
+from tissuec.forces.contact.bristle_kernel import cut_bristles
+from tissuec.forces.springs.springs_kernel import slack
 from tissuec.kernels.records import (
     FULL,
     GLANCES,

@@ -19,7 +19,7 @@ from math import isfinite, sqrt
 from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.engine.step_inside import look_within
 from tissuec.engine.step_refined import lateness
-from tissuec.forces.springs_kernel import bend_of_passed, find_sides
+from tissuec.forces.springs.springs_kernel import bend_of_passed, find_sides
 from tissuec.kernels.records import Floats, Net, Progress, Task, Work
 from tissuec.kernels.vectors import distance, greater, is_passed
 

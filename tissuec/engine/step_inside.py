@@ -31,7 +31,7 @@ from tissuec.engine.step_refined import (
     refine_ledger,
 )
 from tissuec.forces.accelerations import force, kinetic, place
-from tissuec.forces.springs_kernel import peaks, tension
+from tissuec.forces.springs.springs_kernel import peaks, tension
 from tissuec.kernels.records import GLANCES, LOOKED, Buffer, Floats, Net, Progress, Task, Work
 from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import (

@@ -29,7 +29,7 @@ from tissuec.engine.run_arrays import (
     new_task,
     new_work,
 )
-from tissuec.forces.bristle_kernel import SLIDES
+from tissuec.forces.contact.bristle_kernel import SLIDES
 from tissuec.kernels.records import ContactTable, Task, Work
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State

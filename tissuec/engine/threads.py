@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from tissuec.compiled import loading
 from tissuec.compiled.record_tables import aligned_zeros
-from tissuec.forces import Field
-from tissuec.forces.pairs_kernel import ROOM
+from tissuec.forces.fields import Field
+from tissuec.forces.springs.pairs_kernel import ROOM
 from tissuec.kernels import records
 from tissuec.kernels.records import Chunks
 from tissuec.kernels.thread_loops import PIECE, pieces_of

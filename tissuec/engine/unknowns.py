@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.forces import Field
+from tissuec.forces.fields import Field
 from tissuec.kernels.records import Integers, Solver
 from tissuec.model.network import Indices
 

@@ -1,6 +1,6 @@
 """What interrupts within steps: ruptures, elements that break, and watched conditions.
 
-Their loads (``forces.element_limits``) are no part of the forces of a step. They are found at
+Their loads (``solids.element_limits``) are no part of the forces of a step. They are found at
 states within it that are interpolated without evaluating forces, and only where one of them
 comes close to a limit, on its dense output.
 """
@@ -30,7 +30,7 @@ from tissuec.kernels.records import GLANCES, Progress
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from tissuec.forces.element_limits import BreakableElements
+    from tissuec.forces.solids.element_limits import BreakableElements
 
 FINE_LOOKS = 8  # of methods whose steps are long
 MARGIN = 0.999  # of a limit: loads above which a step is examined closely

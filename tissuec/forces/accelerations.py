@@ -6,9 +6,9 @@ by its address: ``tissuec.kernels``.
 
 from math import sqrt
 
-from tissuec.forces.branches_kernel import put_home, remember
-from tissuec.forces.rest_length_kernel import reel
-from tissuec.forces.springs_kernel import reeled, springs
+from tissuec.forces.springs.branches_kernel import put_home, remember
+from tissuec.forces.springs.rest_length_kernel import reel
+from tissuec.forces.springs.springs_kernel import reeled, springs
 from tissuec.kernels.boundary_conditions import pull_free, put_driven
 from tissuec.kernels.records import Fields, Floats, Net
 from tissuec.kernels.thread_loops import PIECE, items_of, part_of, pieces_of, share

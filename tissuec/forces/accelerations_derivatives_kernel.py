@@ -14,12 +14,12 @@ Shared arguments:
     change: Changes of the state, shape (3 node change,).
 """
 
-from tissuec.forces.branches_derivatives_kernel import (
+from tissuec.forces.springs.branches_derivatives_kernel import (
     add_memory,
     pull_back_memory,
     push_forward_memory,
 )
-from tissuec.forces.springs_derivatives_kernel import (
+from tissuec.forces.springs.springs_derivatives_kernel import (
     add_springs,
     pull_back_springs,
     push_forward_springs,

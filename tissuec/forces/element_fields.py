@@ -8,9 +8,10 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.forces import Resisting, WalledField
-from tissuec.forces.element_limits import BreakableElements, ElementLimits, LimitColumns
+from tissuec.forces.effects import Resisting
+from tissuec.forces.fields import WalledField
 from tissuec.forces.matrices import ForceDerivatives, as_operator, assembled
+from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits, LimitColumns
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.model.network import Floats, Indices
@@ -18,7 +19,7 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-    from tissuec.forces.element_memory import StoredTensors
+    from tissuec.forces.solids.element_memory import StoredTensors
 
 
 class ElementField(WalledField, frozen=True):

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.forces import Resisting
+from tissuec.forces.effects import Resisting
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:

@@ -1,8 +1,8 @@
 """Elements around points whose energy is written once, of solids and of walls.
 
 Forces, rates of what is remembered, powers, matrices, stresses, tangents and energies follow
-from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``forces.elements`` and
-``forces.membranes``.
+from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``solids.elements`` and
+``surfaces.membranes``.
 """
 
 from abc import abstractmethod
@@ -20,12 +20,12 @@ from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.items import recorded, room_for
 from tissuec.compiled.loops.points import PointTable, force_loop, matrix_loop, record_loop
 from tissuec.forces.element_fields import MaterialField, young_of
-from tissuec.forces.element_memory import Branches, ElementYield, StoredTensors
 from tissuec.forces.matrices import BlockPattern, whole, without_negative
 from tissuec.forces.memory import MemoryTangents
-from tissuec.forces.solid_memory import NEVER
-from tissuec.forces.solid_point import SolidKind
-from tissuec.forces.solid_strain import EnergySlopes, SolidFibres
+from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
+from tissuec.forces.solids.solid_memory import NEVER
+from tissuec.forces.solids.solid_point import SolidKind
+from tissuec.forces.solids.solid_strain import EnergySlopes, SolidFibres
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.laws.derivatives import DERIVATIVES, at_invariants
 from tissuec.model.network import Floats, Indices

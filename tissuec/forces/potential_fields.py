@@ -15,8 +15,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
-from tissuec.forces import Items, Resisting
+from tissuec.forces.effects import Resisting
 from tissuec.forces.element_fields import ElementField
+from tissuec.forces.fields import Items
 from tissuec.forces.matrices import ForceDerivatives, whole, without_negative
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices

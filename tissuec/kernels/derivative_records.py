@@ -104,7 +104,7 @@ class Values(NamedTuple):
 
 
 class SpringMemory(NamedTuple):
-    """Springs that remember and act; see ``forces.branches_derivatives_kernel``.
+    """Springs that remember and act; see ``springs.branches_derivatives_kernel``.
 
     Attributes:
         low, high: Their nodes, shape (n,).

@@ -26,7 +26,7 @@ class Team(NamedTuple):
     threads: int  # the one of the loop over steps included
     words: Integers  # by which they give each other orders, shape (32 + 8 part,)
     found: Rows  # largest values in parts of a loop, two of each, shape (2, part)
-    each: Rows  # scratch for springs, see ``forces.pairs_kernel``, shape (part, ROOM)
+    each: Rows  # scratch for springs, see ``springs.pairs_kernel``, shape (part, ROOM)
     work: Floats  # powers by pieces of nodes [W], shape (piece,)
     lost: Floats  # powers by pieces of nodes or springs [W], shape (piece,)
     near: Integers  # 1 where springs are near to breaking, shape (piece,)
@@ -68,7 +68,7 @@ class RestLengthActuators(NamedTuple):
 
 
 class ContactTable(NamedTuple):
-    """Shapes and the nodes that they can touch; see ``tissuec.forces.contact``."""
+    """Shapes and the nodes that they can touch; see ``forces.contact``."""
 
     nodes: Integers  # shape (m,)
     first: Integers  # shapes near node k are shape[first[k]:first[k + 1]], shape (m + 1,)
@@ -86,7 +86,7 @@ class ContactTable(NamedTuple):
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
     # Scratch, their rates [m/s²], shape as ``home``; if bristles are cut, with further columns,
-    # see ``forces.bristle_kernel``.
+    # see ``contact.bristle_kernel``.
     bent: Rows
     # Time for which an implicit stage solves for them [s], 0 where they are given, shape (1,)
     lag: Floats
@@ -102,7 +102,7 @@ class ContactTable(NamedTuple):
 
 
 class Roughness(NamedTuple):
-    """Coefficients of friction that tissues give; see ``tissuec.forces.contact``."""
+    """Coefficients of friction that tissues give; see ``forces.contact``."""
 
     node: Floats  # shape (m,)
     face: Rows  # of the points that carry each shape, shape (shape, 3)
@@ -121,7 +121,7 @@ class ContactPointTable(NamedTuple):
     touches: ContactTable
     rough: Roughness
     part: int  # of contact that is computed; that of ``PLACING`` places the points first
-    # Kind of the surface, see ``forces.contact_sides_kernel``, of pairs whose triangle
+    # Kind of the surface, see ``contact.sides_kernel``, of pairs whose triangle
     # determines the side of a point, else 0, shape (pair,) or (0,)
     sided: Integers
     alike: float  # distances of these are equal below it [m]
@@ -134,7 +134,7 @@ class ContactPointTable(NamedTuple):
 
 
 class InternalVariables(NamedTuple):
-    """Internal variables of springs, first of branches; see ``tissuec.forces.springs``."""
+    """Internal variables of springs, first of branches; see ``forces.springs``."""
 
     first: Integers  # branches of spring s are first[s]:first[s + 1], shape (spring + 1,)
     constant: Floats  # c1 [N/m], shape (branch,)
@@ -169,13 +169,13 @@ class Runs(NamedTuple):
     damping: Floats  # [N s/m]
     rest: Floats  # [m], shape (spring,), or (0,) where the next two give them
     # Bits of a length, and how many numbers of this precision further that of each spring is;
-    # ``forces.runs_kernel.NO_STEP`` of what is none
+    # ``springs.runs_kernel.NO_STEP`` of what is none
     base: Integers  # shape (run,) or (0,)
     steps: NDArray[np.int16]  # shape (spring,) or (0,)
     near: Floats  # tension from which a closer look is needed [N]
     near_crush: Floats  # the same of pressure
     alike: bool  # springs share stiffness, damping and limits
-    tiles: Floats  # scratch: components of vectors, see ``forces.runs_kernel``
+    tiles: Floats  # scratch: components of vectors, see ``springs.runs_kernel``
     ring: int  # numbers of ``tiles`` for each part of a loop
     halos: Floats  # scratch: forces on the block after each group but the last, flat
 

@@ -12,7 +12,7 @@ from tissuec.compiler.selections import CRITERIA
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe
-from tissuec.forces import FORCES
+from tissuec.forces.acting import FORCES
 from tissuec.lang.words import RESERVED
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.laws.solid import SOLID_LAWS

@@ -6,7 +6,7 @@ with p the weight and the external forces of this moment. Forces without a poten
 those of jets, belong to p as well, though they depend on x: in E, they keep the values of the
 last call of ``freeze``. Dashpots and drag do not act, because nothing moves. K without the
 parts that may make it indefinite follows J. Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp.
-Computer Animation 2005, p. 181; for springs see ``forces.resting_springs``.
+Computer Animation 2005, p. 181; for springs see ``springs.resting_springs``.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import norm
 from tissuec.forces.element_fields import ElementField
-from tissuec.forces.resting_springs import Bars, RestingSprings, reached
+from tissuec.forces.springs.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
 from tissuec.mechanics.state import State

@@ -2,15 +2,15 @@
 
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Source, Span
-from tissuec.forces.pressed_faces import PressedFaces
-from tissuec.forces.pressed_sides import (
+from tissuec.forces.enclosed.pressed_faces import PressedFaces
+from tissuec.forces.enclosed.pressed_sides import (
     NoSide,
     Pressed,
     closed_by_caps,
     enclosed,
     pressed_faces,
 )
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.model.network import Floats, Network, numbers_in
 
 _NOWHERE = Span(Source("", ""), 0, 0)

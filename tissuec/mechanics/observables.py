@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import dot, norm
 from tissuec.core.keeping import kept_on_owner
-from tissuec.forces.springs import flat, reach
+from tissuec.forces.springs.springs import flat, reach
 from tissuec.mechanics.state import ALL, State
 from tissuec.model.network import Floats, Indices, Network
 

@@ -26,7 +26,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 
 from tissuec.core.signals import give_way
-from tissuec.forces.resting_springs import Bars
+from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance, NodeSprings
 from tissuec.model.network import Floats
 

@@ -6,7 +6,7 @@ Needed in every run, hence without SciPy; ``stability`` answers the rest.
 import numpy as np
 
 from tissuec.core.arrays import norm
-from tissuec.forces.springs import flat, pulled
+from tissuec.forces.springs.springs import flat, pulled
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats

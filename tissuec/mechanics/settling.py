@@ -29,7 +29,7 @@ from tissuec.core.arrays import norm
 from tissuec.core.errors import counted
 from tissuec.core.signals import give_way
 from tissuec.core.units import FORCE, show
-from tissuec.forces.resting_springs import Bars
+from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.relaxation import relax

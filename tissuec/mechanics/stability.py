@@ -12,7 +12,7 @@ from msgspec import Struct
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from tissuec.core.signals import give_way
-from tissuec.forces.resting_springs import Bars
+from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions

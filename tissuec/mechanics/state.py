@@ -12,9 +12,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Effect, Field, Nodal
-from tissuec.forces.load import Drag, Load, LoadTerm, Weight, total
-from tissuec.forces.springs import ChangingRestLengths, SpringForce
+from tissuec.forces.acting.load import Drag, Load, LoadTerm, Nodal, Weight, total
+from tissuec.forces.effects import Effect
+from tissuec.forces.fields import Field
+from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
 from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
@@ -24,12 +25,12 @@ from tissuec.model.springs import Springs
 from tissuec.model.topology import join_nodes_of
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.forces.contact import Contact
-    from tissuec.forces.jets import Jet
-    from tissuec.forces.kept_volumes import KeptVolumes
-    from tissuec.forces.pressure import SurfacePressure
-    from tissuec.forces.symmetry import SymmetryPlanes
-    from tissuec.forces.volume import Enclosure
+    from tissuec.forces.acting.jets import Jet
+    from tissuec.forces.acting.symmetry import SymmetryPlanes
+    from tissuec.forces.contact.contact import Contact
+    from tissuec.forces.enclosed.kept_volumes import KeptVolumes
+    from tissuec.forces.enclosed.pressure import SurfacePressure
+    from tissuec.forces.enclosed.volume import Enclosure
 
 ALL = slice(None)
 

@@ -305,7 +305,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def elements(self) -> tuple[Any, ...]:
-        """Return all ``forces.elements.SolidElements`` and ``forces.membranes.Membranes``."""
+        """Return all ``solids.elements.SolidElements`` and ``surfaces.membranes.Membranes``."""
         return self.of_kind("elements", "membranes")
 
     def elements_of(self, body: str) -> tuple[Any, ...]:
@@ -338,7 +338,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def hinges(self) -> Any:
-        """The ``forces.bending.Hinges`` of walls that resist bending; None without any."""
+        """The ``surfaces.bending.Hinges`` of walls that resist bending; None without any."""
         return self.field("bending")
 
     def with_blocks(self, *blocks: FieldBlock) -> "Network":

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Annotated, NoReturn
 
 from tissuec.core.hints import Edit, Hint, alternatives
-from tissuec.forces import FORCES
+from tissuec.forces.acting import FORCES
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Tool, WrittenForce
 from tissuec.scene.program.declarations import Declarations, Declared

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.source import Source, Span
-from tissuec.forces import Force
+from tissuec.forces.acting import Force
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw

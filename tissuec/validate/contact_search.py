@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.forces.contact import Contact, ContactPairs
+from tissuec.forces.contact.contact import Contact, ContactPairs
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.forces.contact import ContactForce, Touching
 

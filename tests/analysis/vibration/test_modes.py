@@ -12,8 +12,8 @@ from tests.hand_net import chain, make_net, span, start
 from tissuec.analysis.vibration import operator
 from tissuec.analysis.vibration.modes import modes_of
 from tissuec.analysis.vibration.operator import dissected
-from tissuec.forces import volume
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed import volume
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.model import topology

@@ -26,7 +26,7 @@ from tissuec.analysis.vibration.operator import (
 )
 from tissuec.core.errors import SimulationError, counted
 from tissuec.core.units import FORCE, show
-from tissuec.forces.resting_springs import Bars
+from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rigid import Freedom, assembled, rigid_motions
 from tissuec.mechanics.settling import greatest

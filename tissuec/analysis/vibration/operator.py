@@ -30,7 +30,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_matrix, csr_matrix, diags_array, eye_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
-from tissuec.forces.resting_springs import Bars
+from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.model.network import Floats, Indices
 

@@ -26,7 +26,7 @@ from tissuec.scene.reading.values import LARGEST_NUMBER
 if TYPE_CHECKING:  # which few nets need
     from tissuec.compiler.elements.bodies import BodyElements
     from tissuec.compiler.elements.membranes import WallBending
-    from tissuec.forces.bending import Hinges
+    from tissuec.forces.surfaces.bending import Hinges
 
 #: Arrays whose entries are finite, and what they are called.
 _FINITE = {

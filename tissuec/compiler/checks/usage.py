@@ -303,7 +303,7 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
     for tool in network.tools:
         if tool.kind != "nozzle":
             continue
-        from tissuec.forces.jet_surfaces import buried_in  # where there is a nozzle
+        from tissuec.forces.acting.jet_surfaces import buried_in  # where there is a nozzle
 
         opening = network.position[tool.nodes.start]
         if name := buried_in(network, network.position, opening):

@@ -44,8 +44,8 @@ from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
 
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
-    from tissuec.forces.contact import Contact
-    from tissuec.forces.contact_pairs import ContactPairs
+    from tissuec.forces.contact.contact import Contact
+    from tissuec.forces.contact.pairs import ContactPairs
 
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
@@ -145,7 +145,7 @@ def contact_of(
     thin = faces.radius[faces.radius > 0.0]
     stiffness = _stiffness(network, law, environment, findings)
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
-    from tissuec.forces.contact import Contact  # where something touches
+    from tissuec.forces.contact.contact import Contact  # where something touches
 
     touchable = _touchable(network, points)
     shapes = np.concatenate([faces.points, shared.points])

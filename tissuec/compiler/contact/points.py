@@ -26,8 +26,8 @@ from tissuec.core.arrays import counted_up, cross, norm
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Span
 from tissuec.core.units import AREAL_STIFFNESS, LENGTH, show
-from tissuec.forces.contact_points import NO_FACE, ContactPoints
-from tissuec.forces.contact_sides_kernel import CLOSED
+from tissuec.forces.contact.points import NO_FACE, ContactPoints
+from tissuec.forces.contact.sides_kernel import CLOSED
 from tissuec.geometry.edges import Edges, TriangleIndex
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inside import inside

@@ -55,9 +55,9 @@ from tissuec.scene.tissues.quantities import (
 )
 
 if TYPE_CHECKING:
-    from tissuec.forces.elements import SolidMaterial
-    from tissuec.forces.membranes import MembraneMaterial
-    from tissuec.forces.solid_strain import Prestretch, SolidFibres
+    from tissuec.forces.solids.elements import SolidMaterial
+    from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
+    from tissuec.forces.surfaces.membranes import MembraneMaterial
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
@@ -131,8 +131,8 @@ class ElementReader:
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        from tissuec.forces.elements import SolidMaterial
-        from tissuec.forces.solid_memory import SolidBranches, SolidYield
+        from tissuec.forces.solids.elements import SolidMaterial
+        from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
@@ -201,7 +201,7 @@ class ElementReader:
         added = np.nan_to_num(young * (modulus / young - 1.0))
         families = {"fibres": self.body.fibres, SECOND_FIBRES: self.body.second_fibres}
         along = [self._along(k, one) for k, one in families.items() if one is not None]
-        from tissuec.forces.solid_strain import SolidFibres
+        from tissuec.forces.solids.solid_strain import SolidFibres
 
         stiffening, spread = (self._each(name, 0.0) for name in OF_FIBRES)
         # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.
@@ -257,7 +257,7 @@ class ElementReader:
             return None
         if direction is None:
             direction = self._along_fibres(stressed[0])
-        from tissuec.forces.solid_strain import Prestretch
+        from tissuec.forces.solids.solid_strain import Prestretch
 
         share = self.parts.at_elements(given, 0.0)
         # Without stress, lengths are shorter by this part, like those of springs.
@@ -483,11 +483,11 @@ def _block(
     limits = elements.material.limits
     material = elements.material._replace(limits=limits and limits.behind(first_mark))
     if elements.shape == TRIANGLE:
-        from tissuec.forces.membranes import Membranes
+        from tissuec.forces.surfaces.membranes import Membranes
 
         wall = cast("MembraneMaterial", material)
         return Membranes.of(elements.body, nodes, position, wall, *springs).block
-    from tissuec.forces.elements import SolidElements
+    from tissuec.forces.solids.elements import SolidElements
 
     shape, solid = SHAPES[elements.shape], cast("SolidMaterial", material)
     return SolidElements.of(elements.body, shape, nodes, position, solid, *springs).block

@@ -15,8 +15,8 @@ from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.tissues.quantities import OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
-    from tissuec.forces.membrane_memory import MembraneBranches
-    from tissuec.forces.solid_memory import SolidBranches
+    from tissuec.forces.solids.solid_memory import SolidBranches
+    from tissuec.forces.surfaces.membrane_memory import MembraneBranches
 
 
 Kind = TypeVar("Kind", "SolidBranches", "MembraneBranches")

@@ -35,7 +35,7 @@ from tissuec.scene.tissues.quantities import BREAKING_STRAIN, LIMITS
 
 if TYPE_CHECKING:
     from tissuec.forces.element_fields import MaterialField
-    from tissuec.forces.element_limits import ElementLimits
+    from tissuec.forces.solids.element_limits import ElementLimits
 
 CRUSHING = "crushing force"
 #: Of the toughness of a tissue, what elements at the tip of a crack hold per area when it
@@ -172,7 +172,7 @@ class LimitReader:
         """Return the limits of the elements, with marks numbered within the body."""
         if not self.body.may_rupture:
             return None
-        from tissuec.forces.element_limits import ElementLimits
+        from tissuec.forces.solids.element_limits import ElementLimits
 
         strain, stress, toughness = (
             self.parts.at_elements([_limit(one, key) for one in self.given], np.inf)

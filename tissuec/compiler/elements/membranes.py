@@ -63,7 +63,7 @@ class WallBending(Struct, frozen=True, eq=False):
             first_mark: Number of the first spring that marks one of its triangles; None where
                 these do not break.
         """
-        from tissuec.forces.plates import Plates
+        from tissuec.forces.surfaces.plates import Plates
 
         marks = None
         if first_mark is not None:
@@ -111,8 +111,8 @@ class MembraneReader(ElementReader):
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        from tissuec.forces.membrane_memory import MembraneBranches, MembraneYield
-        from tissuec.forces.membranes import MembraneMaterial
+        from tissuec.forces.surfaces.membrane_memory import MembraneBranches, MembraneYield
+        from tissuec.forces.surfaces.membranes import MembraneMaterial
 
         material = MembraneMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,

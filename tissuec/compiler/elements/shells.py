@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.core.hints import leaving_out
-from tissuec.forces.bending import Hinges, hinges_at
+from tissuec.forces.surfaces.bending import Hinges, hinges_at
 from tissuec.model.network import Floats
 from tissuec.model.topology import springs_between
 from tissuec.scene.model import AssignedQuantity

@@ -13,8 +13,8 @@ from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.tissues.quantities import BREAKING_STRAIN, OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
-    from tissuec.forces.membrane_memory import MembraneYield
-    from tissuec.forces.solid_memory import SolidYield
+    from tissuec.forces.solids.solid_memory import SolidYield
+    from tissuec.forces.surfaces.membrane_memory import MembraneYield
 
 Kind = TypeVar("Kind", "SolidYield", "MembraneYield")
 

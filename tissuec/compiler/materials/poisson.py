@@ -5,7 +5,7 @@ where nodes of two kinds shift against one another, see ``matter.solid_springs``
 
     μ = E / (2 (1 + ν)),    λ = 2 μ ν / (1 - 2 ν)
 
-is made of springs for μ, and of cells with the bulk modulus (see ``forces.volume``)
+is made of springs for μ, and of cells with the bulk modulus (see ``enclosed.volume``)
 
     K = λ - 2 μ n / (1 - 2 n) = 2 μ (ν - n) / ((1 - 2 ν) (1 - 2 n)).
 """

@@ -46,7 +46,7 @@ from tissuec.scene.tissues.quantities import (
 
 if TYPE_CHECKING:  # nets of numbers need none of it
     from tissuec.compiler.materials.matter import Matter, MatterReader
-    from tissuec.forces.bending import Hinges
+    from tissuec.forces.surfaces.bending import Hinges
 
 
 class MaterialReader:

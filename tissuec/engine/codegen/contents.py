@@ -7,7 +7,7 @@ from functools import partial
 from importlib import import_module
 from inspect import isfunction, signature
 from pathlib import Path
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 from types import ModuleType
 from typing import Any
 
@@ -38,13 +38,9 @@ from tissuec.engine.backends import method_names, operations_of
 from tissuec.engine.integrators import INTEGRATORS, banded, derivatives_kernel, iterative
 from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
-from tissuec.forces import (
-    accelerations_derivatives_kernel,
-    pairs_kernel,
-    runs_kernel,
-    springs_derivatives_kernel,
-)
-from tissuec.forces.runs_kernel import springs_in_runs
+from tissuec.forces import accelerations_derivatives_kernel
+from tissuec.forces.springs import pairs_kernel, runs_kernel, springs_derivatives_kernel
+from tissuec.forces.springs.runs_kernel import springs_in_runs
 from tissuec.kernels import crossing, rasterizing, spring_geometry, stages, vectors
 from tissuec.kernels.records import Operations
 
@@ -94,13 +90,14 @@ def bundles() -> dict[str, list[Exported]]:
 
 def _loops_of_fields() -> Iterator[Callable[..., Any]]:
     """Yield the loops of ``tissuec.forces``, recognised by their first arguments."""
-    for module in iter_modules(forces.__path__):
-        members = vars(import_module(f"{forces.__name__}.{module.name}")).values()
+    for module in walk_packages(forces.__path__, f"{forces.__name__}."):
+        members = vars(import_module(module.name)).values()
         for member in filter(isfunction, members):
             arguments = tuple(signature(member).parameters)
-            if any(
-                arguments[: len(own)] == own for own in OF_LOOPS
-            ) and member.__module__.endswith(f".{module.name}"):
+            if (
+                any(arguments[: len(own)] == own for own in OF_LOOPS)
+                and member.__module__ == module.name
+            ):
                 yield member
 
 

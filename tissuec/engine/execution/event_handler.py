@@ -22,7 +22,7 @@ from tissuec.script.verbs import ActionFailed, LoggedEvent
 from tissuec.script.verbs.tie import seized, slipped
 
 if TYPE_CHECKING:
-    from tissuec.forces.kept_volumes import KeptVolumes
+    from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 
 #: How springs break by themselves: the array of the limit, and the cause in words.
 _BROKEN = {

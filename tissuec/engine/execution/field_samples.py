@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.results.fields import FIELDS, channels
 from tissuec.script.measures.snapshot import Snapshot

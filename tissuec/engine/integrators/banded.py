@@ -9,7 +9,7 @@ its time (0.7 to 1.7 of it for widths of 63 to 120), without a call through its 
 
 from math import sqrt
 
-from tissuec.forces.springs_kernel import resistance
+from tissuec.forces.springs.springs_kernel import resistance
 from tissuec.kernels.records import Floats, Net, Solver
 from tissuec.kernels.vectors import TINY
 

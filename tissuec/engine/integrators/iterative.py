@@ -12,7 +12,7 @@ Shared arguments:
 
 from math import sqrt
 
-from tissuec.forces.springs_kernel import resistance
+from tissuec.forces.springs.springs_kernel import resistance
 from tissuec.kernels.chunks import clear_sums, total_sums
 from tissuec.kernels.records import Floats, Net, Solver
 from tissuec.kernels.thread_loops import PIECE, items_of, part_of, pieces_of, share

@@ -5,7 +5,7 @@ The energy per volume is a formula of the invariants of the strain without its c
     I1 = J^(-2/3) tr C,    I2 = J^(-4/3) (tr² C - tr C²) / 2,    C = Fᵀ F,    J = det F,
 
 in units of the initial shear modulus: near I1 = I2 = 3 it is (I1 - 3)/2. The change of volume
-costs K (J - 1)²/2 beside it, K being the bulk modulus (``forces.elements``). (G. A. Holzapfel,
+costs K (J - 1)²/2 beside it, K being the bulk modulus (``solids.elements``). (G. A. Holzapfel,
 Nonlinear Solid Mechanics, 2000, chapter 6.)
 """
 

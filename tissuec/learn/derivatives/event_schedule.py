@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
-from tissuec.forces import Field, acts_of
-from tissuec.forces.load import Load
+from tissuec.forces.acting.load import Load
+from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.matrices import with_numbers
 from tissuec.kernels.derivative_records import ActingFields, Links, SpringMemory, Values
 from tissuec.learn.parameters.numbers import (

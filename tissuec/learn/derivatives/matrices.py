@@ -11,7 +11,7 @@ from tissuec.compiled.laws import partial_address
 from tissuec.compiled.record_tables import tabulated
 from tissuec.engine.integrators import derivatives_kernel as steps
 from tissuec.forces import accelerations_derivatives_kernel as accelerations
-from tissuec.forces import springs_derivatives_kernel as springs
+from tissuec.forces.springs import springs_derivatives_kernel as springs
 from tissuec.kernels.derivative_records import Laws, Links, NodeState
 from tissuec.laws import Law
 from tissuec.laws.partial import ARGUMENTS

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import fields
 
 from tissuec.compiler.compile import Compiled
-from tissuec.forces import Field
+from tissuec.forces.fields import Field
 from tissuec.learn.parameters.blocks import ParameterBlock
 from tissuec.learn.parameters.numbers import derivatives_of, every_field, preserves
 from tissuec.learn.parameters.parametrisation import Parametrisation

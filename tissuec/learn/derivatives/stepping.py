@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.record_tables import RecordTable, tabulated
-from tissuec.forces import Field
+from tissuec.forces.fields import Field
 from tissuec.kernels.derivative_records import (
     Forces,
     Laws,

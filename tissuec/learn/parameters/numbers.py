@@ -15,7 +15,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.forces import Field
+from tissuec.forces.fields import Field
 from tissuec.forces.matrices import ForceDerivatives, numbers_of, places_of
 from tissuec.kernels.derivative_records import Seeds, Sparse, SpringMemory, Values
 from tissuec.model.inelastic import Inelastic

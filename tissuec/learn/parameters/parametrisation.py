@@ -18,7 +18,7 @@ from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact.build import contact_of
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import Entries, ParameterBlock, Prior, block_of

@@ -7,15 +7,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics.deformation import six
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from tissuec.forces.elements import SolidElements
-    from tissuec.forces.membranes import Membranes
+    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.surfaces.membranes import Membranes
 
 
 class CellPressure(Struct, frozen=True, eq=False):

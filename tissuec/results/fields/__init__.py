@@ -14,12 +14,12 @@ from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension, si_unit
-from tissuec.forces import FORCES, ForceOutput
+from tissuec.forces.acting import FORCES, ForceOutput
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from tissuec.forces.volume import Enclosure
+    from tissuec.forces.enclosed.volume import Enclosure
 
 #: What has a number: a node, a spring, a triangle of the skin, or a cell of a preserved volume.
 Place: TypeAlias = Literal["node", "spring", "triangle", "cell"]

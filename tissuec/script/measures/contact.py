@@ -12,7 +12,7 @@ from tissuec.script.measures.common import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from tissuec.forces.contact import Extent
+    from tissuec.forces.contact.contact import Extent
 
 
 @MEASURES.member("contact area")
@@ -58,7 +58,7 @@ class ContactPressure(ScalarMeasure):
 
 def contact_extent(subject: Subject, snapshot: Snapshot) -> "Extent":
     """Return the extent of contact of what a subject carries; 0 where nothing can touch."""
-    from tissuec.forces.contact import Extent
+    from tissuec.forces.contact.contact import Extent
 
     contact = snapshot.state.touching
     if contact is None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core import units
-from tissuec.forces.springs import flat
+from tissuec.forces.springs.springs import flat
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject

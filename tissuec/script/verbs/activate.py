@@ -22,7 +22,7 @@ from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
-    from tissuec.forces.activation import Activation
+    from tissuec.forces.solids.activation import Activation
 
 
 @VERBS.member("activate")
@@ -59,7 +59,7 @@ class Activate(VerbSentence, frozen=True):
 
     def flaw(self, network: Network) -> str:
         """Return the reason why nothing can be active; empty if something can be."""
-        from tissuec.forces.activation import activated
+        from tissuec.forces.solids.activation import activated
 
         if any(True for _ in activated(network, self.group.indices)):
             return ""
@@ -91,7 +91,7 @@ class Activate(VerbSentence, frozen=True):
             name: Beginning of the names of their blocks.
             profile: Of the stress.
         """
-        from tissuec.forces.activation import UNLIMITED, Activation, activated
+        from tissuec.forces.solids.activation import UNLIMITED, Activation, activated
 
         return [
             Activation.of(

@@ -35,8 +35,8 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.model.resistance import ClosingForce
 
 if TYPE_CHECKING:
-    from tissuec.forces.elements import SolidElements
-    from tissuec.forces.membranes import Membranes
+    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.surfaces.membranes import Membranes
 
 ON_PLANE = SAME_PLACE
 
@@ -256,8 +256,8 @@ def _of_elements(
         each: Their resistance [J/m²], shape (n,).
         blade: None for cracks through whole elements.
     """
-    from tissuec.forces.elements import SolidElements  # where there are any
-    from tissuec.forces.membranes import EDGES
+    from tissuec.forces.solids.elements import SolidElements  # where there are any
+    from tissuec.forces.surfaces.membranes import EDGES
 
     if blade is None:
         areas = field.crack_areas[items]

@@ -25,7 +25,7 @@ from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:  # annotations only: scenes without jets load faster
-    from tissuec.forces.jets import Jet
+    from tissuec.forces.acting.jets import Jet
 
 NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction = (0, 0, -1) }"
 
@@ -105,8 +105,8 @@ class Irrigate(VerbSentence, frozen=True):
         return f"{self.group.name} has no complete triangle of a surface for the jet to push"
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        from tissuec.forces.jet_surfaces import JetSurface, finest_width
-        from tissuec.forces.jets import Jet  # where something is irrigated
+        from tissuec.forces.acting.jet_surfaces import JetSurface, finest_width
+        from tissuec.forces.acting.jets import Jet  # where something is irrigated
 
         (profile,), stop = schedule(queue, (self.profile,), state.time, None)
         network, bore = state.network, self.opening.diameter
@@ -146,7 +146,7 @@ class Irrigate(VerbSentence, frozen=True):
 
 def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
     """Return why a jet pushes nothing now, empty if it does."""
-    from tissuec.forces.jet_surfaces import buried_in
+    from tissuec.forces.acting.jet_surfaces import buried_in
 
     if body := buried_in(network, position, position[jet.opening[0]]):
         return f"the nozzle is inside {body}, where its jet has no effect"

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.units import LENGTH, show
-from tissuec.forces.load import LoadTerm
+from tissuec.forces.acting.load import LoadTerm
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network, ToolPart
 from tissuec.model.profiles import TimeProfile

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from tissuec.core.arrays import divided
 from tissuec.core.source import Span
-from tissuec.forces.load import LoadTerm
+from tissuec.forces.acting.load import LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile

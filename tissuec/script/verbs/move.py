@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH
-from tissuec.forces.load import LoadTerm
+from tissuec.forces.acting.load import LoadTerm
 from tissuec.mechanics.state import PrescribedRotation as Path
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats

@@ -39,7 +39,7 @@ from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
-    from tissuec.forces.kept_volumes import KeptVolumes
+    from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 
 FILLED = "a fluid can fill a closed wall, a tube with caps, or a space inside of a solid"
 #: Bulk moduli in words [Pa].
@@ -156,11 +156,11 @@ class Preserve(Struct, frozen=True):
             ValueError: There is no other volume to preserve.
         """
         if not self.is_fluid(network):
-            from tissuec.forces.volume import Enclosure
+            from tissuec.forces.enclosed.volume import Enclosure
 
             return Enclosure.of(network, self.group.name, self.modulus, self.span)
-        from tissuec.forces.fluids import FluidCavities
-        from tissuec.forces.pressed_sides import (
+        from tissuec.forces.enclosed.fluids import FluidCavities
+        from tissuec.forces.enclosed.pressed_sides import (
             NoInside,
             NoSide,
             Pressed,
@@ -274,7 +274,7 @@ class Inflate(VerbSentence, frozen=True):
 
     def _failed(self, state: State) -> ActionFailed:
         """Return a failure: nothing here keeps a volume; it names the lost springs."""
-        from tissuec.forces.volume import Enclosure
+        from tissuec.forces.enclosed.volume import Enclosure
 
         name = self.group.name
         message = f"{name} cannot be inflated: nothing preserves its volume yet"
@@ -305,7 +305,7 @@ def _replacing(old: "KeptVolumes", new: "KeptVolumes", time: float) -> str:
 
 def _flaw(network: Network, body: str, span: Span) -> str:
     """Return why a body cannot keep its volume, empty if it can."""
-    from tissuec.forces.volume import Enclosure
+    from tissuec.forces.enclosed.volume import Enclosure
 
     try:
         Enclosure.of(network, body, 1.0, span)

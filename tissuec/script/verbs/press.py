@@ -24,7 +24,7 @@ from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 if TYPE_CHECKING:
-    from tissuec.forces.pressure import SurfacePressure
+    from tissuec.forces.enclosed.pressure import SurfacePressure
 
 
 class Press(VerbSentence, frozen=True):
@@ -52,7 +52,7 @@ class Press(VerbSentence, frozen=True):
 
     def flaw(self, network: Network) -> str:
         """Return the reason why nothing can be pressed; empty if it can be."""
-        from tissuec.forces.pressed_sides import NoSide
+        from tissuec.forces.enclosed.pressed_sides import NoSide
 
         try:
             self.made(network, "", self.profile)
@@ -70,8 +70,8 @@ class Press(VerbSentence, frozen=True):
         Raises:
             NoSide: There is no surface, or the direction of the push is not known.
         """
-        from tissuec.forces.pressed_sides import Pressed, closed_by_caps, pressed_faces
-        from tissuec.forces.pressure import SurfacePressure
+        from tissuec.forces.enclosed.pressed_sides import Pressed, closed_by_caps, pressed_faces
+        from tissuec.forces.enclosed.pressure import SurfacePressure
 
         group = self.group
         pressed = Pressed(group.name, group.indices, self.is_inside, self.along)

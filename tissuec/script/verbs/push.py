@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.core.units import FORCE, PRESSURE
-from tissuec.forces.load import Load, LoadTerm
+from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile

@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.core.units import FORCE, LENGTH, show
-from tissuec.forces.springs import ChangingRestLengths
+from tissuec.forces.springs.springs import ChangingRestLengths
 from tissuec.mechanics.state import State
 from tissuec.model.knots import Knot
 from tissuec.model.network import Indices, Network, numbers_in

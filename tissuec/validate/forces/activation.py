@@ -15,7 +15,7 @@ from tissuec.validate.forces import assembled
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-    from tissuec.forces.activation import Activation
+    from tissuec.forces.solids.activation import Activation
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -22,8 +22,8 @@ from tissuec.core.arrays import cross
 from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:
-    from tissuec.forces.bending import Hinges
-    from tissuec.forces.plates import Plates
+    from tissuec.forces.surfaces.bending import Hinges
+    from tissuec.forces.surfaces.plates import Plates
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

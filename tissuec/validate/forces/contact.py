@@ -17,8 +17,8 @@ from tissuec.core.arrays import cross
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:
-    from tissuec.forces.contact import Contact
-    from tissuec.forces.contact_pairs import ContactPairs
+    from tissuec.forces.contact.contact import Contact
+    from tissuec.forces.contact.pairs import ContactPairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -19,7 +19,7 @@ from tissuec.validate.forces.relaxing import PlasticElements, RelaxingElements
 from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
-    from tissuec.forces.elements import SolidElements
+    from tissuec.forces.solids.elements import SolidElements
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

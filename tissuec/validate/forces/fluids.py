@@ -15,7 +15,7 @@ from tissuec.validate.forces import assembled
 from tissuec.validate.forces.pressure import middle_of
 
 if TYPE_CHECKING:
-    from tissuec.forces.fluids import FluidCavities
+    from tissuec.forces.enclosed.fluids import FluidCavities
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

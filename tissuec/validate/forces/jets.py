@@ -17,7 +17,7 @@ from tissuec.core.arrays import cross
 from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:
-    from tissuec.forces.jets import Jet
+    from tissuec.forces.acting.jets import Jet
     from tissuec.model.network import Network
 
 Floats = NDArray[np.float64]

@@ -17,7 +17,7 @@ from tissuec.validate.forces.relaxing_walls import PlasticWall, RelaxingWall, Wa
 from tissuec.validate.forces.solid_laws import SolidLaws
 
 if TYPE_CHECKING:
-    from tissuec.forces.membranes import Membranes
+    from tissuec.forces.surfaces.membranes import Membranes
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -20,9 +20,9 @@ from tissuec.core.arrays import cross
 from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:
-    from tissuec.forces.pressure import SurfacePressure
-    from tissuec.forces.rims import Rims
-    from tissuec.forces.volume import Enclosure
+    from tissuec.forces.enclosed.pressure import SurfacePressure
+    from tissuec.forces.enclosed.rims import Rims
+    from tissuec.forces.enclosed.volume import Enclosure
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

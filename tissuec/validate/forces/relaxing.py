@@ -1,7 +1,7 @@
 """Elements that relax and yield, for the reference: their own unknowns and formulas.
 
 The unknowns are the inverses A of the tensors Ci of the inelastic strain of branches and those
-of Cp (see ``forces.solid_memory``), six numbers for each branch and point. With
+of Cp (see ``solids.solid_memory``), six numbers for each branch and point. With
 B = det(A)^(-1/3) A and the unimodular C', a branch stores μk/2 (tr(C' B) - 3), and
 
     dA/dt = -(A C' A - tr(C' B)/3 A)/τ - (M A + A Mᵀ),    M = λ dev(S C),
@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from tissuec.forces.element_memory import StoredTensors
-    from tissuec.forces.elements import SolidElements
+    from tissuec.forces.solids.element_memory import StoredTensors
+    from tissuec.forces.solids.elements import SolidElements
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

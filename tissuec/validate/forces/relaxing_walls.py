@@ -1,9 +1,9 @@
 """Walls that relax and yield, for the reference: their own unknowns and formulas.
 
 The unknowns are the inverses A of the plane tensors P of the inelastic strain of branches and
-those of the plastic strain (see ``forces.membrane_memory``), three numbers for each tensor of a
-triangle. Across, the inverse is 1 / det A. With C' = g C and
-its component across the wall, c = g C33, a branch stores μk/2 (tr(C' A) + c / det A - 3), and
+those of the plastic strain (see ``surfaces.membrane_memory``), three numbers for each tensor
+of a triangle. Across, the inverse is 1 / det A. With C' = g C and its component across the
+wall, c = g C33, a branch stores μk/2 (tr(C' A) + c / det A - 3), and
 
     dA/dt = -(A C' A - T/3 A)/τ - (M A + A Mᵀ),    T = tr(C' A) + c / det A,
 
@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from tissuec.forces.element_memory import StoredTensors
-    from tissuec.forces.membranes import Membranes
+    from tissuec.forces.solids.element_memory import StoredTensors
+    from tissuec.forces.surfaces.membranes import Membranes
 
 Floats = NDArray[np.float64]
 _UPPER = (np.array([0, 1, 0]), np.array([0, 1, 1]))

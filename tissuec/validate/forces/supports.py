@@ -11,8 +11,8 @@ from scipy.sparse import block_diag, coo_matrix, csr_matrix
 from tissuec.validate.forces import FORMULAS
 
 if TYPE_CHECKING:
-    from tissuec.forces.foundation import Bed
-    from tissuec.forces.symmetry import SymmetryPlanes
+    from tissuec.forces.acting.foundation import Bed
+    from tissuec.forces.acting.symmetry import SymmetryPlanes
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

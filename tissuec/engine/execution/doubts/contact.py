@@ -27,7 +27,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
-    from tissuec.forces.contact import Contact
+    from tissuec.forces.contact.contact import Contact
 
 FEW_NODES = "few nodes in contact"
 ENOUGH_FACES = 6  # triangles under a ball, the same
@@ -114,7 +114,7 @@ def _touched(
         tool: With capsules.
         body: Which is touched.
     """
-    from tissuec.forces.contact_pairs import ContactPairs  # where something touches
+    from tissuec.forces.contact.pairs import ContactPairs  # where something touches
 
     first, where, numbers, faces = body.nodes.start, position[body.nodes], None, None
     if contact.has_points_on(body.nodes):

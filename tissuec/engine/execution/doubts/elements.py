@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import cross, dot, norm
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.execution.doubts import WATCHES, Finding
-from tissuec.forces.volume import Enclosure
+from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import Edges
 from tissuec.mechanics.state import State
@@ -33,8 +33,8 @@ from tissuec.model.topology import springs_between
 from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
-    from tissuec.forces.elements import SolidElements
-    from tissuec.forces.membranes import Membranes
+    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.surfaces.membranes import Membranes
 
 _PART = 2048  # elements whose sides are in memory at a time
 

@@ -1,0 +1,135 @@
+"""The triangles that a jet may meet, and into how many elements they are divided."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.arrays import cross
+from tissuec.forces.enclosed.volume import open_edges
+from tissuec.geometry.edge_supports import SupportedEdges
+from tissuec.model.network import BodyPart, Floats, Indices, Network
+
+FINE = 1.0  # parts of an edge for each width b0 of it
+MOST = 16  # parts of an edge; jets that would need more are widened
+BLUR, THIN = 0.4, 0.35  # of b0, and of the height of a triangle: how far its shade is blurred
+
+
+class JetSurface(Struct, frozen=True, eq=False):
+    """Triangles that a jet may meet.
+
+    Attributes:
+        corners: Nodes, shape (triangle, 3).
+        side: From where each can be pushed: 1 from where its corners turn left, -1 from the
+            other side, 0 from both, as what belongs to no closed surface.
+        struck: Whether it is pushed, or shades others only.
+        parts: Into how many parts its edges are divided; it has three elements for each square.
+        blur: How far their shades are blurred, to each side [m].
+        edges: What holds the edges.
+        whole: Which triangles are not torn.
+    """
+
+    corners: Indices
+    side: Indices
+    struck: NDArray[np.bool_]
+    parts: Indices
+    blur: Floats
+    edges: SupportedEdges
+    whole: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls, network: Network, nodes: Indices, width: float, alive: NDArray[np.bool_]
+    ) -> "JetSurface":
+        """Return the triangles that a jet may meet.
+
+        Args:
+            nodes: Nodes whose triangles are pushed, shape (n,).
+            width: Width b0 of the jet [m].
+            alive: Springs that exist, shape (spring,).
+        """
+        corners = network.skin.astype(np.int64)
+        longest = _longest(network, corners)
+        # Less a little, so that rounding does not divide equal triangles differently.
+        parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
+        rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
+        edges = SupportedEdges.of(network.springs.ends, rings, network.skin_marks)
+        struck = np.asarray(np.isin(corners, nodes).all(axis=1))
+        blur = np.minimum(BLUR * width, THIN * _height(network, corners))
+        whole = np.asarray(edges.holding(alive).all(axis=1))
+        return cls(corners, _sides(network, corners), struck, parts, blur, edges, whole)
+
+    @property
+    def count(self) -> Indices:
+        """Return the number of elements of each triangle, shape (triangle,)."""
+        return 3 * self.parts**2
+
+    def torn(self, alive: NDArray[np.bool_]) -> "JetSurface":
+        """Return the same while the springs ``alive``, shape (spring,), are there."""
+        whole = np.asarray(self.edges.holding(alive).all(axis=1))
+        return self if np.array_equal(whole, self.whole) else replace(self, whole=whole)
+
+
+def finest_width(network: Network, nodes: Indices, bore: float) -> float:
+    """Return b0 of a jet, or the smallest width that triangles of some nodes resolve [m].
+
+    Args:
+        nodes: Nodes whose triangles are pushed, shape (n,).
+        bore: Diameter of the opening [m].
+    """
+    corners = network.skin[np.isin(network.skin, nodes).all(axis=1)]
+    return max(bore / np.sqrt(2.0), FINE * float(_longest(network, corners).max()) / MOST)
+
+
+def _longest(network: Network, corners: NDArray[np.integer]) -> Floats:
+    """Return the longest edges of triangles as drawn [m], shape (triangle,)."""
+    edges = network.position[corners] - network.position[np.roll(corners, 1, axis=1)]
+    return np.linalg.norm(edges, axis=2).max(axis=1)
+
+
+def _height(network: Network, corners: Indices) -> Floats:
+    """Return the least heights of triangles as drawn [m], shape (triangle,)."""
+    one, other = (
+        network.position[corners[:, k]] - network.position[corners[:, 0]] for k in (1, 2)
+    )
+    twice = np.linalg.norm(cross(one, other), axis=1)
+    longest = _longest(network, corners)
+    return twice / np.where(longest > 0.0, longest, 1.0)
+
+
+def _sides(network: Network, corners: Indices) -> Indices:
+    """Return from where triangles can be pushed, as ``JetSurface.side``, body by body."""
+    side = np.zeros(len(corners), dtype=np.int64)
+    for _, own in _closed(network, corners):
+        place = network.position[corners[own]]
+        a, b, c = (place - place[0, 0]).swapaxes(0, 1)
+        side[own] = np.sign(np.einsum("tk,tk->", a, cross(b, c)))
+    return side
+
+
+def _closed(network: Network, corners: Indices) -> Iterator[tuple[BodyPart, NDArray[np.bool_]]]:
+    """Yield the bodies whose surfaces are closed, and which of the triangles are theirs."""
+    for body in network.bodies:
+        inside = (corners >= body.nodes.start) & (corners < body.nodes.stop)
+        own = np.asarray(inside.all(axis=1))
+        if own.any() and not len(open_edges(corners[own])):
+            yield body, own
+
+
+def buried_in(network: Network, position: Floats, point: Floats) -> str:
+    """Return the name of a body with a closed surface around a point, empty if there is none.
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+        point: The point [m], shape (3,).
+    """
+    from tissuec.geometry.inside import winding_numbers
+
+    corners = network.skin.astype(np.int64)
+    for body, own in _closed(network, corners):
+        # Whichever way the surface faces.
+        if abs(winding_numbers(point[None], position, corners[own])[0]) > 0.5:
+            return body.name
+    return ""

@@ -1,0 +1,1 @@
+"""Contact and friction between nodes, faces, threads and tools."""

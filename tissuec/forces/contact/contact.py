@@ -1,0 +1,763 @@
+"""Contact: forces of instruments, threads and surfaces on nodes.
+
+A node is looked up in *shapes*: capsules, planes, and surfaces made of triangles. Where shapes
+are faces of one surface, or pieces of one thread, the elements that they share are looked up
+too, with the weights W of ``geometry.inclusion``, so that what a surface does depends on where
+it is and not on how it is divided. At the depth δ below the surface of a shape with the normal
+n a node is pressed by
+
+    N n,    N = W k φ(δ) max(0, 1 + b δ̇),    φ(δ) = δ² / 2w up to the depth w, δ - w/2 beyond,
+
+where δ̇ is Σ W φ δ' / Σ W φ over the shapes of one surface, δ' their own rates (damping that
+grows with the depth: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42:440, 1975). The energy is
+k Σ W ∫ φ. Shapes are carried by nodes, which get the opposite force: capsules and triangles by
+the weights of the nearest point, planes so that its moment is kept. So the work of moving
+them equals the increase of the energy, and nothing depends on how these nodes are held or
+driven.
+
+Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
+velocity u and slips where it bears no more. The coefficient μ is the smaller one of the node
+and of the nearest point of the shape. With N now the sum over all shapes, and G = Σ μN the
+largest friction,
+
+    force -κ z min(1, 1/r),   κ = N / (N/k + w/2),   r = |z| / ℓ,   ℓ = G/N (N/k + w/2),
+    z' = d - max(0, d·e) e r⁸,   d = u - z κ' / 2κ,   e = z / |z|.
+
+So the force is G where the bristle slips (r = 1), and never more. Shapes share it by their μN,
+which weight the sliding velocity, too. A bristle under a steady load below G does not creep, as
+a friction that depends on velocity alone does; and since a bristle unbends as κ grows, κ z²/2
+grows by work alone. (One-sided form of the model of P. R. Dahl, The Aerospace Corporation
+TOR-0158, 1968.) Friction acts on a surface at the nearest point, a distance away from the node;
+the couple of both forces is taken up by the touched faces, whose rotation counts in the sliding
+velocity.
+
+All of this holds for points between nodes as well (``contact.points``): those
+on faces of bodies, and on axes of tools that are thinner than these. Where there are any, φ is
+δ except in a very thin layer, and bristles are cut instead (``contact.bristle_kernel``).
+
+Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so that they are
+stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.keeping import kept_on_owner
+from tissuec.core.source import Span
+from tissuec.forces.contact.bristle_kernel import AHEAD
+from tissuec.forces.contact.contact_kernel import touch
+from tissuec.forces.contact.pairs import ContactPairs, NearShapes
+from tissuec.forces.contact.points import NO_FACE
+from tissuec.forces.contact.points_kernel import PLACING, touch_points
+from tissuec.forces.contact.rows_kernel import COLUMNS, PLACES
+from tissuec.forces.contact.sides_kernel import TORN
+from tissuec.forces.contact.sliding import turning
+from tissuec.forces.effects import Resisting
+from tissuec.forces.fields import in_line, stretches
+from tissuec.forces.matrices import ForceDerivatives
+from tissuec.geometry.nearest import TRIANGLE, NearestPlace, places
+from tissuec.kernels.records import (
+    BoundaryConditions,
+    ContactNodeTable,
+    ContactPointTable,
+    ContactTable,
+    Roughness,
+)
+from tissuec.kernels.thread_loops import UNDIVIDED
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+MOST_TOGETHER = 4096  # pairs that are examined at once
+WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
+
+
+class Sunk(NamedTuple):
+    """Points and nodes that are inside of solids.
+
+    Attributes:
+        owner: Body of each, shape (n,).
+        body: The solid, shape (n,).
+        depth: [m], shape (n,).
+    """
+
+    owner: Indices
+    body: Indices
+    depth: Floats
+
+
+class Extent(NamedTuple):
+    """How much of faces is in contact, for each of some states.
+
+    Attributes:
+        area: Of the points on faces that are touched, as the faces are now [m²], shape (…).
+        depth: The largest one [m], shape (…).
+        force: Sum of the normal forces on these points, without damping [N], shape (…).
+    """
+
+    area: Floats
+    depth: Floats
+    force: Floats
+
+
+class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
+    """Nodes and shapes that can touch, with the stiffness of contact.
+
+    Attributes:
+        stiffness: k of each node [N/m], shape (m,).
+        layer: w [m].
+        damping: b [s/m].
+        friction: Coefficient everywhere; None where it is that of tissues.
+        node_friction: That of each node, shape (m,) or (0,); very large on the axis of a tool,
+            which has the coefficient of the tissue.
+        face_friction: That of the points that carry each shape, shape (shape, 3) or (0, 3);
+            very large for tools. Weights of the nearest point interpolate between the points.
+        listed: Longest way since pairs were listed [m]; None for ``stride``.
+        memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
+        rate: Of bristles in those velocities [1/s].
+        span: Where it is written.
+        pairs: Pairs that are considered; None for all that are near.
+    """
+
+    stiffness: Floats
+    layer: float
+    damping: float
+    friction: float | None
+    node_friction: Floats
+    face_friction: Floats
+    memory: Indices
+    rate: float
+    span: Span
+    pairs: ContactPairs | None = None
+    listed: float | None = None
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock("contact", "contact", self, self.span)
+
+    def intact(self, alive: NDArray[np.bool_]) -> "Contact":
+        """Return the same without the faces whose springs are gone.
+
+        Args:
+            alive: Springs that are there, shape (spring,).
+        """
+        return _with_whole(self, np.asarray(alive, dtype=bool).tobytes())
+
+    # --- what it does -----------------------------------------------------------------------
+
+    def touched(self, position: Floats) -> NDArray[np.bool_]:
+        """Return which nodes it acts on, shape (node,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        pairs, _ = self._pressed(position)
+        pairs, found = pairs.some(pairs.weight != 0.0), np.zeros(len(position), dtype=bool)
+        here, count = self.nodes[pairs.node], len(position)
+        if self.between is not None:
+            found[self.between.corners[here[here >= count] - count]] = True
+        found[here[here < count]] = True
+        found[self.points[pairs.shape]] = True
+        return found
+
+    def keeps_outside(self, line: slice, body: slice, alive: NDArray[np.bool_]) -> bool:
+        """Return whether all of a tool or a thread is kept outside of a body at any depth.
+
+        Args:
+            line: Nodes of the tool or thread.
+            body: Nodes of the body.
+            alive: Springs that are there, shape (spring,).
+        """
+        sided = self.intact(alive).sided
+        if sided is None or self.between is None or self.group is None or self.of is None:
+            return False
+        first = self.between.corners[:, 0]
+        lies = (first >= line.start) & (first < line.stop) & (self.between.face == NO_FACE)
+        own = self.group[-len(first) :][lies]
+        corner = self.points[: len(self.radius), 0]
+        faces = self.of[(corner >= body.start) & (corner < body.stop)]
+        return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())
+
+    def least_friction(self, position: Floats) -> float:
+        """Return the smallest coefficient of friction where something touches; 0 without any.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        if self.friction is not None:
+            return self.friction
+        pairs, place = self._pressed(position)
+        there = (place.weights * self.face_friction[pairs.shape]).sum(axis=1)
+        both = np.minimum(self.node_friction[pairs.node], there)
+        return float(both.min()) if len(both) else 0.0
+
+    def keeps_apart(self, one: slice, other: slice) -> bool:
+        """Return whether the surface of a body keeps another body outside at any depth.
+
+        Args:
+            one: Nodes of the body that is kept outside.
+            other: Nodes of the body with the surface.
+        """
+        if self.distances is None or self.group is None or self.of is None:
+            return False
+        if self.sided is None or self.meets is None:
+            return False
+        corner = self.points[: len(self.of), 0]
+        faces = self.of[
+            (self.kind[: len(self.of)] == TRIANGLE)
+            & (corner >= other.start)
+            & (corner < other.stop)
+        ]
+        own = self.owner == self.owner[one.start]
+        kept = (self.sided > 0) & np.isfinite(self.distances)
+        where = np.ix_(np.unique(self.group[own]), np.unique(faces))
+        return bool(kept[where].any())
+
+    def depths_inside(self, position: Floats) -> "Sunk":
+        """Return how deep points and nodes of bodies are inside of solids that push them out.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        pairs, place = self._pressed(position)
+        sided = pairs.sided if self.distances is not None else None
+        if sided is None or self.distances is None or self.group is None or self.of is None:
+            none = np.zeros(0, dtype=np.int64)
+            return Sunk(none, none, np.zeros(0))
+        shape = np.minimum(pairs.shape, len(self.of) - 1)
+        kept = np.isfinite(self.distances[self.group[pairs.node], self.of[shape]])
+        own = np.flatnonzero((sided > 0) & kept & (place.depth > pairs.radius))
+        # What overlaps as drawn has a radius below zero, and is no deeper than since then.
+        depth = place.depth[own] - np.maximum(pairs.radius[own], 0.0)
+        owner = self.owner[pairs.node[own]]
+        body = self.owner[self.points[pairs.shape[own], 0]]
+        return Sunk(owner, body, depth)
+
+    def extent_at(self, nodes: Indices, position: Floats) -> Extent:
+        """Return the extent of contact of shapes that some nodes carry.
+
+        Shapes of tools and threads, and nodes and points on faces, count if all of their
+        carriers are among the nodes.
+
+        Args:
+            nodes: Indices, shape (n,).
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        on, by, below = self._carried(nodes, position.shape[-2])
+        found: list[tuple[float, float, float]] = []
+        states = in_line(position)
+        for state, (pairs, place) in zip(states, self._pressed_in(states), strict=True):
+            own = (on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0)
+            touched = np.unique(pairs.node[own])
+            # Both sides of a gap have points, each of which presses on the other side too.
+            times = (on[pairs.node] | by[pairs.shape]) + 1.0 * below[pairs.shape]
+            force = times * pairs.weight * self.pressure(pairs, place.depth)
+            force = force[self._on_faces(pairs.node)[0]].sum()
+            deepest = place.depth[own].max(initial=0.0)
+            found.append((self._areas(touched, state), float(deepest), float(force)))
+        each = np.reshape(found, (*position.shape[:-2], 3))
+        return Extent(each[..., 0], each[..., 1], each[..., 2])
+
+    def pressures(self, position: Floats) -> Floats:
+        """Return the pressure of contact at the nodes of faces [Pa].
+
+        Σ p_a A_a is the sum of all normal forces on faces, where A_a is a third of the present
+        area of each touched triangle around a node; of each triangle if none has a point that
+        is touched, as below a thin tool. Damping of contact is no part of the forces.
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+
+        Returns:
+            Shape (…, node).
+        """
+        found = np.zeros(position.shape[:-1])
+        points = self.between
+        if points is None:
+            return found
+        states, rows = in_line(position), found.reshape(-1, position.shape[-2])
+        for state, row, (pairs, place) in zip(
+            states, rows, self._pressed_in(states), strict=True
+        ):
+            on, own = self._on_faces(pairs.node)
+            force = pairs.weight * self.pressure(pairs, place.depth)
+            _add(row, points.corners[own], points.shares[own] * force[on, None])
+            below = self.kind[pairs.shape] == TRIANGLE
+            weights = place.weights[below] * force[below, None]
+            _add(row, self.points[pairs.shape[below]], weights)
+            third = np.repeat(points.drawn * points.stretch(state) / 3.0, 3).reshape(-1, 3)
+            touched = np.unique(points.face[own[pairs.weight[on] > 0.0]])
+            area, every = np.zeros((2, len(row)))
+            _add(area, points.triangles[touched], third[touched])
+            _add(every, points.triangles, third)
+            area = np.where(area > 0.0, area, every)
+            row /= np.where(area > 0.0, area, np.inf)
+        return found
+
+    def _on_faces(self, points: Indices) -> tuple[NDArray[np.bool_], Indices]:
+        """Return which of some nodes and points are on faces, and their numbers among points.
+
+        Args:
+            points: Numbers of nodes and points of contact, shape (n,).
+        """
+        if self.between is None:
+            return np.zeros(len(points), dtype=bool), points[:0]
+        own = points - (len(self.nodes) - len(self.between.corners))
+        on = (own >= 0) & (self.between.face[own] != NO_FACE)
+        return on, own[on]
+
+    def _areas(self, touched: Indices, position: Floats) -> float:
+        """Return the present area that some nodes and points represent [m²].
+
+        Args:
+            touched: Their numbers, shape (n,).
+            position: Of all nodes [m], shape (node, 3).
+        """
+        _, own = self._on_faces(touched)
+        points = self.between
+        if points is None or not len(own):
+            return 0.0
+        return float(points.areas[own] @ points.stretch(position)[points.face[own]])
+
+    def comes_near(self, nodes: Indices, position: Floats, within: float) -> bool:
+        """Return whether shapes that some nodes carry are closer to others than a distance.
+
+        Args:
+            nodes: As of ``extent_at``.
+            position: Of all nodes [m], shape (node, 3).
+            within: The distance [m].
+        """
+        on, by, _ = self._carried(nodes, len(position))
+        pairs = self.near(position, within)
+        pairs = pairs.some(np.flatnonzero(on[pairs.node] | by[pairs.shape]))
+        place = self._places(self._with_points(position), pairs)
+        return bool((place.depth > -within).any())
+
+    def _carried(self, nodes: Indices, count: int) -> tuple[NDArray[np.bool_], ...]:
+        """Return which points, shapes of tools, and triangles are carried by some nodes alone.
+
+        Args:
+            nodes: Indices, shape (n,).
+            count: Number of all nodes.
+        """
+        carries = np.zeros(count, dtype=bool)
+        carries[nodes] = True
+        all_, is_face = carries[self.points].all(axis=1), self.kind == TRIANGLE
+        on, own = np.zeros(len(self.nodes), dtype=bool), len(self.nodes)
+        if self.between is not None:
+            own -= len(self.between.corners)
+            on[own:] = carries[self.between.corners].all(axis=1)
+        on[:own] = carries[self.nodes[:own]]
+        return on, all_ & ~is_face, all_ & is_face
+
+    def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
+        """Return the pairs that touch, and where they are."""
+        return next(self._pressed_in(position[None]))
+
+    def _pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
+        """Yield the pairs that touch in each state, and where they are.
+
+        Of single states, the last ones are kept.
+
+        Args:
+            position: Of all nodes [m], shape (state, node, 3).
+        """
+        if len(position) == 1:
+            yield _touching(self, position.tobytes())
+        else:
+            yield from self.touching(position)
+
+    def touching(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
+        """Search for the pairs that touch in each state; yield them and where they are.
+
+        Args:
+            position: Of all nodes [m], shape (state, node, 3).
+        """
+        for part in stretches(position, self.stride):
+            states = position[part]
+            # Pairs hold for all of a stretch.
+            margin = 2.0 * self.stride if len(states) > 1 else 0.0
+            pairs = self.near(states[0], margin) if self.pairs is None else self.pairs
+            count = max(1, MOST_TOGETHER // max(1, len(pairs.node)))
+            for some in np.split(states, range(count, len(states), count)):
+                # States one after the other, as if each pair had been met in each of them.
+                every = pairs.some(np.tile(np.arange(len(pairs.node)), len(some)))
+                row, some = (
+                    np.arange(len(some)).repeat(len(pairs.node)),
+                    self._with_points(some),
+                )
+                x = some[row, self.nodes[every.node]]
+                corners = some[row[:, None], self.points[every.shape]]
+                place = places(x, self.kind[every.shape], corners, every.radius)
+                place = self._sided(every, place, corners, row)
+                depth = place.depth.reshape(len(some), -1)
+                for state, here in enumerate(depth):
+                    inside = np.flatnonzero(here > 0.0)
+                    yield pairs.some(inside), place.some(inside + state * len(here))
+
+    def pressure(self, pairs: ContactPairs, depth: Floats) -> Floats:
+        """Return k φ(δ) [N], shape (pair,)."""
+        w, d = self.layer, np.maximum(depth, 0.0)
+        return self.stiffness[pairs.node] * np.where(d < w, d * d / (2.0 * w), d - 0.5 * w)
+
+    def steepness(self, pairs: ContactPairs, depth: Floats) -> Floats:
+        """Return k φ'(δ) [N/m], shape (pair,)."""
+        return self.stiffness[pairs.node] * np.clip(depth / self.layer, 0.0, 1.0)
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the energy of all pressed contacts [J], shape (…).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        total: list[float] = []
+        for pairs, place in self._pressed_in(in_line(position)):
+            w, d = self.layer, place.depth
+            deep = 0.5 * d * (d - w) + w * w / 6.0
+            each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
+            total.append(float(self.stiffness[pairs.node] @ each))
+        return np.reshape(total, position.shape[:-2])
+
+    # --- its second derivative --------------------------------------------------------------
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return the stiffness of pressed contacts [N/m] among the nodes that may move.
+
+        Args:
+            number: Of each node of the scene among those that may move, -1 for others.
+            size: How many may move; the matrix is of shape (3 size, 3 size).
+            exact: Whether to include the terms of curved shapes and of shapes that turn, which
+                may be negative; otherwise it is positive semidefinite.
+        """
+        from scipy.sparse import coo_matrix
+
+        pairs, place = self._nearest(position)
+        if not exact:
+            presses = pairs.weight > 0.0
+            pairs, place = pairs.some(presses), place.some(presses)
+        block = self.steepness(pairs, place.depth)[:, None, None] * _square(place.normal)
+        if exact:
+            around = np.eye(3) - _square(place.normal) - _square(place.line)
+            block -= (self.pressure(pairs, place.depth) * place.curvature)[
+                :, None, None
+            ] * around
+        block *= pairs.weight[:, None, None]
+        shares = np.concatenate([np.ones((len(block), 1)), -place.weights], axis=1)
+        here = np.concatenate([self.nodes[pairs.node][:, None], self.points[pairs.shape]], 1)
+        to = None if self.between is None else self.between.map(number, size)
+        if to is not None:
+            number, size = np.arange(to.shape[0] // 3), to.shape[0] // 3
+        values = np.einsum("na,nb,nij->naibj", shares, shares, block)
+        if exact:
+            values += self._turning(position, pairs, place, shares)
+        rows = 3 * number[here][:, :, None] + np.arange(3)
+        every = rows.reshape(len(rows), 12)
+        row = np.broadcast_to(every[:, :, None], (len(rows), 12, 12))
+        column = np.broadcast_to(every[:, None, :], row.shape)
+        moves = (row >= 0) & (column >= 0)
+        entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
+        found = coo_matrix(entries, shape=(3 * size, 3 * size))
+        return found if to is None else coo_matrix(to.T @ found.tocsr() @ to)
+
+    def _turning(
+        self, position: Floats, pairs: ContactPairs, place: NearestPlace, shares: Floats
+    ) -> Floats:
+        """Return the stiffness of shapes that turn [N/m], shape (pair, 4, 3, 4, 3)."""
+        corners = self._with_points(position)[self.points[pairs.shape]]
+        kind, gap = self.kind[pairs.shape], pairs.radius - place.depth
+        force = pairs.weight * self.pressure(pairs, place.depth)
+        return force[:, None, None, None, None] * turning(place, kind, corners, gap, shares)
+
+    def _nearest(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
+        """Return the pairs that touch, one for each nearest point; weights add up there.
+
+        So what cancels in forces does so in stiffnesses without being counted as weakening.
+        """
+        pairs, place = self._pressed(position)
+        touched = np.where(place.weights > 0.0, self.points[pairs.shape], -1)
+        # Only where the depth has a sign, it exceeds the radius.
+        key = np.column_stack(
+            [
+                pairs.node,
+                self.surface[pairs.shape],
+                place.depth > pairs.radius,
+                np.sort(touched, axis=1),
+            ]
+        )
+        _, first, of = np.unique(key, axis=0, return_index=True, return_inverse=True)
+        weight = _sums(of.reshape(-1), pairs.weight, len(first))
+        counts = weight != 0.0
+        first = first[counts]
+        return pairs.some(first)._replace(weight=weight[counts]), place.some(first)
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        size = float(np.abs(position).max(initial=0.0))
+        pairs, place = self._pressed(position)
+        return size * float((np.abs(pairs.weight) * self.pressure(pairs, place.depth)).sum())
+
+    def noise(self, time: float, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+        return float(self.stiffness.max(initial=0.0) * np.abs(position).max(initial=0.0))
+
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
+        """Return how far below zero round and hollow shapes may bring an eigenvalue [N/m]."""
+        pairs, place = self._nearest(position)
+        round_ = np.maximum(pairs.weight, 0.0) * self.pressure(pairs, place.depth)
+        round_ *= np.maximum(place.curvature, 0.0)
+        hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(pairs, place.depth)
+        count = 0 if self.between is None else len(self.between.corners)
+        total, each = np.zeros(len(position) + count), 2.0 * (round_ + hollow)
+        shares = np.concatenate([np.ones((len(each), 1)), -place.weights], axis=1)
+        turning_ = self._turning(position, pairs, place, shares)
+        turned = np.sqrt((turning_ * turning_).sum(axis=(1, 2, 3, 4)))
+        np.add.at(total, self.nodes[pairs.node], each + turned)
+        np.add.at(
+            total, self.points[pairs.shape], each[:, None] * place.weights + turned[:, None]
+        )
+        if self.between is not None:
+            total = self.between.sums(total, len(position))
+        return float(total.max(initial=0.0))
+
+    def stiffening(self, time: float, position: Floats) -> Resisting:
+        """Return the stiffness of all that could touch, so that the bound does not change with
+        each touch [N/m]."""
+
+        if self.between is None:
+
+            def resist(moved: Floats, to: Floats) -> None:
+                to[self.nodes] += self.stiffness[:, None] * moved[self.nodes]
+
+            return resist
+        count = len(position)
+        map_ = self.between.map(np.arange(count), count)[3 * count :]
+        first = int(np.searchsorted(self.nodes, count))
+        own, soft = self.nodes[:first], self.stiffness[:first, None]
+        hard = np.repeat(self.stiffness[first:], 3)
+
+        def resist_between(moved: Floats, to: Floats) -> None:
+            to[own] += soft * moved[own]
+            to += (map_.T @ (hard * (map_ @ moved.ravel()))).reshape(-1, 3)
+
+        return resist_between
+
+    # --- for the engine ---------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return touch if self.between is None else touch_points
+
+    @property
+    def derivatives(self) -> ForceDerivatives | str:
+        """Return the derivatives, also by the stiffness; there are none of bristles."""
+        from tissuec.forces.contact.derivatives_kernel import pull_contact, push_contact
+
+        if self.rubs:
+            return "has friction"
+        if self.between is not None:
+            return "is of faces, not of nodes, and has no exact derivatives"
+        return ForceDerivatives(("stiffness",), pull_contact, push_contact)
+
+    @property
+    def rubs(self) -> bool:
+        """Return whether there is friction anywhere."""
+        return len(self.memory) > 0
+
+    @property
+    def loss(self) -> str:
+        """Return why energy is not conserved; empty if it is."""
+        return "contact brakes" if self.damping or self.rubs else ""
+
+    @property
+    def reach(self) -> float:
+        """Return how far nodes may go before others are near shapes [m]."""
+        return self.stride if self.listed is None else self.listed
+
+    def within(self, distance: float) -> "Contact":
+        """Return the same with a table that holds until a node has moved by a distance [m]."""
+        return replace(self, listed=distance)
+
+    def table(
+        self, place: Indices, acts: BoundaryConditions, position: Floats
+    ) -> ContactNodeTable | ContactPointTable:
+        """Return shapes and the nodes near them; it holds until one has moved by ``reach``.
+
+        Where there are points, nodes and points near no shape are left out, and so are their
+        bristles, which do not change from zero.
+        """
+        pairs = self.near(position, 2.0 * self.reach)
+        if self.between is None:
+            every = self._table(place, position, pairs, np.arange(len(self.nodes)))
+            return ContactNodeTable(every, Roughness(self.node_friction, self.face_friction))
+        count, points = len(position), len(self.between.corners)
+        kept = int(np.count_nonzero(place >= 0))
+        places = np.concatenate([place, kept + np.arange(points)])
+        listed = np.unique(pairs.node)
+        rough = self.node_friction[listed if len(self.node_friction) else slice(None)]
+        near = self.nodes[listed]
+        near = near[near >= count]
+        own = near - count
+        room = np.zeros((3, 3 * (kept + points)))
+        sided = np.zeros(0, dtype=np.int64) if pairs.sided is None else pairs.sided
+        return ContactPointTable(
+            touches=self._table(places, position, pairs, listed),
+            rough=Roughness(rough, self.face_friction),
+            part=UNDIVIDED,
+            sided=sided if sided.any() else sided[:0],
+            alike=self.alike,
+            at=3 * places[near],
+            corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
+            shares=np.ascontiguousarray(self.between.shares[own]),
+            x=room[0],
+            v=room[1],
+            f=room[2],
+        )
+
+    def _table(
+        self, place: Indices, position: Floats, pairs: ContactPairs, listed: Indices
+    ) -> ContactTable:
+        """Return the record of pairs.
+
+        Args:
+            place: Index of each node and point in the arrays of the kernel.
+            position: Of all nodes [m], shape (node, 3).
+            pairs: Those near one another.
+            listed: Numbers of the nodes that the record contains, ascending, shape (n,).
+        """
+        counts = np.bincount(pairs.node, minlength=len(self.nodes))[listed]
+        memory = self.memory[listed] if len(self.memory) else self.memory
+        home = position[memory]
+        most, there = int(counts.max(initial=0)), place[: len(position)]
+        around = np.empty((np.count_nonzero(there >= 0), 3))
+        around[there[there >= 0]] = position[there >= 0]
+        return ContactTable(
+            nodes=place[self.nodes[listed]],
+            first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            shape=pairs.shape,
+            weight=pairs.weight,
+            radius=pairs.radius,
+            kind=self.kind,
+            points=np.ascontiguousarray(place[self.points]),
+            surface=self.surface,
+            starts=np.zeros(1, dtype=np.int64),
+            stops=np.zeros(0, dtype=np.int64),
+            part=UNDIVIDED,
+            met=np.zeros((most, COLUMNS)),
+            at=np.zeros((most, PLACES), dtype=np.int64),
+            memory=place[memory],
+            home=home,
+            bent=np.zeros((len(home), 3 if self.between is None else AHEAD + 1)),
+            lag=np.zeros(1),
+            bends=np.zeros(3, dtype=np.int64),
+            listed=around.ravel(),
+            squares=np.zeros(len(around)),
+            reach=self.reach,
+            stiffness=self.stiffness[listed],
+            layer=self.layer,
+            damping=self.damping,
+            friction=-1.0 if self.friction is None else self.friction,
+            rate=self.rate,
+        )
+
+    def bristles_in(self, touches: ContactTable, order: Indices) -> Indices:
+        """Return the bristles of a record with friction, shape (n,).
+
+        Args:
+            touches: It may have no places for them.
+            order: Node at each place, shape (place,).
+        """
+        kept = len(order)
+        is_node = touches.nodes < kept
+        first = len(self.nodes) - (0 if self.between is None else len(self.between.corners))
+        node = order[np.where(is_node, touches.nodes, 0)]
+        own = np.searchsorted(self.nodes[:first], node)
+        return self.memory[np.where(is_node, own, first + touches.nodes - kept)]
+
+    def in_parts(
+        self, table: ContactNodeTable | ContactPointTable, parts: int
+    ) -> list[list[ContactNodeTable]] | list[list[ContactPointTable]]:
+        """Return tables of nodes with about equally many pairs, and one that adds them up.
+
+        If there are points, a table that places them comes first.
+        """
+        groups = self._in_parts(table.touches, parts)
+        if isinstance(table, ContactNodeTable):
+            return [[table._replace(touches=each) for each in group] for group in groups]
+        if len(groups) == 1:
+            return [[table]]
+        own = [
+            [table._replace(touches=each, part=each.part) for each in group] for group in groups
+        ]
+        return [[table._replace(part=PLACING)], *own]
+
+    @staticmethod
+    def _in_parts(table: ContactTable, parts: int) -> list[list[ContactTable]]:
+        pairs = len(table.shape)
+        if parts == 1 or pairs < WORTHWHILE:
+            return [[table]]
+        cuts = np.searchsorted(table.first, np.linspace(0, pairs, parts + 1)[1:-1])
+        starts = np.array([0, *cuts, len(table.nodes)], dtype=np.int64)
+        shared = table._replace(
+            starts=starts,
+            stops=np.zeros(parts, dtype=np.int64),
+            met=np.zeros((pairs, COLUMNS)),
+            at=np.zeros((pairs, PLACES), dtype=np.int64),
+        )
+        tables = [shared._replace(part=part) for part in range(parts + 1)]
+        return [tables[:-1], tables[-1:]]
+
+
+@kept_on_owner(8)
+def _with_whole(contact: Contact, alive: bytes) -> Contact:
+    """Return contact without the faces whose springs are gone; cached for repeated calls."""
+    there = np.frombuffer(alive, dtype=bool)
+    bound = contact.bonds >= 0
+    holding = np.zeros_like(bound)
+    holding[bound] = there[contact.bonds[bound]]
+    whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
+    triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
+    whole[triangles] = contact.edges.holding(there).all(axis=1)
+    if contact.sided is not None and contact.of is not None and not whole.all():
+        # Tools and threads are no longer kept outside of a surface that has a hole, bodies are.
+        torn = contact.sided.copy()
+        columns = np.unique(contact.of[~whole])
+        stays = np.zeros((len(torn), len(columns)), dtype=bool)
+        if contact.distances is not None:
+            stays = ~np.isnan(contact.distances[:, columns])
+        torn[:, columns] = np.where(stays & (torn[:, columns] > 0), TORN, 0)
+        contact = replace(contact, sided=torn if torn.any() else None)
+    points = contact.between
+    if points is not None and not (stays := points.whole(there)).all():
+        nodes = np.ones(len(contact.nodes) - len(stays), dtype=bool)
+        contact = replace(contact, there=np.concatenate([nodes, stays]))
+    return contact if whole.all() else replace(contact, whole=whole)
+
+
+@kept_on_owner(2)
+def _touching(contact: Contact, position: bytes) -> tuple[ContactPairs, NearestPlace]:
+    """Return the pairs that touch with nodes at some positions, and where they are."""
+    return next(contact.touching(np.frombuffer(position).reshape(1, -1, 3)))
+
+
+def _add(to: Floats, nodes: Indices, values: Floats) -> None:
+    """Add values of any unit at nodes; all are of shape (n, 3) but ``to``, of shape (node,)."""
+    to += np.bincount(nodes.ravel(), values.ravel(), len(to))
+
+
+def _sums(row: Indices, values: Floats, count: int) -> Floats:
+    """Return the sums of values by rows; without any, NumPy would count in integers."""
+    return np.bincount(row, values, count).astype(float, copy=False)
+
+
+def _square(vector: Floats) -> Floats:
+    return vector[:, :, None] * vector[:, None, :]

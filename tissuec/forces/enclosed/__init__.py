@@ -1,0 +1,1 @@
+"""What surfaces enclose: volumes, fluids, and pressure on their faces."""

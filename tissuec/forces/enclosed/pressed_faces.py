@@ -1,0 +1,216 @@
+"""Faces of skins on which pressure acts, as weighted triangles.
+
+The volume under a face whose shape functions N_i are polynomials is
+
+    V = ⅓ ∫ x · (∂x/∂ξ × ∂x/∂η) dξ dη = Σ w_T det(x_i, x_j, x_k) / 6
+
+over triples T of its nodes: one of weight 1 for a triangle, four of weight ½ for a
+quadrilateral (both ways to divide it), and 20 for the six nodes of a side of a tetrahedron with
+ten nodes. A third of the force p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of
+its nodes. On a closed surface, that is p ∂V/∂x; on a face with straight sides, also at the end
+of a surface, it is the force p ∫ N_i n dA of finite elements.
+"""
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.arrays import counted_up
+from tissuec.forces.enclosed.rims import Crossing, Rims, are_parallel, planes_at, rims_of
+from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.geometry.edges import TriangleIndex
+from tissuec.model.network import Floats, Indices, MirrorPlane, Network
+
+_TRIANGLE = ((0, 1, 2),)
+_QUAD = ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3))
+
+
+def _quadratic() -> dict[tuple[int, int, int], float]:
+    """Return the weights of the triples of a triangle with nodes in the middle of its sides.
+
+    The middles 3, 4 and 5 follow the corners 0, 1 and 2. Weights are the integrals
+    2 Σ sign(ijk) ∫ N_i ∂N_j/∂ξ ∂N_k/∂η over the orders of a triple; turned triples have equal
+    ones.
+    """
+    parts = {(0, 1, 2): 2 / 15}
+    kinds = {
+        (0, 1, 3): (1, 5), (0, 1, 4): (-1, 3), (0, 1, 5): (-1, 3), (0, 3, 4): (4, 15),
+        (0, 3, 5): (8, 5), (0, 4, 5): (4, 15),
+    }  # fmt: skip
+    turn = {0: 1, 1: 2, 2: 0, 3: 4, 4: 5, 5: 3}
+    for triple, (above, below) in kinds.items():
+        for _ in range(3):
+            parts[triple] = above / below
+            triple = cast(tuple[int, int, int], tuple(turn[node] for node in triple))
+    parts[3, 4, 5] = 16 / 15
+    return parts
+
+
+_SIX = _quadratic()
+#: Triples and weights by the number of triangles of the skin that a face consists of.
+FORMS: dict[int, tuple[Indices, Floats]] = {
+    1: (np.array(_TRIANGLE), np.ones(1)),
+    2: (np.array(_QUAD), np.full(4, 0.5)),
+    4: (np.array(list(_SIX)), np.array(list(_SIX.values()))),
+}
+#: Where the nodes of a face are among the corners of its triangles of the skin, (triangle,
+#: corner), by their number.
+_NODES = {
+    1: ((0, 0), (0, 1), (0, 2)),
+    2: ((0, 0), (0, 1), (0, 2), (1, 2)),
+    4: ((0, 0), (1, 1), (2, 2), (1, 0), (2, 1), (0, 2)),
+}
+
+
+class WeightedTriangles(Struct, frozen=True, eq=False):
+    """Triples of nodes with weights, face by face.
+
+    Attributes:
+        corners: Shape (triple, 3).
+        weight: Shape (triple,).
+        first: The triples of a face are first[face]:first[face + 1], shape (face + 1,).
+    """
+
+    corners: Indices
+    weight: Floats
+    first: Indices
+
+    @property
+    def count(self) -> int:
+        """Return the number of faces."""
+        return len(self.first) - 1
+
+    @property
+    def face(self) -> Indices:
+        """Return the face of each triple, shape (triple,)."""
+        return np.repeat(np.arange(self.count), np.diff(self.first))
+
+    def some(self, faces: Indices) -> "WeightedTriangles":
+        """Return some of the faces, by indices of shape (n,)."""
+        counts = np.diff(self.first)[faces]
+        rows = np.repeat(self.first[faces], counts) + counted_up(counts)
+        first = np.append(0, np.cumsum(counts))
+        return WeightedTriangles(self.corners[rows], self.weight[rows], first)
+
+    def turned(self, turns: NDArray[np.bool_]) -> "WeightedTriangles":
+        """Return the same with some faces reversed, shape (face,)."""
+        corners = self.corners.copy()
+        own = turns[self.face]
+        corners[own] = corners[own][:, ::-1]
+        return WeightedTriangles(corners, self.weight, self.first)
+
+
+class PressedFaces(Struct, frozen=True, eq=False, dict=True):
+    """Faces of the skin of a network.
+
+    Attributes:
+        corners: Nodes of their triangles of the skin, shape (triangle, 3).
+        rows: Their numbers among all triangles of the skin, shape (triangle,).
+        face: The face that each of them belongs to, shape (triangle,).
+        triples: Their weighted triangles.
+        ends: Nodes of each spring of the network, shape (spring, 2).
+        planes: Of symmetry, at which the faces end; no two are parallel.
+    """
+
+    corners: Indices
+    rows: Indices
+    face: Indices
+    triples: WeightedTriangles
+    ends: NDArray[np.integer]
+    planes: tuple[MirrorPlane, ...] = ()
+
+    def some(self, faces: Indices) -> "PressedFaces":
+        """Return some of the faces, by ascending indices of shape (n,)."""
+        own = np.flatnonzero(np.isin(self.face, faces))
+        face = np.searchsorted(faces, self.face[own])
+        triples = self.triples.some(faces)
+        corners, rows = self.corners[own], self.rows[own]
+        return PressedFaces(corners, rows, face, triples, self.ends, self.planes)
+
+    def turned(self, turns: NDArray[np.bool_]) -> "PressedFaces":
+        """Return the same with some faces reversed, shape (face,)."""
+        return replace(self, triples=self.triples.turned(turns))
+
+    def torn(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the faces that are cut or torn, ascending.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        return np.unique(self.face[~self._supported.whole(alive)])
+
+    @cached_property
+    def rims(self) -> Rims:
+        """Return the rims of the faces."""
+        return rims_of(self.triples.corners, self.triples.weight, self.planes)
+
+    @cached_property
+    def crossing(self) -> Crossing:
+        """Return the intersection of the planes of symmetry at which the faces end."""
+        return Crossing.of(self.planes)
+
+    @cached_property
+    def _supported(self) -> SupportedTriangles:
+        return SupportedTriangles(self.ends, self.corners)
+
+
+def faces_of(network: Network, rows: Indices) -> PressedFaces:
+    """Return the faces that triangles of the skin form.
+
+    Triangles that divide one side of a solid element are one face if all of them are there;
+    every other triangle is a face of its own.
+
+    Args:
+        rows: Numbers of the triangles among those of the skin, ascending, shape (n,).
+    """
+    corners = network.skin[rows].astype(np.int64)
+    face = np.arange(len(rows))
+    for own in _sides(network, corners):
+        face[own] = own[:, :1]
+    order = np.argsort(face, kind="stable")
+    corners, rows = corners[order], rows[order]
+    _, first, face, count = np.unique(
+        face[order], return_index=True, return_inverse=True, return_counts=True
+    )
+    triples = np.empty(len(count), dtype=object)
+    for number, (form, weight) in FORMS.items():
+        own = np.flatnonzero(count == number)
+        nodes = np.stack(
+            [corners[first[own] + k, corner] for k, corner in _NODES[number]], axis=1
+        )
+        for place, each in zip(own.tolist(), nodes[:, form], strict=True):
+            triples[place] = each, weight
+    found = WeightedTriangles(
+        np.concatenate([np.zeros((0, 3), dtype=np.int64), *(each for each, _ in triples)]),
+        np.concatenate([np.zeros(0), *(weight for _, weight in triples)]),
+        np.append(0, np.cumsum([len(weight) for _, weight in triples])).astype(np.int64),
+    )
+    planes = tuple(one for one in network.mirrored if planes_at(corners.ravel(), [one]).any())
+    # Between parallel planes, no point closes the faces along all of them.
+    own = () if are_parallel(planes) else planes
+    return PressedFaces(corners, rows, face.reshape(-1), found, network.springs.ends, own)
+
+
+def _sides(network: Network, corners: Indices) -> Iterator[Indices]:
+    """Yield the places of triangles that make up whole sides of solid elements.
+
+    Args:
+        corners: Nodes of the triangles, shape (triangle, 3).
+
+    Yields:
+        Shape (side, triangle).
+    """
+    index = TriangleIndex(corners)
+    for field in network.of_kind("elements"):
+        shape = field.shape
+        for side in range(int(shape.faces.max()) + 1):
+            local = shape.triangles[shape.faces == side]
+            if len(local) == 1:
+                continue
+            place = index.find(field.nodes[:, local].reshape(-1, 3)).reshape(-1, len(local))
+            yield place[(place >= 0).all(axis=1)]

@@ -1,0 +1,1 @@
+"""Solid elements: stress at their points, memory, limits and muscle."""

@@ -1,0 +1,272 @@
+"""What elements of solids and walls remember: tensors, branches that relax, and yielding.
+
+A tensor T that begins as 1 is kept as T - 1 in the velocities of hidden nodes, six numbers for
+each point, or three in the plane of a wall, times a ``rate``, so that it is stepped, stored and
+resumed like all other motion.
+"""
+
+from abc import abstractmethod
+from typing import ClassVar, Self
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.autodiff.points import PLACES
+from tissuec.forces.effects import AbstractStruct
+from tissuec.forces.solids.solid_strain import EnergySlopes
+from tissuec.model.network import Floats, Indices
+
+
+class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
+    """Places of tensors, of which each element has up to one in each row.
+
+    Attributes:
+        slot: Place of the first number of T - 1 among the components of all velocities,
+            followed by those of the other points, shape (row, element); -1 where there is none.
+        rate: Factor of T - 1 there [m/s], shape (row, element).
+        at: Rows and columns of the independent components of a tensor, shape (2, number).
+    """
+
+    at: ClassVar[Indices] = np.array(PLACES[3]).T
+
+    slot: Indices
+    rate: Floats
+
+    @property
+    def numbers(self) -> int:
+        """Return the number of independent components of a tensor."""
+        return len(self.at[0])
+
+    @property
+    @abstractmethod
+    def keeps(self) -> NDArray[np.bool_]:
+        """Return which tensors exist, shape (row, element)."""
+
+    @property
+    @abstractmethod
+    def slowest(self) -> Floats:
+        """Return the least rates that they are measured by [1/s], shape (row, element)."""
+
+    @property
+    def exists(self) -> Indices:
+        """Return element and row of each existing tensor, by elements, shape (n, 2)."""
+        return np.argwhere(self.keeps.T)
+
+    def stored(self, first: int, points: int, fastest: float, size: Floats) -> Self:
+        """Return the same with storage.
+
+        Args:
+            first: Place of the first number among the components of all velocities.
+            points: Of each element.
+            fastest: A bound of the angular frequencies of the net [1/s].
+            size: Of elements [m], shape (element,).
+        """
+        element, row = self.exists.T
+        slot = np.full(self.slot.shape, -1)
+        slot[row, element] = first + self.numbers * points * np.arange(len(element))
+        return replace(self, slot=slot, rate=size * np.maximum(self.slowest, fastest))
+
+    def nodes(self, points: int) -> Indices:
+        """Return the hidden nodes that keep all tensors, ascending, shape (node,).
+
+        Args:
+            points: Of each element.
+        """
+        element, row = self.exists.T
+        first = self.slot[row, element] // 3
+        nodes = first[:, None] + np.arange(self.numbers * points // 3)
+        return nodes[first >= 0].ravel()
+
+    def tensors(self, velocity: Floats, points: int) -> Floats:
+        """Return T, dimensionless, shape (…, row, element, point, n, n); 1 without storage.
+
+        n is 3, or 2 in a plane.
+
+        Args:
+            velocity: Of all nodes [m/s], shape (…, node, 3).
+            points: Of each element.
+        """
+        found = self.filled(self.told(velocity, points))
+        return found + np.eye(found.shape[-1])
+
+    def filled(self, numbers: Floats) -> Floats:
+        """Return symmetric tensors from their numbers, in any unit, shape (…, n, n).
+
+        Args:
+            numbers: Independent components, shape (…, number).
+        """
+        rows, columns = self.at
+        size = int(rows.max()) + 1
+        found = np.empty((*numbers.shape[:-1], size, size))
+        found[..., rows, columns] = found[..., columns, rows] = numbers
+        return found
+
+    def told(self, velocity: Floats, points: int) -> Floats:
+        """Return the numbers of T - 1 [1], shape (…, row, element, point, number).
+
+        Args:
+            velocity, points: As of ``tensors``.
+        """
+        flat = velocity.reshape(*velocity.shape[:-2], -1)
+        has = (self.slot >= 0)[..., None, None]
+        kept = flat[..., np.where(has, self.places(points), 0)] / self.rate[..., None, None]
+        return np.where(has, kept, 0.0)
+
+    def keep(self, velocity: Floats, tensors: Floats, items: Indices) -> None:
+        """Set T of some elements, in the velocities of all nodes.
+
+        Args:
+            velocity: Changed in place [m/s], shape (node, 3).
+            tensors: The same of all rows, dimensionless, shape (item, point, n, n).
+            items: Indices of the elements, shape (item,).
+        """
+        flat, places = velocity.reshape(-1), self.places(tensors.shape[1])[:, items]
+        rows, columns = self.at
+        told = (tensors - np.eye(tensors.shape[-1]))[..., rows, columns]
+        for slot, place, rate in zip(self.slot, places, self.rate, strict=True):
+            has = slot[items] >= 0
+            flat[place[has]] = (rate[items, None, None] * told)[has]
+
+    def places(self, points: int) -> Indices:
+        """Return places of the numbers, shape (row, element, point, number).
+
+        Args:
+            points: Of each element.
+        """
+        own = np.arange(self.numbers * points).reshape(points, self.numbers)
+        return self.slot[..., None, None] + own
+
+
+class Branches(StoredTensors, frozen=True):
+    """Branches of elements, each of which keeps a tensor of its own.
+
+    Attributes:
+        shear: μk [Pa], shape (branch, element); zero where there is none.
+        time: τ [s], shape (branch, element); infinite where there is none.
+    """
+
+    shear: Floats
+    time: Floats
+
+    @classmethod
+    def new(cls, shear: Floats, time: Floats) -> Self:
+        """Return branches without storage.
+
+        Args:
+            shear, time: As the attributes [Pa], [s], shape (branch, element).
+        """
+        return cls(np.full(shear.shape, -1), np.ones(shear.shape), shear, time)
+
+    def some(self, items: Indices) -> Self:
+        """Return those of some elements, by indices of shape (n,)."""
+        slot, rate = self.slot[:, items], self.rate[:, items]
+        return type(self)(slot, rate, self.shear[:, items], self.time[:, items])
+
+    @property
+    def sudden(self) -> Floats:
+        """Return the instantaneous shear modulus of all branches [Pa], shape (element,)."""
+        return self.shear.sum(axis=0)
+
+    @property
+    def keeps(self) -> NDArray[np.bool_]:
+        """Return which branches exist, shape (branch, element)."""
+        return self.shear > 0.0
+
+    @property
+    def pace(self) -> Floats:
+        """Return 1/τ [1/s], shape (branch, element); zero where there is no branch."""
+        return np.where(self.keeps, 1.0 / self.time, 0.0)
+
+    @property
+    def slowest(self) -> Floats:
+        """Return the least rates that they are measured by [1/s], shape (branch, element)."""
+        return 1.0 / self.time
+
+
+class ElementYield(StoredTensors, frozen=True):
+    """Yielding of elements; those that yield keep their plastic strain in the only row.
+
+    Attributes:
+        limit: Y [Pa], shape (element,); infinite where nothing yields.
+        viscosity: η [Pa s], shape (element,); infinite where nothing ever yields.
+    """
+
+    limit: Floats
+    viscosity: Floats
+
+    @classmethod
+    def new(cls, limit: Floats, viscosity: Floats) -> Self:
+        """Return the same without storage.
+
+        Args:
+            limit, viscosity: As the attributes [Pa], [Pa s], shape (element,).
+        """
+        shape = (1, len(limit))
+        return cls(np.full(shape, -1), np.ones(shape), limit, viscosity)
+
+    def some(self, items: Indices) -> Self:
+        """Return those of some elements, by indices of shape (n,)."""
+        return replace(
+            self,
+            slot=self.slot[:, items],
+            rate=self.rate[:, items],
+            limit=self.limit[items],
+            viscosity=self.viscosity[items],
+        )
+
+    @property
+    def keeps(self) -> NDArray[np.bool_]:
+        """Return which elements yield, shape (1, element)."""
+        return np.isfinite(self.viscosity)[None]
+
+    @property
+    def slowest(self) -> Floats:
+        """Return zero, as the net alone sets their scale [1/s], shape (1, element)."""
+        return np.zeros(self.slot.shape)
+
+    @property
+    def stopped(self) -> Self:
+        """Return the same without any further flow."""
+        return replace(self, limit=np.full_like(self.limit, np.inf))
+
+    @abstractmethod
+    def equivalent(self, velocity: Floats, points: int) -> Floats:
+        """Return equivalent plastic strains, dimensionless, shape (…, element, point).
+
+        Args:
+            velocity: Of all nodes [m/s], shape (…, node, 3).
+            points: Of each element.
+        """
+
+    def fastest(self, i1: Floats, i2: Floats, of: EnergySlopes, relaxing: Floats) -> float:
+        """Return a bound of the rates at which elements flow [1/s]: 3 μ'/η.
+
+        μ' is a shear modulus of the strained law, exact in tension along an axis.
+
+        Args:
+            i1, i2: Isochoric invariants of Fe at all points, shape (element, …).
+            of: Derivatives of the laws there.
+            relaxing: Σ μk g tr(C Ak) of branches [Pa], shape (element, …).
+        """
+        # |dev b|² of the isochoric b = Fe Feᵀ, and of its inverse.
+        wide = np.maximum(2.0 / 3.0 * i1 * i1 - 2.0 * i2, 0.0)
+        thin = np.maximum(2.0 / 3.0 * i2 * i2 - 2.0 * i1, 0.0)
+        modulus = relaxing + _largest(of.by_first, i1, wide) + _largest(of.by_second, i2, thin)
+        modulus += 2.0 * (abs(of.by_first_twice) * wide + abs(of.by_second_twice) * thin)
+        modulus += 4.0 * abs(of.by_both) * np.sqrt(wide * thin)
+        flows = np.isfinite(self.limit)
+        widest = modulus.reshape(len(self.limit), -1).max(axis=1)
+        return float((3.0 * widest[flows] / self.viscosity[flows]).max(initial=0.0))
+
+
+def _largest(weight: Floats, trace: Floats, square: Floats) -> Floats:
+    """Return a bound of the largest eigenvalue of 2 w b [Pa], shape (…).
+
+    Args:
+        weight: w [Pa], shape (…).
+        trace, square: tr b and |dev b|² of a symmetric tensor of order 3, shape (…).
+    """
+    apart = np.sqrt(2.0 / 3.0 * square)
+    return 2.0 * (weight * trace / 3.0 + abs(weight) * apart)

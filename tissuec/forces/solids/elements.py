@@ -1,0 +1,364 @@
+"""Solid elements: finite elements that follow laws of solids at any strain.
+
+An element has nodes at x_a, drawn at X_a, and points of quadrature of the volume w (see
+``geometry.elements``). With F = Σ x_a ⊗ ∂N_a/∂X and J = det F at each point, it stores
+
+    E = Σ w (μ ψ(g I1, g² I2) + K0/2 (J - 1)²) + (K - K0) V/2 (M - 1)²,    M = Σ w J / V,
+
+where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the solid
+(``laws.solid``). The volumetric term acts on the mean of an element, so that nearly
+incompressible elements do not lock (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
+Mech. Eng. 51:177, 1985). A mean alone would leave bending of tetrahedra without resistance, and
+that of hexahedra, whose gradients deviate less from their mean than those of their shape
+functions (``geometry.elements``), with too little. K0 is the smaller of K and 2 μ in
+tetrahedra, and of K and 3/8 μ in hexahedra; it is 0 in wedges. Below J = 1/5, g is its
+parabola there: elements that are turned inside out have an energy and push back.
+
+The forces on nodes are -Σ w P ∂N_a/∂X with
+
+    P = s F + t cof F - 2 μ g² ψ2 F FᵀF,    s = 2 μ (g ψ1 + g² ψ2 I1),
+    t = μ g' (ψ1 I1 + 2 g ψ2 I2) + (K - K0)(M - 1) + K0 (J - 1),
+
+ψ1 and ψ2 being the derivatives of ψ, and g' = dg/dJ. Each family of fibres that is stretched
+along a, a unit vector as drawn, adds
+
+    E = Σ w k1/2k2 (exp(k2 e²) - 1),    e = κ (g I1 - 3) + (1 - 3 κ) (|F a|² - 1) > 0,
+
+κ being the dispersion, from 0 where all fibres are parallel to 1/3 where they have no direction
+(T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface 3:15, 2006; |F a| includes the
+change of volume: D. R. Nolan et al., J. Mech. Behav. Biomed. Mater. 39:48, 2014). Viscosity is
+that of a liquid under the stress 2 η D, D being the rate of strain without its trace:
+
+    P = 2 η/J' dev sym(Ḟ cof Fᵀ) cof F,    J' = max(J, 1/5).
+
+In elements with prestretch F0 (``solids.solid_strain``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
+acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept. Branches that relax
+and yielding are in ``solids.solid_memory``.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import ClassVar, NamedTuple, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.forces.element_fields import numbered_laws
+from tissuec.forces.fields import Items
+from tissuec.forces.memory import TANGENT_SECONDS
+from tissuec.forces.point_fields import PointField, Tracing
+from tissuec.forces.solids.element_limits import ElementLimits, LimitColumns
+from tissuec.forces.solids.element_limits_kernel import LimitTable, burden_elements
+from tissuec.forces.solids.elements_kernel import STATE, ElementTable
+from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
+from tissuec.forces.solids.solid_point import LEAST, traced_point
+from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
+from tissuec.geometry.elements import ElementShape, Measures
+from tissuec.laws.derivatives import by_first, by_second
+from tissuec.laws.solid import SolidLaw
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import springs_between
+
+_ALIKE = 1e-12  # relative difference of gradients that is rounding
+_SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
+_MAKING = 85.0  # of the matrix, over one of them without tensors
+_BRANCH_SECONDS = 85e-9  # and for each branch, or where it yields
+_COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
+_PARTS = ("fibres", "prestretch", "limits", "branches", "yielding")
+
+
+class SolidMaterial(NamedTuple):
+    """The material of elements, element by element.
+
+    Attributes:
+        shear, bulk: Initial shear and bulk modulus [Pa], shape (element,).
+        viscosity: [Pa s], shape (element,).
+        law: Number of the law, shape (element,).
+        laws: Members of ``laws.solid.SOLID_LAWS``.
+        fibres: As drawn; None without any.
+        prestretch, branches, yielding: None without any.
+        limits: At which they break; None where nothing may break.
+    """
+
+    shear: Floats
+    bulk: Floats
+    viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
+    fibres: SolidFibres | None = None
+    prestretch: Prestretch | None = None
+    limits: ElementLimits | None = None
+    branches: SolidBranches | None = None
+    yielding: SolidYield | None = None
+
+    def some(self, items: Indices) -> "SolidMaterial":
+        """Return the material of some elements, by indices of shape (n,)."""
+        fibres, prestretch = self.fibres, self.prestretch
+        limits, branches, yielding = self.limits, self.branches, self.yielding
+        return SolidMaterial(
+            self.shear[items], self.bulk[items], self.viscosity[items], self.law[items],
+            self.laws, fibres and fibres.some(items), prestretch and prestretch.some(items),
+            limits and limits.some(items), branches and branches.some(items),
+            yielding and yielding.some(items),
+        )  # fmt: skip
+
+
+class SolidElements(PointField, frozen=True):
+    """Solid elements of one shape.
+
+    Attributes:
+        shape: Of all elements.
+        drawn: Gradients and volumes as drawn, one row for all elements that are alike;
+            gradients by places without stress.
+        row: Of each element in ``drawn``, shape (element,).
+        bulk, local: K - K0 and K0 [Pa], shape (element,).
+        prestretch: None without any.
+        span: The entry that asks for the elements.
+    """
+
+    at_once: ClassVar[int] = 2048
+    traced: ClassVar[Tracing] = staticmethod(traced_point)
+    shape: ElementShape
+    drawn: Measures
+    row: Indices
+    bulk: Floats
+    local: Floats
+    prestretch: Prestretch | None
+    span: Span
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        shape: ElementShape,
+        nodes: Indices,
+        position: Floats,
+        material: SolidMaterial,
+        ends: NDArray[np.int32],
+        first_spring: int,
+        span: Span,
+    ) -> Self:
+        """Return elements as they are drawn.
+
+        Args:
+            name: Of the body.
+            shape: Of all of them.
+            nodes: Shape (element, node).
+            position: Of all nodes as drawn [m], shape (node, 3).
+            material: What they are made of.
+            ends: Nodes of the springs of the body, shape (spring, 2).
+            first_spring: Number of the first of these.
+            span: The entry that asks for them.
+
+        Raises:
+            ValueError: An element is flat or inside out as drawn.
+        """
+        drawn, row = _measured(shape, position[nodes])
+        fibres, prestretch = material.fibres or SolidFibres.none(len(nodes)), None
+        if material.prestretch is not None and (material.prestretch.stretch != 1.0).any():
+            prestretch = material.prestretch
+            drawn, row = prestretch.measures(drawn, row)
+            fibres = replace(fibres, along=prestretch.unstressed(fibres.along))
+        branches = material.branches
+        if branches is not None and not branches.keeps.any():
+            branches = None
+        yielding = material.yielding
+        if yielding is not None and not yielding.keeps.any():
+            yielding = None
+        is_flat = np.any(drawn.volume <= 0.0, axis=1)
+        flat = np.flatnonzero(np.asarray(is_flat)[row])
+        if len(flat):
+            raise ValueError(f"{shape.name} {flat[0]} is flat or inside out")
+        local = np.minimum(shape.local * material.shear, material.bulk)
+        pairs = nodes[:, shape.edges].reshape(-1, 2)
+        edges, which = springs_between(ends, pairs)
+        walls, walled = first_spring + edges, which // len(shape.edges)
+        if material.limits is not None:
+            walls = np.append(walls, material.limits.marks)
+            walled = np.append(walled, np.arange(len(nodes)))
+        law, laws = numbered_laws(material.law, material.laws)
+        return cls(
+            walls, walled, nodes, name, material.limits, laws, material.shear,
+            material.viscosity, law, fibres, branches, yielding, None, shape, drawn, row,
+            material.bulk - local, local, prestretch, span,
+        )  # fmt: skip
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(
+            f"the {self.shape.name} elements of {self.name}", "elements", self, self.span
+        )
+
+    def only(self, items: Indices) -> Self:
+        """Return some elements, by indices of shape (n,), with the walls of all."""
+        some = {name: getattr(self, name)[items] for name in _COLUMNS}
+        parts = {
+            name: part and part.some(items)
+            for name, part in ((name, getattr(self, name)) for name in _PARTS)
+        }
+        return replace(self, **parts, **some)
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the elements."""
+        count = self.nodes.shape[1]
+        return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
+
+    @property
+    def faces(self) -> Indices:
+        """Return the triangles of the surface of each element, shape (element, triangle, 3)."""
+        return self.nodes[:, self.shape.triangles]
+
+    @property
+    def volume(self) -> Floats:
+        """Return the volumes as drawn [m³], shape (element,)."""
+        return self.drawn.volume.sum(axis=1)[self.row]
+
+    def whole_volume(self, position: Floats) -> Floats:
+        """Return the present volume of all elements together [m³], shape (…).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        found = np.zeros(position.shape[:-2])
+        for _, own in self.in_blocks():
+            found += own.shape.volumes(position[..., own.nodes, :]).sum(axis=-1)
+        return found
+
+    @property
+    def measures(self) -> tuple[Floats, Floats, Indices]:
+        """Return ∂N/∂X and volumes of points, and rows; see ``PointField``."""
+        return self.drawn.gradients, self.drawn.volume, self.row
+
+    @property
+    def sizes(self) -> Floats:
+        """Return the sizes of elements as drawn [m], shape (element,)."""
+        return np.cbrt(self.volume)
+
+    def volumetric(self) -> dict[str, Floats]:
+        """Return the moduli of volume; see ``PointField``."""
+        return {"bulk": self.bulk, "local": self.local}
+
+    @property
+    def is_prestressed(self) -> bool:
+        """Return whether any element has stress as drawn."""
+        return self.prestretch is not None
+
+    @property
+    def bulk_modulus(self) -> Floats:
+        """Return K [Pa], shape (element,)."""
+        return self.bulk + self.local
+
+    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
+        piola, f = self.piola(position), self.deformations(position)
+        volume = np.maximum(np.linalg.det(f), LEAST)[..., None, None]
+        share = self._shares
+        stress = piola @ f.swapaxes(-1, -2) / volume
+        return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
+
+    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
+        volume = self.node_volumes
+        if self.yielding is None:
+            return np.zeros_like(volume), volume
+        strain = self.yielding.equivalent(velocity, self.points)
+        return np.einsum("eqa,eq->ea", self._shares, strain), volume
+
+    @property
+    def node_volumes(self) -> Floats:
+        """Return the drawn volumes of nodes; see ``MaterialField``."""
+        return self._shares.sum(axis=1)
+
+    @property
+    def _shares(self) -> Floats:
+        """Return the share of each node in each point [m³], shape (element, point, node)."""
+        return np.asarray(self.drawn.volume[self.row][..., None] * self.shape.lumped)
+
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each element; see ``PointField``."""
+        weight, slopes = self.weights, self.steepness
+        pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
+        swell = slopes @ pooling.swapaxes(-1, -2)
+        swell = np.einsum("eq,eqax->eax", weight, swell)
+        push = (self.bulk / weight.sum(axis=-1))[:, None, None] * swell
+        of_points = super().element_matrices(position, exact=exact)
+        return of_points + np.einsum("eax,eby->eaxby", push, swell)
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def seconds(self) -> float:
+        """Return an estimate of the time of one evaluation [s]."""
+        tensors = sum(len(each.exists) for each in self.stored_tensors)
+        own = _SECONDS * self.item_count * self.shape.nodes
+        return self.points * (own + _BRANCH_SECONDS * tensors)
+
+    @property
+    def matrix_seconds(self) -> float:
+        """Return an estimate of the time of making their matrix [s]."""
+        bare = replace(self, branches=None, yielding=None).seconds
+        return _MAKING * bare + TANGENT_SECONDS * len(self.hidden)
+
+    @property
+    def crack_areas(self) -> Floats:
+        """Return V^(2/3) [m²], shape (element,); see ``solids.element_limits``."""
+        return np.asarray(self.volume ** (2.0 / 3.0))
+
+    @property
+    def limit_kernel(self) -> Callable[..., None]:
+        """Return the scalar loops that set how near elements are to breaking."""
+        return burden_elements
+
+    def _limit_columns(self, place: Indices) -> ElementTable:
+        """Return the elements as the loops of limits read them."""
+        points, count = self.points, self.shape.nodes
+        used, row = np.unique(self.row, return_inverse=True)
+        gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
+        is_curved = bool(self.law.any())
+        first, second = (0, 0) if not is_curved else _addresses(self.laws)
+        return ElementTable(
+            nodes=np.ascontiguousarray(place[self.nodes]),
+            row=row.astype(np.int64),
+            gradients=np.ascontiguousarray(gradients),
+            weight=np.ascontiguousarray(self.drawn.volume[used]),
+            shear=self.shear, bulk=self.bulk, local=self.local,
+            law=self.law,
+            fibres=np.ascontiguousarray(self.fibres.along),
+            fibre_stiffness=self.fibres.stiffness,
+            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
+            is_curved=is_curved, by_first=first, by_second=second,
+            points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
+        )  # fmt: skip
+
+    def limit_table(self, place: Indices, limits: LimitColumns) -> LimitTable:
+        """Return the record of these loops; see ``MaterialField``."""
+        solid = self._limit_columns(place)
+        weight = solid.weight[:, :, None]
+        mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
+        return LimitTable(*limits, solid, np.ascontiguousarray(mean), np.zeros(STATE))
+
+
+def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:
+    """Return where the compiled slopes of laws by the first and second invariant are."""
+    from tissuec.compiled.laws import slope_addresses
+
+    first, second = slope_addresses(tuple((by_first(law), by_second(law)) for law in laws))
+    return first, second
+
+
+def _measured(shape: ElementShape, corners: Floats) -> tuple[Measures, Indices]:
+    """Return the measures of elements, and the row of each: a single one if all are alike.
+
+    Args:
+        shape: Of all of them.
+        corners: Positions of their nodes as drawn [m], shape (element, node, 3).
+    """
+    if not len(corners):
+        return Measures.of(shape, corners), np.zeros(0, dtype=np.int64)
+    own = corners - corners[:, :1]
+    if np.abs(own - own[0]).max() <= _ALIKE * max(float(np.abs(corners).max()), 1e-300):
+        return Measures.of(shape, corners[:1]), np.zeros(len(corners), dtype=np.int64)
+    return Measures.of(shape, corners), np.arange(len(corners))

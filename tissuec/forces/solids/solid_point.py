@@ -1,0 +1,263 @@
+"""What a point of a solid stores, how it relaxes and yields; see ``solids.elements``."""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tissuec import autodiff
+from tissuec.autodiff import Number, Numbers, Tensor
+from tissuec.autodiff.points import PLACES, PointState, TracedPoint
+from tissuec.laws.derivatives import energy
+from tissuec.laws.solid import SolidLaw
+from tissuec.laws.tracing import traced
+
+#: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
+#: a value where an element is inverted, and grows.
+LEAST = 0.2
+_LARGEST = 1e4  # ratio of volumes above which it no longer falls
+
+
+class SolidKind(NamedTuple):
+    """What the points of elements have; kernels depend on it.
+
+    Attributes:
+        laws: That elements follow, by their numbers.
+        families: Of fibres.
+        branches: That relax.
+        is_yielding: Whether any element yields.
+        is_viscous: Whether any is viscous.
+        directions: Of the strain of a point: 3, or 2 in a wall.
+    """
+
+    laws: tuple[SolidLaw, ...]
+    families: int
+    branches: int
+    is_yielding: bool
+    is_viscous: bool
+    directions: int = 3
+
+    @property
+    def tensors(self) -> int:
+        """Return how many tensors a point remembers."""
+        return int(self.is_yielding) + self.branches
+
+    @property
+    def widths(self) -> dict[str, int]:
+        """Return the numbers of an element, with how many components each has."""
+        found = {"shear": 1, "local": 1}
+        if self.directions == 3:
+            found["bulk"] = 1
+        if len(self.laws) > 1:
+            found["law"] = 1
+        if self.is_viscous:
+            found["viscosity"] = 1
+        if self.families:
+            names = ("fibre_stiffness", "fibre_stiffening", "dispersion")
+            found |= dict.fromkeys(names, 1) | {"along": self.directions * self.families}
+        if self.branches:
+            found |= {"branch_shear": self.branches, "branch_pace": self.branches}
+        if self.is_yielding:
+            found |= {"yield_stress": 1, "yield_pace": 1}
+        return found
+
+
+@cache
+def traced_point(kind: SolidKind) -> TracedPoint:
+    """Return a point of elements; tensors are Cp where any yields, and then Ci of branches."""
+
+    def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
+        return _point(kind, f, rate, tensors, p)
+
+    return TracedPoint(point, _mean_volume, kind.widths, kind.tensors)
+
+
+def _mean_volume(mean: Number, p: Numbers) -> Number:
+    """Return the energy of the mean of J [Pa]."""
+    return 0.5 * p.bulk * (mean - 1.0) ** 2
+
+
+def _point(
+    kind: SolidKind, f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers
+) -> PointState:
+    cofactors, j = f.cofactors, autodiff.determinant(f)
+    g, right = isochoric(j), f.transposed @ f
+    i1 = autodiff.trace(right)
+    plastic, branches = (tensors[:1], tensors[1:]) if kind.is_yielding else ((), tensors)
+    if plastic:
+        left = f @ _unimodular_inverse(plastic[0]) @ f.transposed
+        first, second = autodiff.trace(left), _second_invariant(left)
+    else:
+        first, second = i1, autodiff.square(cofactors)
+    held = [g * _inner(right, _unimodular_inverse(tensor)) for tensor in branches]
+    flows = in_series(kind, g * first, g * g * second, held, p)
+    along = (p.along[3 * k : 3 * k + 3] for k in range(kind.families))
+    squares = [autodiff.square(f.of(each)) for each in along]
+    stored = in_parallel(flows, g * i1, j, squares, p)
+    loss: Number | float = 0.0
+    if kind.is_viscous:
+        moving = autodiff.deviator(autodiff.symmetric_part(rate @ cofactors.transposed))
+        loss = p.viscosity / autodiff.maximum(j, LEAST) * autodiff.square(moving)
+    rates = _rates(kind, f, g * right, flows, plastic, branches, p)
+    seen = {
+        "invariants": [g * first, g * g * second],
+        "held": held,
+        "isochoric": [g * right.rows[i][k] for i, k in PLACES[3]],
+    }
+    return PointState(stored, loss, j, rates, seen)
+
+
+def in_series(
+    kind: SolidKind, i1: Number, i2: Number, held: Sequence[Number], p: Numbers
+) -> Number:
+    """Return the energy of laws and branches, in series with the plastic flow [Pa].
+
+    Args:
+        i1, i2: Isochoric invariants of the elastic strain.
+        held: tr(C' A) of branches.
+    """
+    found = p.shear * _law(kind.laws, i1, i2, p)
+    for k, each in enumerate(held):
+        found = found + 0.5 * one_of(p.branch_shear, k) * (each - 3.0)
+    return found
+
+
+def in_parallel(
+    flows: Number, i1: Number, j: Number, squares: Sequence[Number], p: Numbers
+) -> Number:
+    """Return the energy of a point [Pa], with that of fibres and of the local volume.
+
+    Args:
+        flows: As of ``in_series``.
+        i1: First isochoric invariant of the whole strain.
+        j: Ratio of volumes.
+        squares: Of the stretches along families of fibres.
+    """
+    found = flows + 0.5 * p.local * (j - 1.0) ** 2
+    for each in squares:
+        e = p.dispersion * (i1 - 3.0) + (1.0 - 3.0 * p.dispersion) * (each - 1.0)
+        e = autodiff.maximum(e, 0.0)
+        found = found + 0.5 * p.fibre_stiffness / p.fibre_stiffening * _grown(
+            p.fibre_stiffening * e * e
+        )
+    return found
+
+
+def _rates(
+    kind: SolidKind, f: Tensor, right: Tensor, flows: Number, plastic: Sequence[Tensor],
+    branches: Sequence[Tensor], p: Numbers,
+) -> list[Tensor]:  # fmt: skip
+    """Return the rates of all tensors [1/s].
+
+    Args:
+        right: C without its change of volume.
+        flows: What is stored in series with the plastic flow [Pa].
+    """
+    found: list[Tensor] = []
+    for k, tensor in enumerate(branches):
+        third = _inner(right, _unimodular_inverse(tensor)) / 3.0
+        found.append(one_of(p.branch_pace, k) * (right - third * tensor))
+    if not kind.is_yielding:
+        return found
+    flat = autodiff.gradient(flows, f.flat)
+    piola = Tensor((flat[:3], flat[3:6], flat[6:]))
+    driving = autodiff.deviator(piola.transposed @ f)
+    pace = pace_of_flow(_inner(driving, driving.transposed), p)
+    return carried(pace, driving, [*plastic, *branches], found)
+
+
+def pace_of_flow(square: Number, p: Numbers) -> Number:
+    """Return the pace of a plastic flow [1/(Pa s)], given the square of what drives it."""
+    size = autodiff.sqrt(1.5 * autodiff.maximum(square, autodiff.TINY))
+    excess = autodiff.maximum(size - p.yield_stress, 0.0)
+    return 1.5 * p.yield_pace * excess / size
+
+
+def carried(
+    pace: Number, driving: Tensor, tensors: Sequence[Tensor], relaxing: Sequence[Tensor]
+) -> list[Tensor]:
+    """Return the rates of tensors that a plastic flow carries along [1/s].
+
+    Args:
+        pace: Of the flow [1/(Pa s)].
+        driving: What drives it [Pa].
+        tensors: That of the flow, and those of branches.
+        relaxing: Rates of the latter without the flow [1/s].
+    """
+    turned = [pace * (each @ driving) for each in tensors]
+    found = [each + each.transposed for each in turned]
+    return [found[0], *(a + b for a, b in zip(relaxing, found[1:], strict=True))]
+
+
+def _law(laws: Sequence[SolidLaw], i1: Number, i2: Number, p: Numbers) -> Number:
+    """Return the energy of the law of an element, over its shear modulus."""
+    each = [traced(energy(law), {"i1": i1, "i2": i2}) for law in laws]
+    found = each[0]
+    for number, other in enumerate(each[1:], start=1):
+        if laws[number] != laws[0]:
+            others = autodiff.where(p.law > number + 0.5, found, other)
+            found = autodiff.where(p.law > number - 0.5, others, found)
+    return found
+
+
+def one_of(numbers: Any, k: int) -> Number:
+    """Return a number of those that are one alone, or several."""
+    return numbers if isinstance(numbers, Number) else numbers[k]
+
+
+def _inner(a: Tensor, b: Tensor) -> Number:
+    """Return the sum of the products of components."""
+    return autodiff.dot(a.flat, b.flat)
+
+
+def _second_invariant(a: Tensor) -> Number:
+    """Return (tr² a - tr a²)/2 of a symmetric tensor."""
+    (a00, a01, a02), (_, a11, a12), (_, _, a22) = a.rows
+    products = a00 * a11 + a11 * a22 + a22 * a00
+    return products - a01 * a01 - a02 * a02 - a12 * a12
+
+
+def _unimodular_inverse(a: Tensor) -> Tensor:
+    """Return det(a)^(1/3) a⁻¹ of a symmetric tensor."""
+    return isochoric(autodiff.determinant(a)) * a.cofactors
+
+
+def _grown(exponent: Number) -> Number:
+    """Return exp(z) - 1; its value is that of NumPy, as only energies need it."""
+    return autodiff.ruled(autodiff.in_arrays(np.expm1, [exponent]), [exponent], _of_grown)
+
+
+def _of_grown(_: Number, exponent: Number) -> list[Number]:
+    return [autodiff.exp(exponent)]
+
+
+def isochoric(j: Number) -> Number:
+    """Return J^(-2/3), continued by a parabola below ``LEAST``."""
+    near = autodiff.maximum(j, LEAST)
+    root = _inverse_cube_root(near)
+    value = LEAST ** (-2.0 / 3.0)
+    slope = -2.0 / 3.0 * value / LEAST
+    bend = -5.0 / 3.0 * slope / LEAST
+    below = j - near
+    return root * root + below * (slope + 0.5 * bend * below)
+
+
+def _inverse_cube_root(j: Number) -> Number:
+    """Return J^(-1/3) by two rounds of fifth order, which leave rounding."""
+    small, scale = autodiff.minimum(j, _LARGEST), j.graph.number(1.0)
+    # So that it is at most 4, where the start is within 8 %.
+    for cube, factor in ((512.0, 0.125), (8.0, 0.5)):
+        is_large = small > 0.5 * cube
+        small = autodiff.where(is_large, small / cube, small)
+        scale = autodiff.where(is_large, factor * scale, scale)
+    root = (1.0 + (small - 1.0) / 3.0) / (1.0 + 2.0 * (small - 1.0) / 3.0)
+    for _ in range(2):
+        r = 1.0 - small * root * root * root
+        series = 2.0 / 9.0 + r * (14.0 / 81.0 + r * (35.0 / 243.0))
+        root = root * (1.0 + r * (1.0 / 3.0 + r * series))
+    return autodiff.ruled(root * scale, [j], _of_root)
+
+
+def _of_root(root: Number, j: Number) -> list[Number]:
+    return [(-1.0 / 3.0) * root / j]

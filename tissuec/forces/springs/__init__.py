@@ -1,0 +1,1 @@
+"""Springs of nets: their loops, laws, branches and rest lengths."""

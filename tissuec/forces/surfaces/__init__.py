@@ -1,0 +1,1 @@
+"""Walls and hinges: triangles of surfaces that stretch and bend."""

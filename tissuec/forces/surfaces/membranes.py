@@ -1,0 +1,342 @@
+"""Membranes: walls as triangles that follow laws of solids in plane stress at any strain.
+
+A triangle of the volume w has nodes at x_a, drawn at X_a in a plane with two directions. With
+F = Σ x_a ⊗ ∂N_a/∂X, of three rows and two columns, C = FᵀF, A = tr C, D = det C, and the
+stretch λ of its thickness, it stores
+
+    E = w (μ ψ(g I1, g² I2) + K/2 (J - 1)²),    W_λ = 0,
+    I1 = A + λ²,    I2 = D + λ² A,    J = λ √D,    g = J^(-2/3),
+
+where ψ is the law of the solid (``laws.solid``). There is no stress across the triangle: λ
+minimises the energy, found by Newton's iteration, so that its change does no work (J. Bonet, R.
+D. Wood, J. Mahaney, P. Heywood, Comput. Meth. Appl. Mech. Eng. 190:579, 2000). Forces on nodes
+are -w P ∂N_a/∂X with
+
+    P = F S,    S = 2 W_A 1 + 2 W_D cof C.
+
+Fibres in the plane add their energy as in solids (``solids.elements``). Below D = 1/25, which
+is a fifth of the area, √D in J is its parabola there: triangles that are pressed into a line
+have finite forces, and open again.
+
+A prestressed triangle is drawn stretched by F0 = λ0 1 in its plane, or along an axis a of it by
+F0 = λ0 a ⊗ a + λ0^(-1/2) (1 - a ⊗ a), as solids are (``solids.solid_strain``); ∂N_a/∂X
+includes F0. The volume w without stress is that of a triangle that has the given thickness as
+drawn.
+
+Viscosity is that of a liquid, as in solids, whose rate of strain across the plane is
+-ν/(1 - ν) times that of the area, as in small strain of the elastic wall: with the rate Ė of
+Green's strain and B = cof C Ė,
+
+    S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
+
+Branches that relax and yielding are in ``surfaces.membrane_memory``.
+"""
+
+from collections.abc import Callable
+from typing import ClassVar, NamedTuple, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.arrays import cross
+from tissuec.core.source import Span
+from tissuec.forces.element_fields import numbered_laws
+from tissuec.forces.fields import Items
+from tissuec.forces.memory import TANGENT_SECONDS
+from tissuec.forces.point_fields import PointField, Tracing
+from tissuec.forces.solids.element_limits import ElementLimits, LimitColumns
+from tissuec.forces.solids.solid_strain import SolidFibres
+from tissuec.forces.surfaces.membrane_limits_kernel import (
+    STATE,
+    MembraneLimitTable,
+    MembraneTable,
+    burden_membranes,
+)
+from tissuec.forces.surfaces.membrane_memory import MembraneBranches, MembraneYield
+from tissuec.forces.surfaces.plane_point import LEAST_SQUARE, traced_point
+from tissuec.laws.derivatives import DERIVATIVES
+from tissuec.laws.solid import SolidLaw
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import springs_between
+
+_SECONDS = 2.5e-8  # of one evaluation of a triangle
+_TENSOR_SECONDS = 4e-9  # and for each tensor that it remembers
+_COLUMNS = (
+    "nodes", "gradients", "weight", "area", "thickness", "shear", "bulk", "viscosity", "law",
+)  # fmt: skip
+_PARTS = ("fibres", "limits", "branches", "yielding")
+EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
+
+
+class MembraneMaterial(NamedTuple):
+    """The material of triangles, triangle by triangle.
+
+    Attributes:
+        shear, bulk: Initial shear and bulk modulus [Pa], shape (triangle,).
+        viscosity: [Pa s], shape (triangle,).
+        law: Number of the law, shape (triangle,).
+        laws: Members of ``laws.solid.SOLID_LAWS``.
+        thickness: As drawn [m], shape (triangle,).
+        prestretch: λ0, shape (triangle,).
+        axis: Of the prestretch, a vector in space, shape (3,); None in the whole plane.
+        fibres: Directions as drawn in space, shape (triangle, family, 3); None without any.
+        limits: At which they break; None where nothing may break.
+        branches: That relax; None without any.
+        yielding: Their yield stresses and flow; None where nothing yields.
+    """
+
+    shear: Floats
+    bulk: Floats
+    viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
+    thickness: Floats
+    prestretch: Floats
+    axis: Floats | None = None
+    fibres: SolidFibres | None = None
+    limits: ElementLimits | None = None
+    branches: MembraneBranches | None = None
+    yielding: MembraneYield | None = None
+
+
+class Membranes(PointField, frozen=True):
+    """Triangles of a wall.
+
+    Attributes:
+        gradients: ∂N/∂X by lengths without stress [1/m], shape (triangle, 3, 2).
+        weight: Volumes without stress [m³], shape (triangle,).
+        area, thickness: As drawn [m²], [m], shape (triangle,).
+        bulk: K [Pa], shape (triangle,).
+        is_prestressed: Whether any triangle has stress as drawn.
+        span: The entry that asks for the triangles.
+    """
+
+    directions: ClassVar[int] = 2
+    traced: ClassVar[Tracing] = staticmethod(traced_point)
+    gradients: Floats
+    weight: Floats
+    area: Floats
+    thickness: Floats
+    bulk: Floats
+    is_prestressed: bool
+    span: Span
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        nodes: Indices,
+        position: Floats,
+        material: MembraneMaterial,
+        ends: NDArray[np.int32],
+        first_spring: int,
+        span: Span,
+    ) -> Self:
+        """Return triangles as they are drawn.
+
+        Args:
+            name: Of the body.
+            nodes: Shape (triangle, 3).
+            position: Of all nodes as drawn [m], shape (node, 3).
+            material: What they are made of.
+            ends: Nodes of the springs of the body, shape (spring, 2).
+            first_spring: Number of the first of these.
+            span: The entry that asks for them.
+
+        Raises:
+            ValueError: A triangle has no area.
+        """
+        axes, gradients, area = _measured(position[nodes])
+        if len(flat := np.flatnonzero(~(area > 0.0))):
+            raise ValueError(f"triangle {flat[0]} has no area")
+        longer = _prestretch(axes, material.prestretch, material.axis)
+        fibres = SolidFibres(np.zeros((len(nodes), 0, 2)), *np.zeros((3, len(nodes))))
+        if material.fibres is not None:
+            along = np.einsum("tik,tfk->tfi", axes, material.fibres.along)
+            along = np.einsum("tij,tfj->tfi", np.linalg.inv(longer), along)
+            along = along / np.linalg.norm(along, axis=2)[..., None]
+            fibres = replace(material.fibres, along=along)
+        law, laws = numbered_laws(material.law, material.laws)
+        edges, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        walls, walled = first_spring + edges, which // len(EDGES)
+        if material.limits is not None:
+            walls = np.append(walls, material.limits.marks)
+            walled = np.append(walled, np.arange(len(nodes)))
+        made = cls(
+            walls, walled, nodes, name, material.limits, laws, material.shear,
+            material.viscosity, law, fibres, material.branches, material.yielding, None,
+            gradients @ longer, material.thickness * area, area, material.thickness,
+            material.bulk, bool((material.prestretch != 1.0).any()), span,
+        )  # fmt: skip
+        thinner = made.thinner(position)
+        return replace(made, weight=made.weight / (np.linalg.det(longer) * thinner))
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(f"the triangles of {self.name}", "membranes", self, self.span)
+
+    def only(self, items: Indices) -> Self:
+        """Return some triangles, by indices of shape (n,), with the walls of all."""
+        some = {name: getattr(self, name)[items] for name in _COLUMNS}
+        parts = {
+            name: part and part.some(items)
+            for name, part in ((name, getattr(self, name)) for name in _PARTS)
+        }
+        return replace(self, **parts, **some)
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the triangles."""
+        return Items(place[self.nodes].ravel(), 3 * np.arange(self.item_count + 1))
+
+    @property
+    def faces(self) -> Indices:
+        """Return the triangles themselves, shape (triangle, 1, 3)."""
+        return self.nodes[:, None]
+
+    @property
+    def bulk_modulus(self) -> Floats:
+        """Return K [Pa], shape (triangle,)."""
+        return self.bulk
+
+    @property
+    def thinning(self) -> Floats:
+        """Return -ν/(1 - ν), dimensionless, shape (triangle,).
+
+        It is the relative change of thickness per one of area at small strain.
+        """
+        return -(self.bulk - 2.0 / 3.0 * self.shear) / (self.bulk + 4.0 / 3.0 * self.shear)
+
+    @property
+    def measures(self) -> tuple[Floats, Floats, Indices]:
+        """Return ∂N/∂X and volumes of the only point; see ``PointField``."""
+        every = np.arange(self.item_count)
+        return self.gradients[:, None], self.weight[:, None], every
+
+    @property
+    def sizes(self) -> Floats:
+        """Return the sizes of triangles as drawn [m], shape (triangle,)."""
+        return np.sqrt(self.area)
+
+    def volumetric(self) -> dict[str, Floats]:
+        """Return the modulus of volume; see ``PointField``."""
+        return {"local": self.bulk}
+
+    def thinner(self, position: Floats) -> Floats:
+        """Return the stretch λ of the thickness, shape (…, triangle).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        return self.seen("thickness", position)[0][..., 0]
+
+    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
+        share, f = self.node_volumes, self.deformations(position)
+        right = f.swapaxes(-1, -2) @ f
+        # The ratio of areas has a lower bound.
+        area = np.sqrt(np.maximum(np.linalg.det(right), LEAST_SQUARE))[:, 0]
+        volume = area * self.thinner(position)
+        stress = (self.piola(position) @ f.swapaxes(-1, -2))[:, 0] / volume[:, None, None]
+        return share[..., None, None] * stress[:, None], share
+
+    @property
+    def node_volumes(self) -> Floats:
+        """Return the drawn volumes of nodes; see ``MaterialField``."""
+        return np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
+
+    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
+        share = self.node_volumes
+        if self.yielding is None:
+            return np.zeros_like(share), share
+        return self.yielding.equivalent(velocity, self.points) * share, share
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def seconds(self) -> float:
+        """Return an estimate of the time of one evaluation [s]."""
+        tensors = sum(len(each.exists) for each in self.stored_tensors)
+        return _SECONDS * self.item_count + _TENSOR_SECONDS * tensors
+
+    @property
+    def matrix_seconds(self) -> float:
+        """Return an estimate of the time of making their matrix [s]."""
+        return super().matrix_seconds + TANGENT_SECONDS * len(self.hidden)
+
+    @property
+    def crack_areas(self) -> Floats:
+        """Return t √A [m²], shape (triangle,); see ``solids.element_limits``."""
+        return self.thickness * np.sqrt(self.area)
+
+    @property
+    def limit_kernel(self) -> Callable[..., None]:
+        """Return the scalar loops that set how near triangles are to breaking."""
+        return burden_membranes
+
+    def limit_table(self, place: Indices, limits: LimitColumns) -> MembraneLimitTable:
+        """Return the record of these loops; see ``MaterialField``."""
+        is_curved = bool(self.law.any())
+        addresses = (0,) * len(DERIVATIVES)
+        if is_curved:
+            from tissuec.compiled.laws import slope_addresses
+
+            addresses = slope_addresses(
+                tuple(tuple(each(law) for each in DERIVATIVES) for law in self.laws)
+            )
+        first, second, first_twice, both, second_twice = addresses
+        wall = MembraneTable(
+            nodes=np.ascontiguousarray(place[self.nodes]),
+            gradients=np.ascontiguousarray(self.gradients.reshape(-1, 6)),
+            weight=self.weight, shear=self.shear, bulk=self.bulk, law=self.law,
+            fibres=np.ascontiguousarray(self.fibres.along),
+            fibre_stiffness=self.fibres.stiffness,
+            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
+            is_curved=is_curved, by_first=first, by_second=second,
+            by_first_twice=first_twice, by_both=both, by_second_twice=second_twice,
+            state=np.zeros(STATE),
+        )  # fmt: skip
+        return MembraneLimitTable(*limits, wall)
+
+
+def _prestretch(axes: Floats, stretch: Floats, axis: Floats | None) -> Floats:
+    """Return F0 of triangles, shape (triangle, 2, 2).
+
+    Args:
+        axes: Two unit vectors in the plane of each, shape (triangle, 2, 3).
+        stretch: λ0, shape (triangle,).
+        axis: As for ``MembraneMaterial``.
+    """
+    if axis is None:
+        return stretch[:, None, None] * np.eye(2)
+    along = axes @ axis
+    along = along / np.linalg.norm(along, axis=1)[:, None]
+    line = along[:, :, None] * along[:, None, :]
+    across = (stretch**-0.5)[:, None, None] * (np.eye(2) - line)
+    return stretch[:, None, None] * line + across
+
+
+def _measured(corners: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return two unit vectors in the plane of triangles, ∂N/∂X there, and areas.
+
+    Args:
+        corners: Positions of their nodes as drawn [m], shape (triangle, 3, 3).
+
+    Returns:
+        Shape (triangle, 2, 3); [1/m], shape (triangle, 3, 2); [m²], shape (triangle,).
+    """
+    side, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = cross(side, other)
+    twice = np.linalg.norm(normal, axis=1)
+    with np.errstate(all="ignore"):  # those without an area are refused
+        first = side / np.linalg.norm(side, axis=1)[:, None]
+        second = cross(normal / twice[:, None], first)
+        axes = np.stack([first, second], axis=1)
+        flat = np.einsum("tik,tak->tai", axes, np.stack([side, other], axis=1))
+        inner = np.linalg.inv(np.where(twice[:, None, None] > 0.0, flat, np.eye(2)))
+    inner = inner.swapaxes(1, 2)
+    gradients = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+    return axes, gradients, 0.5 * twice
