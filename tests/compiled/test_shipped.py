@@ -81,7 +81,7 @@ def test_every_operation_every_method_and_every_field_is_shipped():
     assert names == {*bundles(), "team"} and names >= {
         *BUNDLES,
         "drive_dop853",
-        "field_foundation",
+        "field_jets",
     }
     assert all("force" in called_by(name) for name in names if name.startswith("drive_"))
     assert INDEX.is_file()

@@ -95,7 +95,8 @@ def bed():
     """Return an elastic foundation under all nodes of the chain that are not fixed."""
     home = chain(24, stiffness=100.0, mass=1e-3, damping=20.0).position
     nodes = np.arange(1, len(home))
-    field = Bed(nodes, home[nodes], np.full(len(nodes), 0.5), np.zeros(len(nodes)))
+    none, stiffness = np.zeros(0, dtype=int), np.full(len(nodes), 0.5)
+    field = Bed(none, none, nodes[:, None], home[nodes], stiffness, 0.0 * stiffness)
     return FieldBlock("the force bed", "foundation", field, NOWHERE)
 
 

@@ -133,12 +133,12 @@ NODAL = {
 POTENTIALS = {
     "bent": bent,
     "curved": curved,
+    "foundation": lambda: on_some("foundation", 30.0, 0.4),
 }
 FIELDS = {
     "enclosed": enclosed,
     "touching": touching,
     "blowing": blowing,
-    "foundation": lambda: on_some("foundation", 30.0, 0.4),
 }
 FIELDS |= POTENTIALS
 EFFECTS = FIELDS | NODAL

@@ -121,8 +121,9 @@ def blown(plugged, tmp_path_factory):
 
 def test_there_are_two_files():
     assert list(FILES) == [
-        "tissuec/forces/area_elasticity.py", "tissuec/validate/forces/area_elasticity.py"
-    ]  # fmt: skip
+        "tissuec/forces/acting/area_elasticity.py",
+        "tissuec/validate/forces/area_elasticity.py",
+    ]
 
 
 def test_an_inflated_drop_rests_at_the_pressure_of_laplace():

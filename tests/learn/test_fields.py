@@ -1,5 +1,7 @@
 """Volumes, bending walls, foundations and ambient damping have exact derivatives."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from msgspec.structs import astuple, replace
@@ -11,10 +13,9 @@ from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.forces.acting.foundation import Bed
-from tissuec.forces.acting.foundation_derivatives_kernel import pull_bed, push_bed
-from tissuec.forces.acting.foundation_kernel import hold
 from tissuec.forces.fields import acts_of
 from tissuec.forces.matrices import ForceDerivatives, numbers_of
+from tissuec.kernels.records import IntegerRows, Rows
 from tissuec.learn.parameters.numbers import derivatives_of
 
 #: A bag of 42 nodes: a wall that resists bending, encloses a volume and lies on a foundation.
@@ -99,28 +100,51 @@ def test_all_numbers_have_their_derivatives(bag):
         assert gradient @ way == pytest.approx(found, rel=1e-7, abs=1e-14), name
 
 
-def hold_slowly(time, x, v, f, power, bed):
-    hold(time, x, v, f, power, bed)
+class Held(NamedTuple):
+    """A foundation as loops in Python read it."""
+
+    at: IntegerRows  # places of its components, shape (node, 3)
+    home: Rows
+    stiffness: Rows  # shape (node, 1)
+    damping: Rows
 
 
-def pull_slowly(time, x, v, weight, by_x, by_v, by, bed):
-    pull_bed(time, x, v, weight, by_x, by_v, by, bed)
+def hold(time, x, v, f, power, bed):
+    f[bed.at] -= bed.stiffness * (x[bed.at] - bed.home) + bed.damping * v[bed.at]
+    power[1] += (bed.damping * v[bed.at] ** 2).sum()
 
 
-def push_slowly(time, x, v, dx, dv, dn, df, room, bed):
-    push_bed(time, x, v, dx, dv, dn, df, room, bed)
+def pull(time, x, v, weight, by_x, by_v, by, bed):
+    w = weight[bed.at]
+    by_x[bed.at] -= bed.stiffness * w
+    by_v[bed.at] -= bed.damping * w
+    own = -w * (x[bed.at] - bed.home), -w * v[bed.at]
+    by += np.concatenate([*(each.sum(axis=1) for each in own), (bed.stiffness * w).ravel()])
+
+
+def push(time, x, v, dx, dv, dn, df, room, bed):
+    dx, dv, df = (each.reshape(len(x), -1) for each in (dx, dv, df))
+    stiffer, thicker, home = np.split(dn.reshape(-1, room.size), [len(bed.at), 2 * len(bed.at)])
+    away, moves = (x[bed.at] - bed.home)[..., None], v[bed.at][..., None]
+    gone = dx[bed.at] - home.reshape(*bed.at.shape, -1)
+    df[bed.at] -= bed.stiffness[..., None] * gone + bed.damping[..., None] * dv[bed.at]
+    df[bed.at] -= stiffer[:, None] * away + thicker[:, None] * moves
 
 
 class OwnBed(Bed, frozen=True):
-    """A foundation as a plug-in has it: its loops run as Python."""
+    """A foundation as a plug-in may have it: its loops run as Python."""
 
     @property
     def kernel(self):
-        return hold_slowly
+        return hold
+
+    def table(self, place, acts, position):
+        at = 3 * place[self.nodes] + np.arange(3)
+        return Held(at, self.home, self.stiffness[:, None], self.damping[:, None])
 
     @property
     def derivatives(self):
-        return ForceDerivatives(super().derivatives.columns, pull_slowly, push_slowly)
+        return ForceDerivatives(self.learnt, pull, push)
 
 
 def test_a_force_of_ones_own_gives_its_derivatives(bag):

@@ -8,8 +8,6 @@ import tissuec
 from tests.learn.trials import adjust, differing, fit, moving, series
 from tissuec.core.source import Source
 from tissuec.forces.acting.foundation import Bed
-from tissuec.forces.acting.foundation_derivatives_kernel import pull_bed, push_bed
-from tissuec.forces.matrices import ForceDerivatives
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.presets.preset import compose, place
@@ -115,9 +113,8 @@ def test_damping_that_starts_at_zero_can_be_learned():
 
 
 def test_a_number_that_a_field_does_not_derive_is_refused(monkeypatch):
-    hidden = ForceDerivatives(("stiffness", "home"), pull_bed, push_bed)
     compiled = scene()
     shaping = moving(compiled, adjusts("stiffness", "damping"), looks(compiled)).shaping
     assert refusal(shaping) == ""
-    monkeypatch.setattr(Bed, "derivatives", property(lambda self: hidden))
+    monkeypatch.setattr(Bed, "learnt", ("stiffness", "home"))
     assert refusal(shaping) == "the damping of bed has no exact derivatives"

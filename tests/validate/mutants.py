@@ -87,7 +87,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
         "pull_of",
     ),
     "tissuec.kernels.boundary_conditions": None,
-    "tissuec.forces.acting.foundation_kernel": None,
+    "tissuec.forces.acting.foundation": ("_held",),
     "tissuec.forces.enclosed.volume_kernel": None,
     "tissuec.forces.springs.rest_length_kernel": None,
     "tissuec.forces.springs.branches_kernel": ("flowed", "relax", "flow"),

@@ -3,7 +3,8 @@
 A scene holds one half of a symmetric problem, or a quarter or an eighth. Its mirror image pulls
 nodes on the plane with the mirrored force, so that of the sum F + (1 - 2 n nᵀ) F, shared by
 both halves, (1 - n nᵀ) F is left to each: nodes on the plane, at rest at right angles to it,
-stay on it. The planes act last, on the sum of all other inner forces.
+stay on it. The planes act last, on the sum of all other inner forces, which they project: as no
+force of its own is added, there is no potential, and the loop is written by hand.
 """
 
 from collections.abc import Callable

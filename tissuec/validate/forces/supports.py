@@ -27,7 +27,7 @@ class Winkler:
     """
 
     def __init__(self, bed: "Bed"):
-        self._nodes, self._drawn = bed.nodes, bed.home
+        self._nodes, self._drawn = bed.nodes[:, 0], bed.home
         self._pull, self._brake = bed.stiffness[:, None], bed.damping[:, None]
 
     def _moved(self, position: Floats) -> Floats:
