@@ -11,7 +11,8 @@ from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tissuec.engine.stability import spectral_radius
-from tissuec.forces.enclosed.volume import LARGE, Enclosure, open_edges
+from tissuec.forces.enclosed.volume import Enclosure, open_edges
+from tissuec.forces.pooled_fields import LARGE
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import settle
@@ -191,7 +192,7 @@ def test_a_large_surface_settles_the_same_without_a_full_matrix(pulled, monkeypa
     """Pressed flat between its poles, too, where pressure alone keeps it from folding."""
     places = []
     for large in (LARGE, 10**9):
-        monkeypatch.setattr("tissuec.forces.enclosed.volume.LARGE", large)
+        monkeypatch.setattr("tissuec.forces.pooled_fields.LARGE", large)
         net, enclosure = ball(2, stiffness=20.0)
         state = State.start(net, gravity=np.zeros(3), drag=0.0)
         state.put(enclosure.swollen(0.1, TimeProfile("constant", 0.0, np.inf)).block)

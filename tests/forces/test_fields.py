@@ -12,7 +12,9 @@ from scipy.sparse import eye_array
 from tests.contact.scenes import contact_with
 from tests.derivatives import slopes
 from tests.engine.running import Bench
+from tests.forces.test_fluids import fluid_in
 from tests.forces.test_plates import TUBE, plates
+from tests.forces.test_pressure import network_of, pressure_on, shaken
 from tests.hand_net import make_net
 from tests.test_enclosures import RADIUS, ball
 from tests.test_hinges import shell
@@ -25,7 +27,9 @@ from tissuec.forces.acting.jets import Jet
 from tissuec.forces.acting.load import Drag, Load, LoadTerm, Weight
 from tissuec.forces.contact import contact
 from tissuec.forces.contact.contact import Contact
+from tissuec.forces.enclosed.pressure import SurfacePressure
 from tissuec.forces.fields import Field, acts_of
+from tissuec.forces.pooled_fields import PooledField, inputs
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.records import Floats
@@ -66,6 +70,20 @@ def enclosed():
     net, found = ball()
     noise = np.random.default_rng(1).normal(size=net.position.shape)
     return Example(found.swollen(0.2, RISING), net.position * (1.0 + 0.1 * noise), 0.02)
+
+
+def filled():
+    """Return an example of a fluid that rests on a wall and on caps."""
+    net = network_of("tube")
+    found = fluid_in(net, "tube", caps=True).swollen(0.2, RISING)
+    return Example(found, shaken(net, 5e-4), 5e-3, balances=False)
+
+
+def pressed():
+    """Return an example of a pressure on a wall that caps close, which is given."""
+    net = network_of("tube")
+    found = replace(pressure_on(net, "tube", caps=True), profile=RISING)
+    return Example(found, shaken(net, 5e-4), 5e-3, stores=False, is_bounded=False)
 
 
 def bent():
@@ -137,6 +155,8 @@ POTENTIALS = {
 }
 FIELDS = {
     "enclosed": enclosed,
+    "filled": filled,
+    "pressed": pressed,
     "touching": touching,
     "blowing": blowing,
 }
@@ -175,6 +195,35 @@ def evaluated(field, place, time, x, v, f, power):
     power[1] += lost.sum()
 
 
+def grouped(field, place, time, x, v, f, power):
+    """Do the same for items in groups, or under a pressure."""
+    x, v = (each.reshape(-1, 3)[place] for each in (x, v))
+    items, every, count = field.grouped, np.arange(len(x)), len(x)
+    corners = np.column_stack([items.corners, items.seen[items.owner]])
+    values = inputs(field.item_numbers) | items.points.inputs("x", corners, x)
+    # Points follow the velocities of nodes without their own constants.
+    still = items.points.inputs("v", corners, 0.0 * v)
+    moved = items.points.inputs("v", corners, v)
+    values |= {name: moved[name] - still[name] for name in moved}
+    item, rate = field.pool.item if isinstance(field, PooledField) else field._item, 0.0
+    if isinstance(field, PooledField):
+        of_groups, pool = field._of_groups(time, x), field.pool
+        of_groups["a.1"] = sum(amount * curve.at(time)[1] for amount, curve in field.changes)
+        for name, slope in zip(pool.steepness, evaluate(pool.slopes, of_groups), strict=True):
+            values[str(name.operation.detail)] = slope[items.owner]
+        rate = evaluate([pool.supply], of_groups)[0].sum()
+    else:
+        values["a.0"] = field.pressure(time)
+    *found, supply = evaluate([*item.forces, item.supply], values)
+    wide = np.zeros((count + items.points.count, 3))
+    to = items.points.numbers(items.corners, every, count)
+    np.add.at(wide, to, np.stack(found, axis=-1).reshape(*to.shape, 3))
+    f.reshape(-1, 3)[place] += (items.points.follow(every, count).T @ wide.ravel()).reshape(
+        -1, 3
+    )
+    power[0] += rate + supply.sum()
+
+
 def by_kernel(example, *, compiled=True):
     """Return the forces and powers of the kernel, with nodes in another order."""
     field, count = example.field, len(example.position)
@@ -187,6 +236,8 @@ def by_kernel(example, *, compiled=True):
         call = kernel_on(field.kernel, table)
     elif isinstance(field, PotentialField):
         call = partial(evaluated, field, place)
+    elif isinstance(field, PooledField | SurfacePressure):
+        call = partial(grouped, field, place)
     else:
         call = partial(called, field.kernel, table)
     call(NOW, x.ravel(), v.ravel(), f, power)

@@ -10,11 +10,13 @@ from msgspec.structs import replace
 
 from tests.derivatives import forces
 from tests.every import every
-from tests.forces.test_fields import POTENTIALS
+from tests.forces.test_fields import FIELDS, POTENTIALS
 from tissuec import forces as room
+from tissuec.autodiff import Potential, TracingError
 from tissuec.compiled.calls import kernel_on
+from tissuec.forces.fields import acts_of
 from tissuec.forces.matrices import numbers_of, with_numbers
-from tissuec.forces.potential_fields import PotentialField
+from tissuec.forces.potential_fields import PotentialField, traced_item
 
 SEEDS = (0, 1, 2)
 
@@ -22,7 +24,9 @@ SEEDS = (0, 1, 2)
 @cache
 def example(name):
     """Return a field in a state, small enough for whole matrices."""
-    found = POTENTIALS[name]()
+    found = FIELDS[name]()
+    if name not in POTENTIALS:
+        return found.field, found.position, found.size
     field = found.field.only(np.arange(min(found.field.item_count, 12)))
     used, nodes = np.unique(field.nodes, return_inverse=True)
     none = np.zeros(0, dtype=np.int64)
@@ -64,6 +68,7 @@ def difference(function, at, way, step):
 
 
 CASES = [(name, seed) for name in POTENTIALS for seed in SEEDS]
+LEARNT = [*CASES, *(("enclosed", seed) for seed in SEEDS)]
 
 
 @every(("name", "seed"), CASES)
@@ -132,14 +137,14 @@ def test_what_is_dissipated_is_the_work_of_damping_forces(name, seed):
     assert not field.powers(0.0, x, np.zeros_like(v)).any()
 
 
-@every(("name", "seed"), CASES)
+@every(("name", "seed"), LEARNT)
 def test_derivatives_for_learning_are_transposes_and_agree_with_differences(name, seed):
     field, x, v, size = in_motion(name, seed)
     if not field.learnt:
         return
     found, chance = field.derivatives, np.random.default_rng(seed)
     columns, numbers = found.columns, numbers_of(field, found.columns)
-    table = field.table(np.arange(len(x)), None, x)
+    table = field.table(np.arange(len(x)), acts_of(field.changes, 0.0, 0.0), x)
     weight = chance.normal(size=x.size)
     sizes, scales = (x.size, x.size, numbers.size), (size, 10.0 * size, np.abs(numbers))
     by = [np.zeros(n) for n in sizes]
@@ -164,6 +169,14 @@ def test_derivatives_for_learning_are_transposes_and_agree_with_differences(name
 
     expected = difference(moved, 0.0, 1.0, 2e-4)
     np.testing.assert_allclose(pushed[:, 0], expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_power_that_is_supplied_is_refused():
+    def blows(x, v, p):
+        return Potential(0.0, supply=v[0][0])
+
+    with pytest.raises(TracingError, match=r"test_potential_fields\.py:.*supplies power"):
+        traced_item(blows, 1, ())
 
 
 # --- degenerate items -------------------------------------------------------------------------

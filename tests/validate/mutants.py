@@ -30,7 +30,8 @@ from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.integrators import banded, iterative
-from tissuec.forces import accelerations, point_fields, potential_fields
+from tissuec.forces import accelerations, point_fields, pooled_fields, potential_fields
+from tissuec.forces.enclosed import pressure
 from tissuec.forces.solids import solid_point
 from tissuec.forces.springs import springs_kernel
 from tissuec.forces.springs.runs_kernel import springs_in_runs
@@ -88,7 +89,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     ),
     "tissuec.kernels.boundary_conditions": None,
     "tissuec.forces.acting.foundation": ("_held",),
-    "tissuec.forces.enclosed.volume_kernel": None,
+    "tissuec.forces.enclosed.volume": ("_face", "_cell"),
     "tissuec.forces.springs.rest_length_kernel": None,
     "tissuec.forces.springs.branches_kernel": ("flowed", "relax", "flow"),
     "tissuec.forces.acting.jets_kernel": None,
@@ -117,8 +118,8 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     ),
     "tissuec.forces.surfaces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
     "tissuec.forces.surfaces.plates": ("_plate",),
-    "tissuec.forces.enclosed.pressure_kernel": None,
-    "tissuec.forces.enclosed.fluids_kernel": None,
+    "tissuec.forces.enclosed.pressure": ("_pressed",),
+    "tissuec.forces.enclosed.fluids": ("_triangle", "_cavity"),
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
 #: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,
@@ -224,16 +225,13 @@ HARMLESS = {
     "_LARGEST": "a step of an iteration, which ends at the same root",
     "LONGEST": "a step of an iteration, which ends at the same root",
     "CLOSE": "ends an iteration; what is left is below the tolerance",
-    "origin_of": "a closed volume is the same wherever it is seen from",
-    "x[o]": "a closed volume is the same wherever it is seen from",
-    "x[o + 1]": "a closed volume is the same wherever it is seen from",
-    "x[o + 2]": "a closed volume is the same wherever it is seen from",
 }
 
 
 #: What keeps what was traced.
 TRACED = (
-    potential_fields.traced_item, solid_point.traced_point, plane_point.traced_point,
+    potential_fields.traced_item, pooled_fields._traced, pooled_fields.kernels_of,
+    pressure._traced_triangle, solid_point.traced_point, plane_point.traced_point,
     point_fields.force_kernel, point_fields.record_kernel,
 )  # fmt: skip
 

@@ -6,7 +6,9 @@ follow, with the operations of ``derivatives``,
 
     f = -∂E/∂x - ∂D/∂v,    P = v·∂D/∂v,    ∂²E/∂x∂x,    ∂²D/∂v∂x,    ∂²D/∂v∂v,
 
-and the derivatives of Σ w·f by everything, or the changes of f with everything.
+and the derivatives of Σ w·f by everything, or the changes of f with everything. A force that
+follows from neither, such as a pressure that turns with a face, is stated by the power L that
+it supplies from outside at any velocities, by which it adds ∂L/∂v to f.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,10 +33,12 @@ class Potential(NamedTuple):
     Attributes:
         energy: E [J].
         dissipation: D, whose derivatives by velocities are forces against these [W].
+        supply: L, proportional to velocities, whose derivatives by these are forces [W].
     """
 
     energy: Operand
     dissipation: Operand = 0.0
+    supply: Operand = 0.0
 
 
 class Numbers:
@@ -47,14 +51,19 @@ class Numbers:
         raise TracingError(f'an item has no number "{name}"; it has {", ".join(vars(self))}')
 
 
-def numbers_in(graph: Graph, widths: Mapping[str, int]) -> tuple[list[Number], Numbers]:
+def numbers_in(
+    graph: Graph, widths: Mapping[str, int], *, changes: bool = False
+) -> tuple[list[Number], Numbers]:
     """Return numbers that are inputs of a graph: their components in order, and by name.
 
     Args:
         widths: By name, how many components a number has.
+        changes: Whether there is an ``amount``, too, that changes in time.
     """
     found = {name: _number(graph, name, width) for name, width in widths.items()}
     given = {name: each[0] if len(each) == 1 else each for name, each in found.items()}
+    if changes:
+        given["amount"] = graph.input("a.0")
     return [each for number in found.values() for each in number], Numbers(given)
 
 
@@ -73,28 +82,30 @@ class TracedItem:
 
     Args:
         function: The potential.
-        corners, widths: As the attributes.
+        corners, widths, seen: As the attributes.
         graph: An empty one.
+        changes: Whether the numbers have an ``amount`` that changes in time.
 
     Attributes:
         function: The potential.
         corners: Nodes of an item.
+        seen: Further points of it, which count as fixed: no force acts on them.
         widths: By name, how many components a number of the item has.
         graph: All that follows.
         x, v: Components of positions and of velocities, node by node, shape (3 corner,).
         numbers: Components of the numbers, one after the other.
-        potential: E and D.
+        potential: E, D and L.
     """
 
     def __init__(
         self, function: PotentialFunction, corners: int, widths: Mapping[str, int],
-        graph: Graph | None = None,
+        graph: Graph | None = None, *, seen: int = 0, changes: bool = False,
     ):  # fmt: skip
         self.function, self.corners, self.widths = function, corners, dict(widths)
-        self.graph = graph or Graph()
-        points, rates = self._points("x"), self._points("v")
-        self.x, self.v = self._flat(points), self._flat(rates)
-        self.numbers, given = numbers_in(self.graph, self.widths)
+        self.graph, self.seen = graph or Graph(), seen
+        points, rates = self._points("x", seen), self._points("v", seen)
+        self.x, self.v = self._flat(points[:corners]), self._flat(rates[:corners])
+        self.numbers, given = numbers_in(self.graph, self.widths, changes=changes)
         self.potential = traced(function, lambda: self._checked(function(points, rates, given)))
 
     def _checked(self, found: Potential | Operand) -> Potential:
@@ -104,17 +115,17 @@ class TracedItem:
         if any(not isinstance(each, Number | float | int) or isinstance(each, Inequality)
                for each in found):  # fmt: skip
             raise TracingError("it has to return an energy, or Potential(energy, dissipation)")
-        energy, dissipation = (self.graph.number(each) for each in found)
+        energy, dissipation, supply = (self.graph.number(each) for each in found)
         if any(name.startswith("v.") for name in self.graph.inputs_of([energy])):
             raise TracingError(
                 "its energy depends on velocities: return Potential(energy, dissipation)"
             )
-        return Potential(energy, dissipation)
+        return Potential(energy, dissipation, supply)
 
-    def _points(self, name: str) -> list[Vector]:
+    def _points(self, name: str, seen: int = 0) -> list[Vector]:
         return [
             Vector(self.graph.input(f"{name}.{corner}.{axis}") for axis in range(3))
-            for corner in range(self.corners)
+            for corner in range(self.corners + seen)
         ]
 
     def _flat(self, points: Sequence[Vector]) -> list[Number]:
@@ -129,6 +140,11 @@ class TracedItem:
     def dissipation(self) -> Number:
         """Return D."""
         return self.graph.number(self.potential.dissipation)
+
+    @property
+    def supply(self) -> Number:
+        """Return L."""
+        return self.graph.number(self.potential.supply)
 
     @cached_property
     def is_held(self) -> bool:
@@ -160,9 +176,15 @@ class TracedItem:
         return gradient(self.energy, self.x)
 
     @cached_property
+    def pushing(self) -> list[Number]:
+        """Return ∂L/∂v, shape (3 corner,)."""
+        return gradient(self.supply, self.v)
+
+    @cached_property
     def forces(self) -> list[Number]:
         """Return f, shape (3 corner,)."""
-        return [-(a + b) for a, b in zip(self.stored, self.braking, strict=True)]
+        parts = zip(self.pushing, self.stored, self.braking, strict=True)
+        return [c - (a + b) if c.value != 0.0 else -(a + b) for c, a, b in parts]
 
     @cached_property
     def power(self) -> Number:
@@ -180,6 +202,12 @@ class TracedItem:
     def damping_by_position(self) -> list[Number]:
         """Return ∂²D/∂v∂x, row by row, shape (3 corner · 3 corner,)."""
         columns = [along(self.braking, {each: 1.0}) for each in self.x]
+        return [entry for row in zip(*columns, strict=True) for entry in row]
+
+    @cached_property
+    def turning(self) -> list[Number]:
+        """Return -∂²L/∂v∂x, row by row, shape (3 corner · 3 corner,)."""
+        columns = [along(self.pushing, {each: -1.0}) for each in self.x]
         return [entry for row in zip(*columns, strict=True) for entry in row]
 
     @cached_property

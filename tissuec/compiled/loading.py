@@ -25,9 +25,11 @@ SHIPPED = PACKAGE / "compiled" / "shipped"
 ENDING = ".ll.xz"
 #: A digest of the sources of what is shipped, and the operations that each method calls.
 INDEX = SHIPPED / "index.json"
-#: Functions of the C library that code may call, where the processor has no instruction for
-#: them. Their results are exact, so all libraries agree.
-CALLED = ("ceil", "floor", "fma", "fmod", "memcpy", "memmove", "memset", "rint")
+#: Functions of the C library that code may call: for memory, and where the processor has no
+#: instruction for them. Their results are exact, so all libraries agree.
+CALLED = (
+    "calloc", "ceil", "floor", "fma", "fmod", "free", "memcpy", "memmove", "memset", "rint",
+)  # fmt: skip
 #: Environment variable: a processor, by LLVM's name, whose instructions code shall use.
 PROCESSOR = "TISSUEC_PROCESSOR"
 # Of optimisation: loops are vectorised, and all takes half of the time of level 3, for code

@@ -6,8 +6,9 @@ name ends in ``kernel``.
 Springs come first. Every other force is an ``Effect``: ``Nodal`` if it acts on each node
 independently (weight, drag, loads), ``Field`` if it depends on positions (volumes, bending,
 contact, jets, foundations). Fields are the blocks of a net beside its springs, each under a
-name and a kind (``model.blocks``). ``PotentialField`` and ``PointField`` derive all that a
-field needs from the potential of an item, or of a point of an element.
+name and a kind (``model.blocks``). ``PotentialField``, ``PooledField`` and ``PointField``
+derive all that a field needs from the potential of an item, of sums over items, or of a point
+of an element.
 ``mechanics.state`` collects effects and ``accelerations`` sums them.
 
 Shared arguments:

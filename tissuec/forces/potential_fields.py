@@ -14,7 +14,9 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.autodiff.graph import TracingError
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
+from tissuec.autodiff.tracing import place_of
 from tissuec.forces.effects import Resisting
 from tissuec.forces.element_fields import ElementField
 from tissuec.forces.fields import Items
@@ -246,5 +248,15 @@ def _flat(vectors: Floats) -> Floats:
 def traced_item(
     potential: PotentialFunction, corners: int, widths: tuple[tuple[str, int], ...]
 ) -> TracedItem:
-    """Return ``TracedItem``, once for each; the arguments are its own."""
-    return TracedItem(potential, corners, dict(widths))
+    """Return ``TracedItem``, once for each; the arguments are its own.
+
+    Raises:
+        TracingError: The potential cannot be traced, or supplies power.
+    """
+    found = TracedItem(potential, corners, dict(widths))
+    if found.supply.value != 0.0:
+        raise TracingError(
+            f"{place_of(potential)}: it supplies power, for which equilibria need more: write "
+            "a Field of its own"
+        )
+    return found

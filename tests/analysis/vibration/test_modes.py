@@ -12,7 +12,7 @@ from tests.hand_net import chain, make_net, span, start
 from tissuec.analysis.vibration import operator
 from tissuec.analysis.vibration.modes import modes_of
 from tissuec.analysis.vibration.operator import dissected
-from tissuec.forces.enclosed import volume
+from tissuec.forces import pooled_fields
 from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
@@ -202,7 +202,7 @@ def differentiated(state):
 @pytest.mark.parametrize("is_wide", [True, False])
 def test_modes_are_those_of_the_forces_with_prestress_and_volumes(is_wide, solver, monkeypatch):
     if is_wide:
-        monkeypatch.setattr(volume, "LARGE", 0)
+        monkeypatch.setattr(pooled_fields, "LARGE", 0)
     state = octahedron()
     state.holders["fix"] = np.array([2])
     matrix, mass = differentiated(state)
@@ -220,7 +220,7 @@ def test_modes_are_those_of_the_forces_with_prestress_and_volumes(is_wide, solve
 
 
 def test_signs_of_pivots_count_the_eigenvalues_below_a_shift(monkeypatch):
-    monkeypatch.setattr(volume, "LARGE", 0)
+    monkeypatch.setattr(pooled_fields, "LARGE", 0)
     state = octahedron()
     balance = Balance(state, everything(state))
     made = operator.operator_of(balance, balance.bars(balance.start))

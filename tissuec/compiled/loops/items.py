@@ -7,7 +7,7 @@ The loops are functions of time, of vectors and of a table, as those of fields a
 ``compiled.calls``. In their text, a vector is the address of its numbers, which has its name.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -101,10 +101,12 @@ class LoopText(NamedTuple):
     Attributes:
         text: The function, and the intrinsic functions that it calls.
         called: Functions of ``compiled.mathematics`` that it calls, each with its lanes.
+        vectors: Names of those that it takes.
     """
 
     text: str
     called: tuple[tuple[str, int], ...]
+    vectors: tuple[str, ...]
 
 
 _SUFFIX = {1: "f64", 4: "v4f64", 8: "v8f64"}
@@ -131,7 +133,7 @@ class ItemLoop:
     @classmethod
     def of(cls, item: TracedItem, lanes: int) -> "ItemLoop":
         """Return a loop over items whose potential was traced."""
-        return cls(item.graph, item.numbers, item.corners, lanes)
+        return cls(item.graph, item.numbers, item.corners + item.seen, lanes)
 
     # --- reading ----------------------------------------------------------------------------
 
@@ -189,18 +191,22 @@ class ItemLoop:
         """Return the names of the inputs that outputs need, and of constants of the items.
 
         Args:
-            vectors: By the letter of inputs, the vector that they are of.
+            vectors: By the letter of inputs, the vector that they are of; a.0 and a.1 are in
+                one that all items share.
             known: Places of the constants, which numbers of the table have after its own.
         """
         needed = self.graph.inputs_of(outputs)
         values, places = dict[str, str](), None
+        code, names = self.code, self._numbers
         for letter, vector in vectors.items():
-            if any(name.startswith(f"{letter}.") for name in needed):
-                places = places or self.places()
-                for corner in range(self.corners):
+            for corner in range(self.corners):
+                if any(name.startswith(f"{letter}.{corner}.") for name in needed):
+                    places = places or self.places()
                     for axis, value in enumerate(self.gather(vector, places[corner])):
                         values[f"{letter}.{corner}.{axis}"] = value
-        code, names = self.code, self._numbers
+            for name in sorted(needed.intersection(("a.0", "a.1")) if letter == "a" else ()):
+                one = code.load(code.address(f"%{vector}", name[2:]), "double")
+                values[name] = code.in_all_lanes(one)
         base = self.row_of_blocks("numbers", len(names) + len(known))
         for k, name in enumerate(names):
             if name in needed:
@@ -283,21 +289,25 @@ class ItemLoop:
         sum_ = code.add(f"fadd double {code.load(place, 'double')}, {value}")
         code.store(sum_, place, "double")
 
-    def scatter(self, room: str, targets: Mapping[str, int]) -> None:
+    def scatter(
+        self, room: str, targets: Mapping[str, int], corners: Sequence[int], width: int = 3
+    ) -> None:
         """Add stored values of the present lane to its nodes.
 
         Args:
             targets: By name of a vector, the first row of what is added to it.
+            corners: The nodes that they are of, one after the other.
+            width: Components that are added at each.
         """
-        code, corners = self.code, self.corners
-        first = code.add(f"mul i64 %item, {corners}")
-        for corner in range(corners):
+        code = self.code
+        first = code.add(f"mul i64 %item, {self.corners}")
+        for k, corner in enumerate(corners):
             at = code.address("%places", code.add(f"add i64 {first}, {corner}"), "i64")
             node = code.load(at, "i64")
             for vector, row in targets.items():
                 base = code.address(f"%{vector}", node)
-                for axis in range(3):
-                    value = self.kept(room, row + 3 * corner + axis)
+                for axis in range(width):
+                    value = self.kept(room, row + width * k + axis)
                     self.add_to(code.address(base, axis), value)
 
     # --- the function -----------------------------------------------------------------------
@@ -314,7 +324,7 @@ class ItemLoop:
         """
         code = self.code
         lines = [
-            *_head(name, vectors, record),
+            *head(name, vectors, record),
             *self.room,
             f"  %beyond = add i64 %size, {code.lanes - 1}",
             f"  %blocks = udiv i64 %beyond, {code.lanes}",
@@ -338,7 +348,7 @@ class ItemLoop:
             "}",
             *_declarations(code.lanes),
         ]
-        return LoopText("\n".join(lines) + "\n", tuple(sorted(code.called)))
+        return LoopText("\n".join(lines) + "\n", tuple(sorted(code.called)), tuple(vectors))
 
 
 def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[int]) -> str:
@@ -348,8 +358,11 @@ def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[in
     )
 
 
-def _head(name: str, vectors: Sequence[str], record: type[Any]) -> list[str]:
-    """Return the head of a function, and what reads its table."""
+def head(name: str, vectors: Sequence[str], record: type[Any]) -> list[str]:
+    """Return the head of a function, and what reads its table.
+
+    Of a record in it, %NAME is its address, and %NAME.size what comes first in it.
+    """
     parts = [
         f"ptr %{each}.m, ptr %{each}.p, i64 %{each}.n, i64 %{each}.s, ptr noalias %{each}, "
         f"i64 %{each}.shape, i64 %{each}.stride"
@@ -358,9 +371,11 @@ def _head(name: str, vectors: Sequence[str], record: type[Any]) -> list[str]:
     lines = [f"define void @{name}({', '.join(['double %time', *parts, 'ptr %table'])}) {{"]
     lines.append("entry:")
     for field, words in layout(record)[0].items():
-        kind = "i64" if words.kind is int else "ptr"
-        lines.append(f"  %word.{field} = getelementptr i64, ptr %table, i64 {words.place}")
-        lines.append(f"  %{field} = load {kind}, ptr %word.{field}, align 8")
+        at, to, kind = f"word.{field}", field, "i64" if words.kind is int else "ptr"
+        if words.kind is not int and words.dtype is None:
+            at, to, kind = field, f"{field}.size", "i64"
+        lines.append(f"  %{at} = getelementptr i64, ptr %table, i64 {words.place}")
+        lines.append(f"  %{to} = load {kind}, ptr %{at}, align 8")
     return lines
 
 
@@ -386,21 +401,29 @@ def _declarations(lanes: int) -> list[str]:
 STATE = {"x": "x", "v": "v"}
 
 
-def force_loop(name: str, item: TracedItem, lanes: int = LANES) -> LoopText:
-    """Return the loop that adds the forces of items and the power that they dissipate."""
-    loop, outputs = ItemLoop.of(item, lanes), [*item.forces, item.power]
+def force_loop(
+    name: str, item: TracedItem, lanes: int = LANES, vectors: Mapping[str, str] = STATE
+) -> LoopText:
+    """Return the loop that adds the forces of items, and the powers of these.
+
+    Args:
+        lanes: Items that are computed at a time.
+        vectors: As those of ``ItemLoop.inputs``.
+    """
+    loop, outputs = ItemLoop.of(item, lanes), [*item.forces, item.supply, item.power]
     constants = [each.place for each in item.constants]
-    values, known = loop.inputs(outputs, STATE, constants)
-    written = loop.code.write(outputs, values, known)
-    room = loop.keep(written)
+    values, known = loop.inputs(outputs, vectors, constants)
+    room = loop.keep(loop.code.write(outputs, values, known))
 
     def write() -> None:
-        loop.scatter(room, {"f": 0})
-        if item.is_damped:
-            loop.add_to(loop.code.address("%power", 1), loop.kept(room, len(written) - 1))
+        loop.scatter(room, {"f": 0}, range(item.corners))
+        for k, power in enumerate(outputs[-2:]):
+            if power.value != 0.0:
+                row = len(outputs) - 2 + k
+                loop.add_to(loop.code.address("%power", k), loop.kept(room, row))
 
     loop.each_lane(write)
-    return loop.text(name, ("x", "v", "f", "power"))
+    return loop.text(name, (*vectors.values(), "f", "power"))
 
 
 def record_loop(
@@ -437,9 +460,9 @@ def pull_loop(
     room = loop.keep(loop.code.write(outputs, values, known))
 
     def write() -> None:
-        loop.scatter(room, {"by_x": 0, "by_v": 3 * item.corners})
+        loop.scatter(room, {"by_x": 0, "by_v": 3 * item.corners}, range(item.corners))
         for row, at in enumerate(
-            _places_of_numbers(loop, item.widths, learnt), start=6 * item.corners
+            places_of_numbers(loop, item.widths, learnt), start=6 * item.corners
         ):
             loop.add_to(loop.code.address("%by", at), loop.kept(room, row))
 
@@ -447,7 +470,7 @@ def pull_loop(
     return loop.text(name, ("x", "v", "weight", "by_x", "by_v", "by"))
 
 
-def _places_of_numbers(
+def places_of_numbers(
     loop: ItemLoop, widths: Mapping[str, int], learnt: Mapping[str, bool]
 ) -> list[str]:
     """Return where the numbers of the present item are among all learnt ones."""
@@ -522,30 +545,59 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     What does not depend on the changes is computed once for an item. The arguments are those of
     ``pull_loop``.
     """
-    loop = ItemLoop.of(item, 1)
+    loop, vectors = ItemLoop.of(item, 1), ("x", "v", "dx", "dv", "dn", "df", "room")
     outputs, rates = item.pushed(tuple(learnt))
-    still = item.graph.apart_from(outputs, rates.values())
-    values, known = loop.inputs(still, STATE, [each.place for each in item.constants])
+    nodes = list(np.ndindex(item.corners, 3))
+    return change_loop(
+        name, loop, outputs, rates, vectors, STATE,
+        {"dx": nodes, "dv": nodes, "dn": places_of_numbers(loop, item.widths, learnt)},
+        ("df", nodes), [each.place for each in item.constants],
+    )  # fmt: skip
+
+
+def change_loop(
+    name: str, loop: ItemLoop, outputs: Sequence[Number], rates: Iterable[str],
+    vectors: Sequence[str], state: Mapping[str, str],
+    sources: Mapping[str, Sequence[tuple[int, ...] | str]],
+    target: tuple[str, Sequence[tuple[int, ...]]], constants: Sequence[int] = (),
+) -> LoopText:  # fmt: skip
+    """Return a loop that adds changes, which are in its lanes.
+
+    Args:
+        loop: Over single items.
+        outputs: What is added.
+        rates: Inputs that are changes, in the order of their sources.
+        vectors: Of the function.
+        state: As ``vectors`` of ``ItemLoop.inputs``.
+        sources: By vector, where changes are: corners and components, or places.
+        target: A vector, and where outputs are added to it.
+        constants: What the table has beside the numbers of the items.
+    """
+    graph, rates = loop.graph, tuple(rates)
+    still = graph.apart_from(outputs, [graph.input(each) for each in rates])
+    values, known = loop.inputs(still, state, constants)
     once = zip(still, loop.code.write(still, values, known), strict=True)
     loop.code.line("%item = add i64 %first, 0")
-    many = _Changes(loop.code)
-    nodes = [many.row(place, axis) for (place,) in loop.places() for axis in range(3)]
-    numbers = [many.row(place) for place in _places_of_numbers(loop, item.widths, learnt)]
+    many, nodes = _Changes(loop.code), [place for (place,) in loop.places()]
+
+    def row(at: tuple[int, ...] | str) -> str:
+        return many.row(at) if isinstance(at, str) else many.row(nodes[at[0]], at[1])
+
+    rows = [(vector, row(at)) for vector, places in sources.items() for at in places]
+    to = [row(at) for at in target[1]]
     spread = {
         each.place: many.in_all_lanes(value, "i1" if each.is_condition else "double")
         for each, value in once
     }
     many.begin()
-    rows = [("dx", each) for each in nodes] + [("dv", each) for each in nodes]
-    rows += [("dn", each) for each in numbers]
-    needed = item.graph.inputs_of(outputs)
+    needed = graph.inputs_of(outputs)
     given = {
-        rate: many.read(*row) for rate, row in zip(rates, rows, strict=True) if rate in needed
+        rate: many.read(*at) for rate, at in zip(rates, rows, strict=True) if rate in needed
     }
-    for value, row in zip(many.write(outputs, given, spread), nodes, strict=True):
-        many.add_to_row("df", row, value)
+    for value, at in zip(many.write(outputs, given, spread), to, strict=True):
+        many.add_to_row(target[0], at, value)
     many.end()
-    return loop.text(name, ("x", "v", "dx", "dv", "dn", "df", "room"))
+    return loop.text(name, vectors)
 
 
 def product_loop(
@@ -564,5 +616,5 @@ def product_loop(
     constants = [each.place for each in item.constants]
     values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)
     room = loop.keep(loop.code.write(outputs, values, known))
-    loop.each_lane(lambda: loop.scatter(room, {"f": 0}))
+    loop.each_lane(lambda: loop.scatter(room, {"f": 0}, range(item.corners)))
     return loop.text(name, ("x", "v", "weight", "f"))

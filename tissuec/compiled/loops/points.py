@@ -298,7 +298,7 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
     loop.each_point("press", press)
 
     def write() -> None:
-        loop.scatter(pushed, {"f": 0})
+        loop.scatter(pushed, {"f": 0}, range(nodes))
         if is_lossy:
             loop.add_to(code.address("%power", 1), loop.kept(pushed, 3 * nodes))
 

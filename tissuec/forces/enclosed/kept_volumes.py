@@ -6,20 +6,17 @@ modulus K, the pressure in the present volume V is p = K (Vt - V)/V0.
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
-from tissuec.forces.fields import WalledField
+from tissuec.forces.pooled_fields import PooledField
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
 
 
 class Swelling(Struct, frozen=True, eq=False):
@@ -29,7 +26,7 @@ class Swelling(Struct, frozen=True, eq=False):
     profile: TimeProfile
 
 
-class KeptVolumes(WalledField, frozen=True):
+class KeptVolumes(PooledField, frozen=True):
     """Volumes of one body or set; the items of the field.
 
     Attributes:
@@ -65,19 +62,6 @@ class KeptVolumes(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
 
-    @abstractmethod
-    def bending(
-        self, time: float, position: Floats, number: Indices, size: int
-    ) -> "csr_matrix":
-        """Return the geometric stiffness of pressure [N/m], shape (3 size, 3 size).
-
-        Args:
-            time: [s].
-            position: Of all nodes [m], shape (node, 3).
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
-        """
-
     def swollen(self, amount: float, profile: TimeProfile, since: float = 0.0) -> Self:
         """Return the same with another target volume in place of the present one.
 
@@ -86,21 +70,12 @@ class KeptVolumes(WalledField, frozen=True):
             profile: Of the change from the present target.
             since: Present time [s].
         """
-        present = self.swell(since)[0]
+        present = float(self.amount(since))
         change = Swelling(amount - present, profile)
         if not present:
             return replace(self, swellings=(change,))
         so_far = Swelling(present, TimeProfile("constant", 0.0, np.inf))
         return replace(self, swellings=(so_far, change))
-
-    def swell(self, time: float) -> tuple[float, float]:
-        """Return the relative excess of the target volume, and its rate [1/s]."""
-        value = rate = 0.0
-        for swelling in self.swellings:
-            factor, slope = swelling.profile.at(time)
-            value += swelling.amount * factor
-            rate += swelling.amount * slope
-        return value, rate
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
@@ -109,9 +84,7 @@ class KeptVolumes(WalledField, frozen=True):
 
     def due(self, time: Floats | float) -> Floats:
         """Return the target volumes [m³], shape (…, item)."""
-        times = np.asarray(time, dtype=float)
-        swell = np.array([self.swell(float(t))[0] for t in times.ravel()]).reshape(times.shape)
-        return self.drawn * (1.0 + swell[..., None])
+        return self.drawn * (1.0 + self.amount(time)[..., None])
 
     def pressures(self, time: Floats | float, position: Floats) -> Floats:
         """Return the pressures p [Pa], shape (…, item).
@@ -121,7 +94,3 @@ class KeptVolumes(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         return self.modulus * (self.due(time) - self.volumes(position)) / self.drawn
-
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return a bound on the negative eigenvalues that ``bending`` may cause [N/m]."""
-        return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())

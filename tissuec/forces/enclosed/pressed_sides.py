@@ -208,11 +208,17 @@ def _joined_at(pairs: Indices, holds: NDArray[np.bool_]) -> Indices:
         pairs: Nodes of the edges of triangles, lower ones first, shape (3 triangle, 2).
         holds: Whether an edge joins its triangles, shape (3 triangle,).
     """
-    order = np.lexsort(pairs.T)
-    ahead, behind = order[1:], order[:-1]
-    joins = (pairs[ahead] == pairs[behind]).all(axis=1) & holds[ahead] & holds[behind]
+    ahead, behind = _beside(pairs)
+    joins = holds[ahead] & holds[behind]
     links = np.stack([ahead[joins] // 3, behind[joins] // 3], axis=1)
     return pieces(len(pairs) // 3, links.astype(np.int32)).astype(np.int64)
+
+
+def _beside(pairs: Indices) -> tuple[Indices, Indices]:
+    """Return pairs that are alike, by the indices of one and of the next, shape (n,) each."""
+    order = np.lexsort(pairs.T)
+    same = (pairs[order[1:]] == pairs[order[:-1]]).all(axis=1)
+    return order[1:][same], order[:-1][same]
 
 
 def _faces_a_space(position: Floats, corners: Indices) -> NDArray[np.bool_]:
@@ -229,13 +235,10 @@ def _faces_a_space(position: Floats, corners: Indices) -> NDArray[np.bool_]:
     normal = cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     pairs = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    order = np.lexsort(pairs.T)
-    ahead, behind = order[1:], order[:-1]
-    same = (pairs[ahead] == pairs[behind]).all(axis=1)
+    ahead, behind = _beside(pairs)
     bent = np.einsum("nk,nk->n", normal[ahead // 3], normal[behind // 3]) < SHARP
     holds = np.ones(len(pairs), dtype=bool)
-    for ends in (ahead, behind):
-        holds[ends[same & bent]] = False
+    holds[ahead[bent]] = holds[behind[bent]] = False
     outwards = 1.0 if _volume(position, corners) > 0.0 else -1.0
     found = np.zeros(len(corners), dtype=bool)
     closed = components(corners)
@@ -268,15 +271,18 @@ def enclosed(
     # Seen from near one of the nodes, volumes keep their digits far from the origin.
     near = position[..., triples.corners[:1, 0], :]
     from_here = near if crossing is None else crossing.at(near)
-    seen = position - from_here
-    a, b, c = (seen[..., triples.corners[:, k], :] for k in range(3))
-    six = (triples.weight * np.einsum("...k,...k->...", a, cross(b, c))).sum(axis=-1)
+    six = _triple(position - from_here, triples.corners, triples.weight)
     for rim in rims:
-        one, other = (seen[..., rim.edges[:, k], :] for k in range(2))
-        apex = (rim.means(position) - from_here)[..., rim.of_edge, :]
-        caps = np.einsum("...k,...k->...", apex, cross(other, one))
-        six = six + (rim.weight * caps).sum(axis=-1)
+        x = rim.middles.and_nodes(position) - from_here
+        six = six + _triple(x, rim.fans, rim.weight)
     return np.asarray(six / 6.0)
+
+
+def _triple(x: Floats, corners: Indices, weight: Floats) -> Floats:
+    """Return six times the volume under weighted triangles [m³], shape (…)."""
+    a, b, c = (x[..., corners[:, k], :] for k in range(3))
+    found: Floats = (weight * np.einsum("...k,...k->...", a, cross(b, c))).sum(axis=-1)
+    return found
 
 
 def _smallest(position: Floats, corners: Indices) -> float:

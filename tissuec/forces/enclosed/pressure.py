@@ -12,21 +12,25 @@ and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:10
 ``matrix`` is the symmetric part, and forces are exact.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import cross, cross_matrices
+from tissuec import autodiff
+from tissuec.autodiff import Numbers, Potential, Vector
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.potentials import TracedItem
 from tissuec.core.source import Span
+from tissuec.forces.carried_points import GroupedItems
 from tissuec.forces.enclosed.pressed_faces import PressedFaces
 from tissuec.forces.enclosed.pressed_sides import enclosed
-from tissuec.forces.enclosed.pressure_kernel import PressureTable, press_faces
 from tissuec.forces.enclosed.rims import Rims
 from tissuec.forces.fields import SECONDS, Field, Items
-from tissuec.forces.matrices import assembled
+from tissuec.forces.pooled_fields import inputs, kernels_of
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -34,6 +38,16 @@ from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
+
+    from tissuec.compiled.loops.pools import PoolTable
+    from tissuec.forces.pooled_kernels import PooledKernels
+
+
+def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
+    """Return the power that a pressure supplies to a triangle."""
+    turned = autodiff.cross(x[1] - x[0], x[2] - x[0])
+    share = p.amount * p.weight / 6.0
+    return Potential(0.0, supply=share * autodiff.dot(turned, v[0] + v[1] + v[2]))
 
 
 class SurfacePressure(Field, frozen=True):
@@ -116,15 +130,14 @@ class SurfacePressure(Field, frozen=True):
         """Return minus the forces of caps on open rims [N]; see ``Effect``."""
         if not self.openings.count:
             return None
-        rims, found = self.openings, np.zeros_like(position)
-        apex = rims.means(position)[rims.of_edge]
-        one, other = (position[rims.edges[:, k]] - apex for k in (1, 0))
-        push = (float(self.pressure(time)) / 6.0) * rims.weight[:, None] * cross(one, other)
-        for end in rims.edges.T:
-            np.subtract.at(found, end, push)
-        total = np.add.reduceat(push, rims.first[:-1])[rims.of_node]
-        np.subtract.at(found, rims.nodes, np.einsum("nij,nj->ni", rims.parts, total))
-        return found
+        rims, count, item = self.openings, len(position), self._item
+        values = inputs({"weight": rims.weight[None]})
+        values |= rims.middles.inputs("x", rims.fans, position)
+        values["a.0"] = self.pressure(time)
+        pushes = np.stack(evaluate(item.forces, values), axis=-1).reshape(-1, 3, 3)
+        every, found = np.arange(count), np.zeros((count + rims.count, 3))
+        np.subtract.at(found, rims.middles.numbers(rims.fans, every, count), pushes)
+        return (rims.middles.follow(every, count).T @ found.ravel()).reshape(-1, 3)
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -151,24 +164,14 @@ class SurfacePressure(Field, frozen=True):
             number: Of each node among those that may move, -1 for others, shape (node,).
             size: Number of nodes that may move.
         """
-        from scipy.sparse import csr_matrix
-
-        caps = self.caps
-        corners, weight = self.faces.triples.corners, self.faces.triples.weight
-        share = -float(self.pressure(time)) / 6.0
-        total = _turning(position[corners], share * weight, number[corners], size)
-        if not caps.count:
-            return csr_matrix(total)
-        # The middles of caps are unknowns after the others, and follow from those of the rim.
-        middles = size + caps.of_edge
-        places = np.stack([middles, number[caps.edges[:, 1]], number[caps.edges[:, 0]]], axis=1)
-        ends = position[caps.edges[:, ::-1]]
-        fans = np.concatenate([caps.means(position)[caps.of_edge][:, None], ends], axis=1)
-        wider = _turning(fans, share * caps.weight, places, size + caps.count)
-        from scipy.sparse import identity, vstack
-
-        follow = csr_matrix(vstack([identity(3 * size), caps.slopes(number, size)]))
-        return csr_matrix(total + follow.T @ wider @ follow)
+        items, item = self.grouped, self._item
+        values = inputs(self.item_numbers) | items.points.inputs("x", items.corners, position)
+        values["a.0"] = self.pressure(time)
+        turns = [
+            np.broadcast_to(each, len(items.corners)) for each in evaluate(item.turning, values)
+        ]
+        blocks = np.stack(turns, axis=-1).reshape(-1, 3, 3, 3, 3)
+        return items.points.assembled(blocks, items.corners, number, size)
 
     # --- tears --------------------------------------------------------------------------------
 
@@ -208,9 +211,30 @@ class SurfacePressure(Field, frozen=True):
     # --- for the engine -----------------------------------------------------------------------
 
     @property
+    def grouped(self) -> GroupedItems:
+        """Return the triangles of faces and caps as one group, of which there are no sums."""
+        corners = np.concatenate([self.faces.triples.corners, self.caps.fans])
+        first, seen = np.array([0, len(corners)]), corners.max(keepdims=True, initial=0)[0]
+        return GroupedItems(corners, first, seen, self.caps.middles)
+
+    @property
+    def item_numbers(self) -> Mapping[str, Floats]:
+        """Return the weights of triangles, dimensionless, shape (1, triangle)."""
+        return {"weight": np.concatenate([self.faces.triples.weight, self.caps.weight])[None]}
+
+    @property
+    def _item(self) -> TracedItem:
+        return _traced_triangle()
+
+    @property
+    def _kernels(self) -> "PooledKernels":
+        carried = self.grouped.carried("x", "v")
+        return kernels_of("surfacepressure", self._item, None, carried)
+
+    @property
     def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops."""
-        return press_faces
+        """Return the loops that add forces and the power that is supplied."""
+        return self._kernels.forces
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
@@ -235,38 +259,12 @@ class SurfacePressure(Field, frozen=True):
         faces, caps = items[items < count], items[items >= count] - count
         return replace(self, faces=self.faces.some(faces), caps=self.caps.some(caps))
 
-    def table(
-        self, place: Indices, acts: BoundaryConditions, position: Floats
-    ) -> PressureTable:
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
         """Return the faces and caps, which are the same at any position."""
-        triples, caps = self.faces.triples, self.caps
-        return PressureTable(
-            acts,
-            np.ascontiguousarray(place[triples.corners]),
-            triples.weight,
-            np.ascontiguousarray(place[caps.edges]),
-            caps.weight,
-            caps.first,
-            np.ascontiguousarray(place[caps.nodes]),
-            caps.shares,
-            caps.node_first,
-            caps.within,
-            caps.fixed,
-        )
+        return self._kernels.table(self.grouped, self.item_numbers, {}, place, acts)
 
 
-def _turning(corners: Floats, share: Floats, number: Indices, size: int) -> "coo_matrix":
-    """Return the derivative of forces c T on the corners of triangles, (3 size, 3 size).
-
-    With [d] e = d × e, it is T = a × b + b × c + c × a, so that ∂T/∂a = [c - b], and so on.
-
-    Args:
-        corners: [m], shape (triangle, 3, 3).
-        share: c of each [Pa], shape (triangle,).
-        number: Of the corners among those that may move, -1 for others, (triangle, 3).
-        size: Number of nodes that may move.
-    """
-    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
-    turns = share[:, None, None, None] * cross_matrices(opposite)  # (triangle, corner, 3, 3)
-    blocks = np.broadcast_to(turns.swapaxes(1, 2)[:, None], (len(corners), 3, 3, 3, 3))
-    return assembled(blocks, number, size)
+@cache
+def _traced_triangle() -> TracedItem:
+    """Return a triangle; points for a group without sums follow its corners."""
+    return TracedItem(_pressed, 3, {"weight": 1}, seen=2, changes=True)

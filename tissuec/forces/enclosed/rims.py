@@ -14,18 +14,16 @@ point on all planes, the surfaces that close the drawn part along the planes enc
 """
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
+from tissuec.forces.carried_points import CarriedPoints
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 from tissuec.model.topology import pieces
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
 
 _NONE = 1e-9  # of a weight: less is due to rounding
 _PARALLEL = 1e-6  # sine of an angle
@@ -50,6 +48,11 @@ class Crossing(Struct, frozen=True, eq=False):
             within -= np.outer(plane.normal, plane.normal)
             fixed += plane.normal * float(plane.normal @ plane.origin)
         return cls(within, fixed)
+
+    @property
+    def is_limited(self) -> bool:
+        """Return whether there are planes."""
+        return bool((self.within != np.eye(3)).any())
 
     def at(self, position: Floats) -> Floats:
         """Return the nearest points of the intersection [m], shape (…, 3).
@@ -116,43 +119,23 @@ class Rims(Struct, frozen=True, eq=False):
         """Return the rim of each node, shape (node,)."""
         return np.repeat(np.arange(self.count), np.diff(self.node_first))
 
-    def slopes(self, number: Indices, size: int) -> "csr_matrix":
-        """Return the derivative of the middles by free coordinates, shape (3 rim, 3 size).
+    @property
+    def fans(self) -> Indices:
+        """Return the triangles of caps: their middle r as -1 - r, and two nodes.
 
-        Args:
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
+        The shape is (edge, 3).
         """
-        from scipy.sparse import csr_matrix
-
-        own = number[self.nodes]
-        moves = own >= 0
-        rows = 3 * self.of_node[moves, None, None] + np.arange(3)[:, None]
-        columns = 3 * own[moves, None, None] + np.arange(3)
-        values = self.parts[moves]
-        row, column = (np.broadcast_to(each, values.shape).ravel() for each in (rows, columns))
-        return csr_matrix((values.ravel(), (row, column)), shape=(3 * self.count, 3 * size))
+        return np.column_stack([-1 - self.of_edge, self.edges[:, 1], self.edges[:, 0]])
 
     @property
-    def parts(self) -> Floats:
-        """Return s P of each node, without a unit, shape (node, 3, 3)."""
-        return np.asarray(self.shares[:, None, None] * self.within[self.of_node])
+    def middles(self) -> CarriedPoints:
+        """Return the middles, which nodes carry."""
+        parts = self.shares[:, None, None] * self.within[self.of_node]
+        return CarriedPoints(self.nodes, self.of_node, parts, self.fixed)
 
     def nodes_of(self, rim: int) -> Indices:
         """Return the nodes of a rim, ascending, shape (n,)."""
         return self.nodes[self.node_first[rim] : self.node_first[rim + 1]]
-
-    def means(self, position: Floats) -> Floats:
-        """Return the middles of rims [m], shape (…, rim, 3).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
-        if not self.count:
-            return np.zeros((*position.shape[:-2], 0, 3))
-        own = self.shares[:, None] * position[..., self.nodes, :]
-        total = np.add.reduceat(own, self.node_first[:-1], axis=-2)
-        return np.einsum("rij,...rj->...ri", self.within, total) + self.fixed
 
     def some(self, rims: Indices) -> "Rims":
         """Return some of the rims, by indices of shape (n,)."""

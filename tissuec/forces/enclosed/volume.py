@@ -9,7 +9,7 @@ is p ∂V/∂x. Faces have four corners a, b, c, d, in turn as seen from outside
 surfaces between opposite sides, which is the mean of both ways to split them into triangles.
 With s = a + b + c + d, p = c - a and q = d - b,
 
-    V = Σ s · (p × q) / 24,    ∂V/∂s = p × q / 24,    ∂V/∂p = q × s / 24,    ∂V/∂q = s × p / 24.
+    V = Σ s · (p × q) / 24.
 
 Cells that share a face share its surface, so that nothing is lost between them. A triangle is a
 face whose last two corners are one, for which V is a · (b × c) / 6.
@@ -22,32 +22,37 @@ its surface count as faces of four corners, so that pressure acts on these as tr
 solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.core.arrays import counted_up, cross, cross_matrices
+from tissuec import autodiff
+from tissuec.autodiff import Number, Numbers, Vector
+from tissuec.core.arrays import counted_up, cross
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
-from tissuec.forces.effects import Resisting
+from tissuec.forces.carried_points import NO_POINTS, GroupedItems
 from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 from tissuec.forces.enclosed.rims import where_open
-from tissuec.forces.enclosed.volume_kernel import CellTable, press
-from tissuec.forces.fields import Items
-from tissuec.forces.matrices import ForceDerivatives, assembled
 from tissuec.geometry.edges import parallelograms
-from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.model.topology import springs_between
 
-if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
 
-LARGE = 96  # unknowns that a volume acts on: its part of a sparse matrix would fill it
+def _face(x: Sequence[Vector], p: Numbers) -> Sequence[Number]:
+    """Return the volume under a face."""
+    a, b, c, d = x
+    return [autodiff.dot(a + b + c + d, autodiff.cross(c - a, d - b)) / 24.0]
+
+
+def _cell(sums: Vector, seen: Vector, p: Numbers) -> Number:
+    """Return the energy of a cell, whose target is V0 (1 + amount)."""
+    more = p.share * sums[0] - p.drawn * (1.0 + p.amount)
+    return 0.5 * p.modulus / p.drawn * more**2
 
 
 class Enclosure(KeptVolumes, frozen=True):
@@ -60,6 +65,10 @@ class Enclosure(KeptVolumes, frozen=True):
         share: The part of the volume within its faces that belongs to a cell, and by which the
             cell grows.
     """
+
+    item_shares = staticmethod(_face)
+    group_energy = staticmethod(_cell)
+    learnt = ("modulus", "drawn")
 
     corners: Indices
     first: Indices
@@ -96,11 +105,6 @@ class Enclosure(KeptVolumes, frozen=True):
         """Return this as a block of a net."""
         return FieldBlock(f"the volume of {self.name}", "volume", self, self.span)
 
-    @property
-    def owner(self) -> Indices:
-        """Return the cell of each face, shape (face,)."""
-        return np.repeat(np.arange(self.item_count), np.diff(self.first))
-
     def volumes(self, position: Floats) -> Floats:
         """Return the enclosed volumes [m³], shape (…, cell).
 
@@ -109,111 +113,18 @@ class Enclosure(KeptVolumes, frozen=True):
         """
         return self.share * _volumes(position, self.corners, self.first)
 
-    def energy(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the stored energy [J], shape (…)."""
-        pressure = self.pressures(time, position)
-        return (0.5 * pressure * pressure * self.drawn / self.modulus).sum(axis=-1)
-
-    def gradient(self, position: Floats) -> Floats:
-        """Return ∂V/∂x of each cell by its corners [m²], shape (…, face, 4, 3)."""
-        s, p, q = _spans(position, self.corners, self.first)
-        by_s, by_p, by_q = cross(p, q), cross(q, s), cross(s, p)
-        parts = (by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q)
-        return np.stack(parts, axis=-2) * (self.share / 24.0)
-
-    def resistance(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
-        """Return √(K/V0) ∂V/∂x of each cell [(N/m)^½], shape (3 size, cell).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-            number: Of each node of the scene among those that may move, -1 for others.
-            size: Number of nodes that may move.
-        """
-        from scipy.sparse import csr_matrix, diags
-
-        rows = 3 * number[self.corners][..., None] + np.arange(3)
-        cells = np.broadcast_to(self.owner[:, None, None], rows.shape)
-        moves = rows >= 0
-        entries = self.gradient(position)[moves], (rows[moves], cells[moves])
-        ways = csr_matrix(entries, shape=(3 * size, self.item_count))
-        return csr_matrix(ways @ diags(np.sqrt(self.modulus / self.drawn)))
-
-    def bending(
-        self, time: float, position: Floats, number: Indices, size: int
-    ) -> "csr_matrix":
-        """Return the stiffness of pressure on surfaces that turn, -Σ p ∂²V/∂x∂x [N/m].
-
-        With [c] d = c × d, the second derivatives of 24 V are [q] by p and s, [p] by s and q,
-        and [s] by q and p, of opposite sign the other way round. Arguments and shape are those
-        of ``matrix``.
-
-        Args:
-            time: Time [s].
-            position: Of all nodes [m], shape (node, 3).
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
-        """
-        from scipy.sparse import csr_matrix
-
-        s, p, q = (cross_matrices(part) for part in _spans(position, self.corners, self.first))
-        turns = np.einsum("kij,kfxy->fixjy", _TURNS, np.stack([q, p, s]))
-        pressure = self.share * self.pressures(time, position)
-        values = -pressure[self.owner, None, None, None, None] * turns
-        return csr_matrix(assembled(values, number[self.corners], size))
-
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return Σ K/V0 ∂V/∂x ∂V/∂xᵀ, and ``bending`` if ``exact``; see ``Field``."""
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        sparse, wide = self.split(time, position, number, size, exact=exact)
-        ways = csr_matrix(wide)
-        return coo_matrix(sparse + ways @ ways.T)
-
-    def split(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "tuple[coo_matrix, Floats]":
-        """Return ``matrix`` with large cells apart: each is a column of ``resistance``."""
-        from scipy.sparse import coo_matrix, csc_matrix
-
-        ways = csc_matrix(self.resistance(position, number, size))
-        is_large = np.diff(ways.indptr) > LARGE
-        total = ways[:, ~is_large] @ ways[:, ~is_large].T
-        if exact:
-            total = total + self.bending(time, position, number, size)
-        return coo_matrix(total), ways[:, is_large].toarray()
-
-    def spread(self, time: float, position: Floats) -> float:
-        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
-        return float((np.abs(self.pressures(time, position)) * self.drawn).sum())
-
-    def noise(self, time: float, position: Floats) -> float:
-        """Return a force whose digits rounding spoils [N]."""
-        return self.modulus * float(np.abs(self.gradient(position)).max())
-
-    def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return the stiffness of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
-        sides, owner = self.gradient(position), self.owner
-        modulus = self.modulus / self.drawn
-
-        def resist(moved: Floats, to: Floats) -> None:
-            swell = np.einsum("fkc,fkc->f", sides, moved[self.corners])
-            pressure = modulus * np.bincount(owner, swell, self.item_count)
-            np.add.at(to, self.corners, pressure[owner, None, None] * sides)
-
-        return resist
-
-    # --- for the engine ---------------------------------------------------------------------
+    @property
+    def grouped(self) -> GroupedItems:
+        """Return the faces, each cell seen from one of its nodes."""
+        seen = self.corners[self.first[:-1], 0]
+        return GroupedItems(self.corners, self.first, seen, NO_POINTS)
 
     @property
-    def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops."""
-        return press
-
-    def items(self, place: Indices) -> Items:
-        """Return the nodes of the cells."""
-        return Items(place[self.corners].ravel(), 4 * self.first)
+    def group_numbers(self) -> Mapping[str, Floats]:
+        """Return the numbers of cells."""
+        shared = {"modulus": self.modulus, "share": self.share}
+        own = {name: np.full((1, 1), value) for name, value in shared.items()}
+        return {"drawn": self.drawn[None], **own}
 
     def only(self, items: Indices) -> "Enclosure":
         """Return some cells, with the walls of all."""
@@ -221,24 +132,6 @@ class Enclosure(KeptVolumes, frozen=True):
         faces = np.repeat(self.first[items], counts) + counted_up(counts)
         first, drawn = np.append(0, np.cumsum(counts)), self.drawn[items]
         return replace(self, corners=self.corners[faces], first=first, drawn=drawn)
-
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> CellTable:
-        """Return all that is within the faces of cells: what grows by more is kept by less."""
-        return CellTable(
-            acts=acts,
-            corners=np.ascontiguousarray(place[self.corners]),
-            first=self.first.astype(np.int64),
-            drawn=self.drawn / self.share,
-            modulus=np.full(self.item_count, self.share * self.modulus),
-            share=self.share,
-        )
-
-    @property
-    def derivatives(self) -> ForceDerivatives:
-        """Return the derivatives, also by the bulk modulus and drawn volumes."""
-        from tissuec.forces.enclosed.volume_derivatives_kernel import pull_volumes, push_volumes
-
-        return ForceDerivatives(("modulus", "drawn"), pull_volumes, push_volumes)
 
 
 def open_edges(corners: Indices) -> Indices:
@@ -359,25 +252,10 @@ _TRIANGLE = [0, 1, 2, 2]  # as a face of four corners
 _OPPOSITE = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
-def _spans(position: Floats, corners: Indices, first: Indices) -> Sequence[Floats]:
-    """Return s, p and q of faces, as seen from the first corner of their cell."""
+def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
+    """Return the volumes within the faces of cells [m³], shape (…, cell)."""
     origin = np.repeat(corners[first[:-1], 0], np.diff(first))
     a, b, c, d = (position[..., corners[:, k], :] - position[..., origin, :] for k in range(4))
-    return a + b + c + d, c - a, d - b
-
-
-def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
-    s, p, q = _spans(position, corners, first)
     # In the order of faces in memory, so that a sum does not depend on how many there are.
-    parts = np.ascontiguousarray(np.einsum("...k,...k->...", s, cross(p, q)) / 24.0)
-    return np.add.reduceat(parts, first[:-1], axis=-1)
-
-
-# How s, p and q depend on the four corners, and from it how [q], [p] and [s] enter between two.
-_S, _P, _Q = np.array([[1, 1, 1, 1], [-1, 0, 1, 0], [0, -1, 0, 1]], dtype=float)
-_TURNS = (
-    np.stack(
-        [np.outer(one, two) - np.outer(two, one) for one, two in ((_P, _S), (_S, _Q), (_Q, _P))]
-    )
-    / 24.0
-)
+    parts = np.einsum("...k,...k->...", a + b + c + d, cross(c - a, d - b)) / 24.0
+    return np.add.reduceat(np.ascontiguousarray(parts), first[:-1], axis=-1)

@@ -360,11 +360,10 @@ def change_of_volumes(
     first, size = order.places["position"].start, order.size
     total = sparse.csr_matrix(change.shape)
     for part, enclosure in _drawn(order):
-        columns = first + 3 * enclosure.corners[..., None] + np.arange(3)
-        rows = np.broadcast_to(part.start + enclosure.owner[:, None, None], columns.shape)
-        entries = enclosure.gradient(position).ravel(), (rows.ravel(), columns.ravel())
-        ways = sparse.csr_matrix(sparse.coo_matrix(entries, shape=(size, size)))
-        total = total + ways @ change
+        (slopes,) = enclosure.slopes_of_sums(position, np.arange(len(position)), len(position))
+        by = sparse.coo_matrix(enclosure.share * slopes.T)
+        entries = by.data, (part.start + by.row, first + by.col)
+        total = total + sparse.csr_matrix(entries, shape=(size, size)) @ change
     return sparse.csr_matrix(total)
 
 

@@ -294,7 +294,7 @@ class Inflate(VerbSentence, frozen=True):
 def _replacing(old: "KeptVolumes", new: "KeptVolumes", time: float) -> str:
     """Describe how a further ``preserve`` changes the target at a time [s]."""
     text = f"replaced: {sentence(old.span)}"
-    swell = old.swell(time)[0]
+    swell = float(old.amount(time))
     if not old.swellings:
         return text
     target, drawn = (
