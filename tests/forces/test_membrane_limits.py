@@ -6,7 +6,6 @@ import pytest
 from tests.forces.test_element_limits import BULK, NONE, bar, energy
 from tests.forces.test_membranes import LAWS, PLANE, THICK, deformed, fibres_of, mesh, wall
 from tissuec.forces.solids.element_limits import ElementLimits
-from tissuec.forces.surfaces.membrane_limits_kernel import larger
 from tissuec.laws.solid.invariants import NeoHookean, SolidExponential
 from tissuec.laws.solid.stretches import Ogden
 from tissuec.validate.forces.membranes import MembraneWall
@@ -78,10 +77,3 @@ def test_what_has_no_limit_does_not_break():
     made, drawn = wall(NeoHookean(), limits=limits)
     assert made.breakable.broken(1.3 * drawn).tolist() == [105]
     assert made.breakable.broken(1.1 * drawn).tolist() == []
-
-
-@pytest.mark.parametrize("values", [(2.0, 2.0), (3.0, -4.0), (2.0, 2.0 + 1e-12)])
-def test_the_larger_of_equal_values_is_exact(values):
-    way = np.array([[0.8, 0.6], [-0.6, 0.8]])
-    matrix = way @ np.diag(values) @ way.T
-    assert larger(*matrix.ravel()) == pytest.approx(max(values), rel=2e-15)

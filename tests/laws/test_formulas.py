@@ -11,7 +11,6 @@ from tests.examples import examples
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.laws import LINEAR, Law, code
-from tissuec.laws.derivatives import DERIVATIVES, at_invariants
 from tissuec.laws.formula import (
     Applied,
     Choice,
@@ -23,7 +22,6 @@ from tissuec.laws.formula import (
     kinks,
     values_at,
 )
-from tissuec.laws.solid.stretches import Ogden
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 
@@ -206,13 +204,3 @@ def test_what_formulas_share_is_evaluated_once():
     assert len(shared.argument.calls) == 1
     assert one.tolist() == (np.exp([0.0, 1.0]) * np.exp([0.0, 1.0])).tolist()
     assert other.tolist() == (np.exp([0.0, 1.0]) + 1.0).tolist()
-
-
-def test_derivatives_of_many_points_are_those_of_each():
-    """Points are evaluated some at a time, which does not show in any bit."""
-    law, random = Ogden(exponent=4.3), np.random.default_rng(1)
-    first, second = 3.0 + random.random((2, 3, 50, 70))
-    found = at_invariants((law,), np.zeros(50, dtype=int), DERIVATIVES, first, second)
-    for each, values in zip(DERIVATIVES, found, strict=True):
-        expected = each(law).at({"i1": first, "i2": second})
-        assert np.array_equal(values, np.broadcast_to(expected, first.shape))

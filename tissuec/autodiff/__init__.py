@@ -29,6 +29,7 @@ from tissuec.autodiff.tensors import (
     determinant,
     deviator,
     dot,
+    largest,
     norm,
     square,
     symmetric_part,
@@ -39,6 +40,6 @@ from tissuec.autodiff.unknowns import Least, least
 __all__ = [
     "TINY", "Angle", "Least", "Number", "Numbers", "Potential", "Tensor", "TracingError",
     "Vector", "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient",
-    "hessian", "in_arrays", "least", "log", "maximum", "minimum", "norm", "ruled", "sin",
-    "sqrt", "square", "symmetric_part", "trace", "where",
+    "hessian", "in_arrays", "largest", "least", "log", "maximum", "minimum", "norm", "ruled",
+    "sin", "sqrt", "square", "symmetric_part", "trace", "where",
 ]  # fmt: skip

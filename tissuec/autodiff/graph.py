@@ -166,6 +166,10 @@ class Graph:
         found = (self.operations[place] for place in self.reached(outputs))
         return {str(each.detail) for each in found if each.name == "input"}
 
+    def has(self, name: str, outputs: "Iterable[Number]") -> bool:
+        """Return whether outputs are made of any operation of a name."""
+        return any(self.operations[place].name == name for place in self.reached(outputs))
+
 
 class Number:
     """The result of an operation, with which one computes as with a float.

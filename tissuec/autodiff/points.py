@@ -84,14 +84,15 @@ class TracedPoint:
             for tensor in range(tensors)
         ]
         self.numbers, given = numbers_in(self.graph, self.widths)
-        f, rate = (
-            Tensor(numbers[k : k + directions] for k in every[::directions])
-            for numbers in (self.f, self.rate)
-        )
         tensors_of = [self._symmetric(numbers) for numbers in self.stored]
-        self.state = point(f, rate, tensors_of, given)
+        self.state = point(self.tensor(self.f), self.tensor(self.rate), tensors_of, given)
         self.mean, self.swell = self.graph.input("mean"), self.graph.input("swell")
         self.of_mean = self.graph.number(0.0 if mean is None else mean(self.mean, given))
+
+    def tensor(self, numbers: Sequence[Number]) -> Tensor:
+        """Return a tensor like F from its numbers, row by row."""
+        width = self.directions
+        return Tensor(numbers[k : k + width] for k in range(0, 3 * width, width))
 
     def _symmetric(self, numbers: Sequence[Number]) -> Tensor:
         """Return 1 and what is stored."""
@@ -113,6 +114,19 @@ class TracedPoint:
     def slope_of_mean(self) -> Number:
         """Return U'(M), the input ``swell`` of what follows."""
         return gradient(self.of_mean, [self.mean])[0]
+
+    def mean_of(self, number: Number) -> Number:
+        """Return the mean of a number of points over the volume of an element.
+
+        It is an input of numbers of the whole element; see ``averaged``.
+        """
+        return self.graph.input(f"mean.{number.place}")
+
+    def averaged(self, outputs: Sequence[Number]) -> dict[str, Number]:
+        """Return the numbers of points on whose means outputs depend, by their inputs."""
+        names = (each for each in self.graph.inputs_of(outputs) if each.startswith("mean."))
+        places = sorted(int(name.removeprefix("mean.")) for name in names)
+        return {f"mean.{place}": Number(self.graph, place) for place in places}
 
     @property
     def pooled(self) -> Number:

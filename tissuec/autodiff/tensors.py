@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Sequence
 from typing import overload
 
-from tissuec.autodiff.functions import ruled, sqrt
+from tissuec.autodiff.functions import maximum, ruled, sqrt, where
 from tissuec.autodiff.graph import Number, Operand
 
+_SWEEPS = 5  # of rotations; four leave rounding
 TINY = 1e-100  # keeps quotients by a length, and by its square, finite where it is zero
 
 
@@ -160,3 +161,38 @@ def deviator(a: Tensor) -> Tensor:
     return Tensor(
         [rows[i][j] - mean if i == j else rows[i][j] for j in range(3)] for i in range(3)
     )
+
+
+def largest(a: Tensor) -> Number:
+    """Return the largest eigenvalue of a symmetric tensor, of two or three rows.
+
+    It is found by C. G. J. Jacobi's rotations (G. H. Golub, C. F. Van Loan, Matrix
+    Computations, 2013, section 8.5): unlike closed forms, they leave no more than rounding
+    where eigenvalues are equal.
+    """
+    rows = [list(row) for row in a.rows]
+    pairs = [(i, j) for j in range(len(rows)) for i in range(j)]
+    for _ in range(_SWEEPS if len(rows) > 2 else 1):
+        for i, j in pairs:
+            _rotate(rows, i, j)
+    found = rows[0][0]
+    for k in range(1, len(rows)):
+        found = maximum(found, rows[k][k])
+    return found
+
+
+def _rotate(rows: list[list[Number]], i: int, j: int) -> None:
+    """Make a component of a symmetric tensor zero by a rotation of two axes."""
+    apart, mixed = rows[j][j] - rows[i][i], rows[i][j]
+    twice = where(apart < 0.0, -2.0 * mixed, 2.0 * mixed)
+    size = abs(apart) + sqrt(apart * apart + 4.0 * mixed * mixed)
+    tangent = twice / maximum(size, TINY)
+    cosine = 1.0 / sqrt(tangent * tangent + 1.0)
+    sine = tangent * cosine
+    for k in range(len(rows)):
+        if k not in (i, j):
+            one, other = rows[i][k], rows[j][k]
+            rows[i][k] = rows[k][i] = cosine * one - sine * other
+            rows[j][k] = rows[k][j] = sine * one + cosine * other
+    rows[i][i], rows[j][j] = rows[i][i] - tangent * mixed, rows[j][j] + tangent * mixed
+    rows[i][j] = rows[j][i] = mixed.graph.number(0.0)

@@ -57,24 +57,6 @@ def partial_address(name: str, laws: tuple[Law, ...], constants: int) -> int:
 
 
 @cache
-def slope_addresses(laws: tuple[tuple[Formula, ...], ...]) -> tuple[int, ...]:
-    """Return where functions of the invariants of strain are, such as slopes of solid laws.
-
-    In C, each is ``double name(int law, double i1, double i2)``.
-
-    Args:
-        laws: By law, a formula for each function; variables are ``i1`` and ``i2``.
-    """
-    module = ir.Module("solids")
-    names = [f"slope_{k}" for k in range(len(laws[0]))]
-    for k, name in enumerate(names):
-        builder, (law,), known, _ = _begun(module, name, 1, ("i1", "i2"), 0)
-        _choose(builder, law, [each[k] for each in laws], lambda _, known=known: known)
-    loaded = _module(str(module))
-    return tuple(int(loaded.get_function_address(name)) for name in names)
-
-
-@cache
 def _module(text: str) -> Any:
     return machine_code("of_laws", text.encode(), lambda: text)
 

@@ -188,21 +188,6 @@ def field_caller(vectors: int = 4) -> Callable[..., Any]:
     return _typed(own, generate)
 
 
-@cache
-def law_caller() -> Callable[..., Any]:
-    """Return the call of a function of invariants, by its address and the number of a law."""
-    own = NUMBER(types.int64, types.int64, NUMBER, NUMBER)
-
-    def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
-        place, law, *invariants = arguments
-        number = ir.DoubleType()
-        called = ir.FunctionType(number, [ir.IntType(32), number, number]).as_pointer()
-        given = [builder.trunc(law, ir.IntType(32)), *invariants]
-        return builder.call(builder.inttoptr(place, called), given)
-
-    return _typed(own, generate)
-
-
 def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]:
     """Return a function that calls another by an address in a table among its arguments."""
 

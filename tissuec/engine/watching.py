@@ -5,13 +5,12 @@ states within it that are interpolated without evaluating forces, and only where
 comes close to a limit, on its dense output.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.compiled.calls import kernel_on
 from tissuec.engine.backends import bound_inside
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 
 FINE_LOOKS = 8  # of methods whose steps are long
 MARGIN = 0.999  # of a limit: loads above which a step is examined closely
-_STILL = np.zeros(0)
 
 
 class Loads:
@@ -47,10 +45,7 @@ class Loads:
 
     def __init__(self, shapes: "Sequence[BreakableElements]", place: Indices):
         self._shapes, self._place = shapes, place
-        self._calls: list[tuple[Callable[..., None], int]] = [
-            (kernel_on(each.kernel, each.table(place)), len(each.limits.marks))
-            for each in shapes
-        ]
+        self._loads = [each.loading(place) for each in shapes]
         marks = [each.limits.marks for each in shapes]
         self.marks: Indices = np.concatenate([np.zeros(0, dtype=np.int64), *marks])
 
@@ -63,17 +58,7 @@ class Loads:
 
     def at(self, x: Floats) -> Floats:
         """Return the loads, shape (element,); ``x`` are flat positions [m], shape (3 node,)."""
-        found = np.empty(len(self.marks))
-        first = 0
-        for (call, count), shape in zip(self._calls, self._shapes, strict=True):
-            own = found[first : first + count]
-            call(0.0, x, _STILL, own, _STILL)
-            if not shape.is_coded():
-                # Nodes of elements keep their places; hidden ones may have none any more.
-                position = x.reshape(-1, 3).take(self._place, axis=0, mode="clip")
-                np.maximum(own, shape.by_energy(position), out=own)
-            first += count
-        return found
+        return np.concatenate([loads(x) for loads in self._loads])
 
     def some(self, chosen: Indices) -> "Loads":
         """Return some of them, by ascending indices of shape (n,)."""

@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tissuec.forces.effects import Resisting
 from tissuec.forces.fields import WalledField
 from tissuec.forces.matrices import ForceDerivatives, as_operator, assembled
-from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits, LimitColumns
+from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.model.network import Floats, Indices
@@ -161,29 +161,6 @@ class MaterialField(ElementField, frozen=True):
     @abstractmethod
     def faces(self) -> Indices:
         """Return the triangles of the surface of each element, shape (element, triangle, 3)."""
-
-    # --- limits -------------------------------------------------------------------------------
-
-    @property
-    def breakable(self) -> BreakableElements | None:
-        """Return the elements that have a limit; None without any."""
-        if self.limits is None or not len(able := self.limits.finite):
-            return None
-        return BreakableElements(self.only(able), self.limits.some(able))
-
-    @property
-    @abstractmethod
-    def crack_areas(self) -> Floats:
-        """Return the areas of cracks through single elements [m²], shape (element,)."""
-
-    @property
-    @abstractmethod
-    def limit_kernel(self) -> Callable[..., None]:
-        """Return the scalar loops that set how near elements are to breaking."""
-
-    @abstractmethod
-    def limit_table(self, place: Indices, limits: LimitColumns) -> NamedTuple:
-        """Return the record of these loops; see ``element_limits.Loaded``."""
 
     # --- memory -------------------------------------------------------------------------------
 

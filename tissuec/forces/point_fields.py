@@ -16,18 +16,25 @@ from numpy.typing import NDArray
 
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import TracedPoint
+from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.items import recorded, room_for
-from tissuec.compiled.loops.points import PointTable, force_loop, matrix_loop, record_loop
+from tissuec.compiled.loops.points import (
+    PointTable,
+    force_loop,
+    matrix_loop,
+    mean_loop,
+    record_loop,
+)
 from tissuec.forces.element_fields import MaterialField, young_of
 from tissuec.forces.matrices import BlockPattern, whole, without_negative
 from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.solids.element_limits import BreakableElements, measures_of
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
 from tissuec.forces.solids.solid_memory import NEVER
 from tissuec.forces.solids.solid_point import SolidKind
-from tissuec.forces.solids.solid_strain import EnergySlopes, SolidFibres
+from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.kernels.records import BoundaryConditions
-from tissuec.laws.derivatives import DERIVATIVES, at_invariants
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -295,16 +302,8 @@ class PointField(MaterialField, frozen=True):
         """Return a bound of the rates at which elements relax and flow [1/s]; see ``Field``."""
         fastest = 0.0
         for _, own in self.recalling(velocity).in_blocks() if self.remembers else ():
-            held, relaxing = own.seen("held", position), np.zeros(1)
-            if (branches := own.branches) is not None:
-                rates = np.array(held) * branches.pace[..., None] / 3.0
-                fastest = max(fastest, float(rates.max()))
-                relaxing = (branches.shear[..., None] * held).sum(axis=0)
-            if own.yielding is not None:
-                i1, i2 = own.invariants(position)
-                each = at_invariants(own.laws, own.law, DERIVATIVES, i1, i2)
-                slopes = EnergySlopes(*(own.shear[:, None] * each))
-                fastest = max(fastest, own.yielding.fastest(i1, i2, slopes, relaxing))
+            rates = own.seen("paces", position)
+            fastest = max(fastest, *(float(each.max(initial=0.0)) for each in rates))
         return fastest
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
@@ -352,6 +351,60 @@ class PointField(MaterialField, frozen=True):
             own = self.only(items).relaxed.recalling(velocity)
             numbers = np.stack(own.seen("isochoric", position), axis=-1)
             self.branches.keep(velocity, self.branches.filled(numbers), items)
+
+    # --- limits -------------------------------------------------------------------------------
+
+    @property
+    def breakable(self) -> BreakableElements | None:
+        """Return the elements that have a limit; None without any."""
+        if self.limits is None or not len(able := self.limits.finite):
+            return None
+        return BreakableElements(self.only(able), self.limits.some(able))
+
+    @property
+    @abstractmethod
+    def crack_areas(self) -> Floats:
+        """Return the areas of cracks through single elements [m²], shape (element,)."""
+
+    def measuring(
+        self, names: tuple[str, ...], place: Indices
+    ) -> Callable[[Floats], Floats]:  # fmt: skip
+        """Return the function that finds what limits are of, shape (element, name).
+
+        It takes the flat positions of all nodes [m], shape (3 node,).
+
+        Args:
+            names: Of ``element_limits.measures_of``.
+            place: Index of each node among them, shape (node,).
+        """
+        kind = self._kind._replace(branches=0, is_yielding=False, is_viscous=False)
+        point, count, still = self.traced(kind), self.item_count, np.zeros(0)
+        if "energy" in names and point.graph.has("array", [point.state.energy]):
+            return self._measuring_energy(names, place)
+        kernel = limit_kernel(self.traced, kind, names, self.nodes.shape[1], self.points)
+        room = room_for(len(names), count)
+        call = kernel_on(kernel, self._table(kind, place[self.nodes], self._slots[:0]), 3)
+
+        def measure(x: Floats) -> Floats:
+            call(0.0, x, still, room.reshape(-1))
+            return recorded(room, count)
+
+        return measure
+
+    def _measuring_energy(
+        self, names: tuple[str, ...], place: Indices
+    ) -> Callable[[Floats], Floats]:  # fmt: skip
+        """Return ``measuring`` for energies of which no kernel can be made."""
+        others = self.measuring(names[:-1], place) if len(names) > 1 else None
+        volume = self.weights.sum(axis=1)
+
+        def measure(x: Floats) -> Floats:
+            # Nodes of elements keep their places; hidden ones may have none any more.
+            position = x.reshape(-1, 3).take(place, axis=0, mode="clip")
+            energy = (self.energies(position) / volume)[:, None]
+            return energy if others is None else np.append(others(x), energy, axis=1)
+
+        return measure
 
     # --- for the engine -----------------------------------------------------------------------
 
@@ -427,7 +480,8 @@ class PointField(MaterialField, frozen=True):
         if kind.is_yielding:
             assert self.yielding is not None
             found["yield_stress"] = np.minimum(self.yielding.limit, NEVER)
-            found["yield_pace"] = 1.0 / self.yielding.viscosity
+            flows = np.isfinite(self.yielding.limit)
+            found["yield_pace"] = np.where(flows, 1.0 / self.yielding.viscosity, 0.0)
         if kind.tensors:
             rate = np.concatenate([each.rate for each in self._stored])
             inverse = np.where(self._slots >= 0, 1.0 / rate, 0.0)
@@ -488,6 +542,19 @@ def record_kernel(
     return GeneratedKernel(
         f"points_{name}", lambda own: record_loop(own, point, outputs, nodes, points)
     ), len(outputs)
+
+
+@cache
+def limit_kernel(
+    traced: Tracing, kind: SolidKind, names: tuple[str, ...], nodes: int, points: int
+) -> GeneratedKernel:
+    """Return the kernel that records what limits of elements are of."""
+    point = traced(kind)
+    every = measures_of(point)
+    outputs = [every[name] for name in names]
+    return GeneratedKernel(
+        "points_limits", lambda own: mean_loop(own, point, outputs, nodes, points)
+    )
 
 
 @cache

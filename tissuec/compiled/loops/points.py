@@ -114,6 +114,7 @@ class _Points(ItemLoop):
         )
         self.sums = sums
         needed = point.graph.inputs_of(outputs)
+        self._pools = point.is_pooled and not needed.isdisjoint(("mean", "swell"))
         self._flow = self.room_of(rows) if any(each.startswith("g.") for each in needed) else ""
         for corner, place in enumerate(self.places()):
             for room, vector in ((self._at, "x"), (self._flow, "v")):
@@ -121,7 +122,7 @@ class _Points(ItemLoop):
                     self.put(value, room, 3 * corner + axis)
         code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
         code.line("%row = load i64, ptr %own.key, align 8")
-        if not point.is_pooled:
+        if not self._pools:
             return
         self.clear(sums, 2)
 
@@ -145,7 +146,7 @@ class _Points(ItemLoop):
         """Return ∂N/∂X of the nodes at a point, its volume, and the values of all inputs."""
         slopes, weight = self.slopes_at(q)
         values = dict(self.values)
-        if self.point.is_pooled:
+        if self._pools:
             first = self.code.add(f"mul i64 {q}, {self.components}")
             every = range(self.components)
             places = [self.code.add(f"add i64 {first}, {k}") for k in every]
@@ -328,6 +329,38 @@ def record_loop(
             code.store(value, code.address(base, k * LANES))
 
     loop.each_point("write", write)
+    return loop.text(name, ("x", "v", "out"), PointTable)
+
+
+def mean_loop(
+    name: str, point: TracedPoint, outputs: Sequence[Number], nodes: int, points: int
+) -> LoopText:
+    """Return the loop that writes numbers of each element, for ``recorded`` to read.
+
+    They may depend on ``TracedPoint.mean_of`` numbers of points; the arguments are those of
+    ``record_loop``.
+    """
+    loop, averaged = _Points(point, nodes, points), point.averaged(outputs)
+    code, count = loop.code, len(averaged)
+    loop.begin([*averaged.values(), *outputs])
+    sums = loop.room_of(count + 1)
+    loop.clear(sums, count + 1)
+
+    def add(q: str) -> None:
+        _, weight, values = loop.at_point(q)
+        for k, value in enumerate(code.write(list(averaged.values()), values)):
+            loop.put(code.fused(weight, value, loop.read(sums, k)), sums, k)
+        loop.add_up(weight, sums, count)
+
+    loop.each_point("add", add)
+    volume = loop.read(sums, count)
+    means = {
+        each: code.add(f"fdiv {code.kind} {loop.read(sums, k)}, {volume}")
+        for k, each in enumerate(averaged)
+    }
+    base = loop.row_of_blocks("out", len(outputs))
+    for k, value in enumerate(code.write(outputs, loop.values | means)):
+        code.store(value, code.address(base, k * LANES))
     return loop.text(name, ("x", "v", "out"), PointTable)
 
 

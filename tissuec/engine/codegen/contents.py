@@ -28,7 +28,6 @@ from tissuec.compiled.numba_types import (
     as_compiled,
     caller,
     field_caller,
-    law_caller,
     partial_caller,
 )
 from tissuec.compiled.sources import digest_of_sources
@@ -82,8 +81,7 @@ def bundles() -> dict[str, list[Exported]]:
             for function in (step.drive, step_inside.look, integrator.prepare)
         ]
     for kernel in _loops_of_fields():
-        called = {"call_law": law_caller()}  # whose address is in the table of a kernel
-        exported = Exported(kernel.__name__, kernel, as_compiled(kernel), called)
+        exported = Exported(kernel.__name__, kernel, as_compiled(kernel), {})
         found.setdefault(of_field(kernel), []).append(exported)
     return found
 

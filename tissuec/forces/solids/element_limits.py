@@ -15,71 +15,17 @@ triangle of the area A has a = t √A as drawn, and stretch and stress are those
 """
 
 from collections.abc import Callable
-from functools import cache
-from typing import NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.laws.derivatives import energy
-from tissuec.laws.solid import SolidLaw
+from tissuec.autodiff import Number, Tensor, largest, maximum, sqrt
+from tissuec.autodiff.points import TracedPoint
 from tissuec.model.network import Floats, Indices
 
-
-class LimitColumns(NamedTuple):
-    """Limits as kernels read them, the first columns of their records.
-
-    Attributes:
-        strain: Shape (element,).
-        stress: [Pa], shape (element,).
-        energy: [J], shape (element,).
-        energies: Address of the energies of laws; 0 where no energy breaks elements.
-    """
-
-    strain: Floats
-    stress: Floats
-    energy: Floats
-    energies: int
-
-
-class Loaded(Protocol):
-    """Elements of one shape, as ``forces.element_fields.MaterialField``."""
-
-    @property
-    def laws(self) -> tuple[SolidLaw, ...]:
-        """Return their laws."""
-        ...
-
-    @property
-    def crack_areas(self) -> Floats:
-        """Return the areas of cracks through single elements [m²], shape (element,)."""
-        ...
-
-    def only(self, items: Indices) -> Self:
-        """Return some elements, by indices of shape (n,)."""
-        ...
-
-    def energies(self, position: Floats) -> Floats:
-        """Return the energy of each element [J], shape (element,).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
-        ...
-
-    @property
-    def limit_kernel(self) -> Callable[..., None]:
-        """Return the scalar loops that set the loads."""
-        ...
-
-    def limit_table(self, place: Indices, limits: LimitColumns) -> NamedTuple:
-        """Return the record of these loops.
-
-        Args:
-            place: Index of each node in their arrays, shape (node,).
-            limits: Of the elements.
-        """
-        ...
+if TYPE_CHECKING:
+    from tissuec.forces.point_fields import PointField
 
 
 class ElementLimits(NamedTuple):
@@ -123,46 +69,27 @@ class BreakableElements(Struct, frozen=True, eq=False):
         limits: Theirs.
     """
 
-    elements: Loaded
+    elements: "PointField"
     limits: ElementLimits
-
-    @property
-    def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops, which set the loads."""
-        return self.elements.limit_kernel
 
     def some(self, items: Indices) -> "BreakableElements":
         """Return some of them, by indices of shape (n,)."""
         return BreakableElements(self.elements.only(items), self.limits.some(items))
 
-    def table(self, place: Indices) -> NamedTuple:
-        """Return the record of the kernel.
+    def loading(self, place: Indices) -> Callable[[Floats], Floats]:
+        """Return the function that finds loads divided by limits, shape (element,).
+
+        It takes the flat positions of all nodes [m], shape (3 node,).
 
         Args:
-            place: Index of each node in the arrays of the kernel, shape (node,).
+            place: Index of each node among them, shape (node,).
         """
-        address = _address_of_energies(self.elements.laws)
-        energy = np.full(len(self.limits.marks), np.inf) if address is None else self.energy
-        columns = LimitColumns(self.limits.strain, self.limits.stress, energy, address or 0)
-        return self.elements.limit_table(place, columns)
-
-    @property
-    def energy(self) -> Floats:
-        """Return the energies that break them [J], shape (element,)."""
-        return np.asarray(self.limits.toughness * self.elements.crack_areas)
-
-    def is_coded(self) -> bool:
-        """Return whether the kernel sets all loads, rather than those of stretch and stress."""
-        has_none = not np.isfinite(self.limits.toughness).any()
-        return has_none or _address_of_energies(self.elements.laws) is not None
-
-    def by_energy(self, position: Floats) -> Floats:
-        """Return the loads of energy alone, shape (element,).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
-        return np.asarray(self.elements.energies(position) / self.energy)
+        elements, limits = self.elements, self.limits
+        energy = limits.toughness * elements.crack_areas / elements.weights.sum(axis=1)
+        every = {"strain": limits.strain, "stress": limits.stress, "energy": energy}
+        some = {name: limit for name, limit in every.items() if np.isfinite(limit).any()}
+        measure, least = elements.measuring(tuple(some), place), np.stack([*some.values()], 1)
+        return lambda x: (measure(x) / least).max(axis=1)
 
     def loads(self, position: Floats) -> Floats:
         """Return the loads divided by the limits of elements, shape (element,).
@@ -170,12 +97,8 @@ class BreakableElements(Struct, frozen=True, eq=False):
         Args:
             position: Of all nodes [m], shape (node, 3).
         """
-        from tissuec.compiled.calls import kernel_on
-
-        call = kernel_on(self.kernel, self.table(np.arange(len(position))))
-        found, still = np.zeros(len(self.limits.marks)), np.zeros(0)
-        call(0.0, np.ascontiguousarray(position, dtype=float).ravel(), still, found, still)
-        return found if self.is_coded() else np.maximum(found, self.by_energy(position))
+        x = np.ascontiguousarray(position, dtype=float).ravel()
+        return self.loading(np.arange(len(position)))(x)
 
     def broken(self, position: Floats) -> Indices:
         """Return the marks of those that break, shape (n,).
@@ -186,12 +109,28 @@ class BreakableElements(Struct, frozen=True, eq=False):
         return self.limits.marks[self.loads(position) > 1.0]
 
 
-@cache
-def _address_of_energies(laws: tuple[SolidLaw, ...]) -> int | None:
-    """Return where the compiled energies of laws are; None if one has no code."""
-    from tissuec.compiled.laws import slope_addresses
+def measures_of(point: TracedPoint) -> dict[str, Number]:
+    """Return what limits are of: a strain, a stress [Pa], and an energy per volume [Pa].
 
-    try:
-        return slope_addresses(tuple((energy(law),) for law in laws))[0]
-    except TypeError:  # of sums over principal stretches, only slopes are compiled
-        return None
+    Args:
+        point: Of elements; what it remembers has no part in them.
+    """
+    f = point.tensor(list(map(point.mean_of, point.f)))
+    stretch = sqrt(largest(f.transposed @ f))
+    pull = _largest_stress(point) / stretch
+    energy = point.mean_of(point.state.energy) + point.of_mean
+    return {"strain": stretch - 1.0, "stress": pull, "energy": energy}
+
+
+def _largest_stress(point: TracedPoint) -> Number:
+    """Return the largest principal value of the mean of P Fᵀ [Pa]."""
+    f, piola = point.tensor(point.f), point.tensor(point.elastic_stress)
+    if point.directions == 2:  # in the plane, where Fᵀ P has the same principal values
+        (a, b), (c, d) = (map(point.mean_of, row) for row in (f.transposed @ piola).rows)
+        half = 0.5 * (a - d)
+        return 0.5 * (a + d) + sqrt(maximum(half * half + b * c, 0.0))
+    stress = (piola @ f.transposed).rows
+    every = range(3)
+    return largest(
+        Tensor([point.mean_of(stress[min(i, j)][max(i, j)]) for j in every] for i in every)
+    )

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from tissuec.autodiff.points import PLACES
 from tissuec.forces.effects import AbstractStruct
-from tissuec.forces.solids.solid_strain import EnergySlopes
 from tissuec.model.network import Floats, Indices
 
 
@@ -239,34 +238,3 @@ class ElementYield(StoredTensors, frozen=True):
             velocity: Of all nodes [m/s], shape (…, node, 3).
             points: Of each element.
         """
-
-    def fastest(self, i1: Floats, i2: Floats, of: EnergySlopes, relaxing: Floats) -> float:
-        """Return a bound of the rates at which elements flow [1/s]: 3 μ'/η.
-
-        μ' is a shear modulus of the strained law, exact in tension along an axis.
-
-        Args:
-            i1, i2: Isochoric invariants of Fe at all points, shape (element, …).
-            of: Derivatives of the laws there.
-            relaxing: Σ μk g tr(C Ak) of branches [Pa], shape (element, …).
-        """
-        # |dev b|² of the isochoric b = Fe Feᵀ, and of its inverse.
-        wide = np.maximum(2.0 / 3.0 * i1 * i1 - 2.0 * i2, 0.0)
-        thin = np.maximum(2.0 / 3.0 * i2 * i2 - 2.0 * i1, 0.0)
-        modulus = relaxing + _largest(of.by_first, i1, wide) + _largest(of.by_second, i2, thin)
-        modulus += 2.0 * (abs(of.by_first_twice) * wide + abs(of.by_second_twice) * thin)
-        modulus += 4.0 * abs(of.by_both) * np.sqrt(wide * thin)
-        flows = np.isfinite(self.limit)
-        widest = modulus.reshape(len(self.limit), -1).max(axis=1)
-        return float((3.0 * widest[flows] / self.viscosity[flows]).max(initial=0.0))
-
-
-def _largest(weight: Floats, trace: Floats, square: Floats) -> Floats:
-    """Return a bound of the largest eigenvalue of 2 w b [Pa], shape (…).
-
-    Args:
-        weight: w [Pa], shape (…).
-        trace, square: tr b and |dev b|² of a symmetric tensor of order 3, shape (…).
-    """
-    apart = np.sqrt(2.0 / 3.0 * square)
-    return 2.0 * (weight * trace / 3.0 + abs(weight) * apart)

@@ -36,7 +36,6 @@ acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept.
 and yielding are in ``solids.solid_memory``.
 """
 
-from collections.abc import Callable, Sequence
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -48,14 +47,11 @@ from tissuec.forces.element_fields import numbered_laws
 from tissuec.forces.fields import Items
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
-from tissuec.forces.solids.element_limits import ElementLimits, LimitColumns
-from tissuec.forces.solids.element_limits_kernel import LimitTable, burden_elements
-from tissuec.forces.solids.elements_kernel import STATE, ElementTable
+from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
 from tissuec.forces.solids.solid_point import LEAST, traced_point
 from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.elements import ElementShape, Measures
-from tissuec.laws.derivatives import by_first, by_second
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -118,7 +114,7 @@ class SolidElements(PointField, frozen=True):
         span: The entry that asks for the elements.
     """
 
-    at_once: ClassVar[int] = 2048
+    at_once: ClassVar[int] = 512
     traced: ClassVar[Tracing] = staticmethod(traced_point)
     shape: ElementShape
     drawn: Measures
@@ -306,47 +302,6 @@ class SolidElements(PointField, frozen=True):
     def crack_areas(self) -> Floats:
         """Return V^(2/3) [m²], shape (element,); see ``solids.element_limits``."""
         return np.asarray(self.volume ** (2.0 / 3.0))
-
-    @property
-    def limit_kernel(self) -> Callable[..., None]:
-        """Return the scalar loops that set how near elements are to breaking."""
-        return burden_elements
-
-    def _limit_columns(self, place: Indices) -> ElementTable:
-        """Return the elements as the loops of limits read them."""
-        points, count = self.points, self.shape.nodes
-        used, row = np.unique(self.row, return_inverse=True)
-        gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
-        is_curved = bool(self.law.any())
-        first, second = (0, 0) if not is_curved else _addresses(self.laws)
-        return ElementTable(
-            nodes=np.ascontiguousarray(place[self.nodes]),
-            row=row.astype(np.int64),
-            gradients=np.ascontiguousarray(gradients),
-            weight=np.ascontiguousarray(self.drawn.volume[used]),
-            shear=self.shear, bulk=self.bulk, local=self.local,
-            law=self.law,
-            fibres=np.ascontiguousarray(self.fibres.along),
-            fibre_stiffness=self.fibres.stiffness,
-            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
-            is_curved=is_curved, by_first=first, by_second=second,
-            points=np.zeros((points, STATE)), own=np.zeros((3, 3 * count)),
-        )  # fmt: skip
-
-    def limit_table(self, place: Indices, limits: LimitColumns) -> LimitTable:
-        """Return the record of these loops; see ``MaterialField``."""
-        solid = self._limit_columns(place)
-        weight = solid.weight[:, :, None]
-        mean = (weight * solid.gradients).sum(axis=1) / weight.sum(axis=1)
-        return LimitTable(*limits, solid, np.ascontiguousarray(mean), np.zeros(STATE))
-
-
-def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:
-    """Return where the compiled slopes of laws by the first and second invariant are."""
-    from tissuec.compiled.laws import slope_addresses
-
-    first, second = slope_addresses(tuple((by_first(law), by_second(law)) for law in laws))
-    return first, second
 
 
 def _measured(shape: ElementShape, corners: Floats) -> tuple[Measures, Indices]:

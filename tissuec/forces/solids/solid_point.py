@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor
 from tissuec.autodiff.points import PLACES, PointState, TracedPoint
@@ -102,7 +100,7 @@ def _point(
     rates = _rates(kind, f, g * right, flows, plastic, branches, p)
     seen = {
         "invariants": [g * first, g * g * second],
-        "held": held,
+        "paces": paces(kind, flows, (g * first, g * g * second), held, p),
         "isochoric": [g * right.rows[i][k] for i, k in PLACES[3]],
     }
     return PointState(stored, loss, j, rates, seen)
@@ -138,7 +136,7 @@ def in_parallel(
     for each in squares:
         e = p.dispersion * (i1 - 3.0) + (1.0 - 3.0 * p.dispersion) * (each - 1.0)
         e = autodiff.maximum(e, 0.0)
-        found = found + 0.5 * p.fibre_stiffness / p.fibre_stiffening * _grown(
+        found = found + 0.5 * p.fibre_stiffness / p.fibre_stiffening * grown(
             p.fibre_stiffening * e * e
         )
     return found
@@ -165,6 +163,47 @@ def _rates(
     driving = autodiff.deviator(piola.transposed @ f)
     pace = pace_of_flow(_inner(driving, driving.transposed), p)
     return carried(pace, driving, [*plastic, *branches], found)
+
+
+def paces(
+    kind: SolidKind, flows: Number, invariants: Sequence[Number], held: Sequence[Number],
+    p: Numbers,
+) -> list[Number]:  # fmt: skip
+    """Return the rates at which branches relax, and a bound of that of the flow [1/s]: 3 μ'/η.
+
+    Args:
+        flows, held: As of ``in_series``.
+        invariants: Isochoric, of the elastic strain.
+    """
+    found = [one_of(p.branch_pace, k) * each / 3.0 for k, each in enumerate(held)]
+    if kind.is_yielding:
+        modulus = largest_modulus(flows, *invariants)
+        for k, each in enumerate(held):
+            modulus = modulus + one_of(p.branch_shear, k) * each
+        found.append(3.0 * p.yield_pace * modulus)
+    return found
+
+
+def largest_modulus(stored: Number, i1: Number, i2: Number) -> Number:
+    """Return a shear modulus of a strained law [Pa], exact in tension along an axis.
+
+    Args:
+        stored: Its energy [Pa].
+        i1, i2: Isochoric invariants on which it depends.
+    """
+    by = [i1, i2]
+    one, two = autodiff.gradient(stored, by, by)
+    (one_twice, both), (_, two_twice) = (autodiff.gradient(each, by, by) for each in (one, two))
+    # |dev b|² of the isochoric b = Fe Feᵀ, and of its inverse.
+    wide = autodiff.maximum(2.0 / 3.0 * i1 * i1 - 2.0 * i2, 0.0)
+    thin = autodiff.maximum(2.0 / 3.0 * i2 * i2 - 2.0 * i1, 0.0)
+    # Bounds of the largest eigenvalues of 2 ∂W/∂i b.
+    ends = [
+        2.0 / 3.0 * slope * mean + abs(slope) * autodiff.sqrt(8.0 / 3.0 * square)
+        for slope, mean, square in ((one, i1, wide), (two, i2, thin))
+    ]
+    bends = 2.0 * (abs(one_twice) * wide + abs(two_twice) * thin)
+    return ends[0] + ends[1] + bends + 4.0 * abs(both) * autodiff.sqrt(wide * thin)
 
 
 def pace_of_flow(square: Number, p: Numbers) -> Number:
@@ -223,9 +262,19 @@ def _unimodular_inverse(a: Tensor) -> Tensor:
     return isochoric(autodiff.determinant(a)) * a.cofactors
 
 
-def _grown(exponent: Number) -> Number:
-    """Return exp(z) - 1; its value is that of NumPy, as only energies need it."""
-    return autodiff.ruled(autodiff.in_arrays(np.expm1, [exponent]), [exponent], _of_grown)
+def grown(exponent: Number) -> Number:
+    """Return exp(z) - 1, exact where z is small, too, by the quotient of both roundings.
+
+    (W. Kahan; see N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, section
+    1.14.1.)
+    """
+    power = autodiff.exp(exponent)
+    is_seen = power > 1.0
+    near = autodiff.where(is_seen, autodiff.minimum(power, 2.0), 2.0)
+    exact = exponent * (near - 1.0) / autodiff.log(near)
+    small = autodiff.where(is_seen, exact, exponent)
+    value = autodiff.where(power > 2.0, power - 1.0, small)
+    return autodiff.ruled(value, [exponent], _of_grown)
 
 
 def _of_grown(_: Number, exponent: Number) -> list[Number]:

@@ -1,4 +1,4 @@
-"""Fibres and prestretch of solid elements, and the slopes of their laws.
+"""Fibres and prestretch of solid elements.
 
 Families of fibres store what ``solids.elements`` says. (T. C. Gasser, R. W. Ogden, G. A.
 Holzapfel, J. R. Soc. Interface 3:15, 2006.)
@@ -13,7 +13,7 @@ With F = ∂x/∂X of the drawn places X, the deformation that has stress is F F
 Elasticity 48:125, 1997). As det F0 = 1, volumes are those drawn.
 """
 
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from msgspec import Struct
@@ -21,21 +21,6 @@ from msgspec.structs import replace
 
 from tissuec.geometry.elements import Measures
 from tissuec.model.network import Floats, Indices
-
-
-class EnergySlopes(NamedTuple):
-    """What an energy μ ψ(i1, i2) changes by, each of shape (…) [Pa].
-
-    Attributes:
-        by_first, by_second: μ ∂ψ/∂i1 and μ ∂ψ/∂i2.
-        by_first_twice, by_both, by_second_twice: Second derivatives of μ ψ.
-    """
-
-    by_first: Floats
-    by_second: Floats
-    by_first_twice: Floats
-    by_both: Floats
-    by_second_twice: Floats
 
 
 class SolidFibres(Struct, frozen=True, eq=False):

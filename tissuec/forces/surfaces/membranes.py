@@ -32,7 +32,6 @@ Green's strain and B = cof C Ė,
 Branches that relax and yielding are in ``surfaces.membrane_memory``.
 """
 
-from collections.abc import Callable
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -45,17 +44,10 @@ from tissuec.forces.element_fields import numbered_laws
 from tissuec.forces.fields import Items
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
-from tissuec.forces.solids.element_limits import ElementLimits, LimitColumns
+from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.solid_strain import SolidFibres
-from tissuec.forces.surfaces.membrane_limits_kernel import (
-    STATE,
-    MembraneLimitTable,
-    MembraneTable,
-    burden_membranes,
-)
 from tissuec.forces.surfaces.membrane_memory import MembraneBranches, MembraneYield
 from tissuec.forces.surfaces.plane_point import LEAST_SQUARE, traced_point
-from tissuec.laws.derivatives import DERIVATIVES
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -271,35 +263,6 @@ class Membranes(PointField, frozen=True):
     def crack_areas(self) -> Floats:
         """Return t √A [m²], shape (triangle,); see ``solids.element_limits``."""
         return self.thickness * np.sqrt(self.area)
-
-    @property
-    def limit_kernel(self) -> Callable[..., None]:
-        """Return the scalar loops that set how near triangles are to breaking."""
-        return burden_membranes
-
-    def limit_table(self, place: Indices, limits: LimitColumns) -> MembraneLimitTable:
-        """Return the record of these loops; see ``MaterialField``."""
-        is_curved = bool(self.law.any())
-        addresses = (0,) * len(DERIVATIVES)
-        if is_curved:
-            from tissuec.compiled.laws import slope_addresses
-
-            addresses = slope_addresses(
-                tuple(tuple(each(law) for each in DERIVATIVES) for law in self.laws)
-            )
-        first, second, first_twice, both, second_twice = addresses
-        wall = MembraneTable(
-            nodes=np.ascontiguousarray(place[self.nodes]),
-            gradients=np.ascontiguousarray(self.gradients.reshape(-1, 6)),
-            weight=self.weight, shear=self.shear, bulk=self.bulk, law=self.law,
-            fibres=np.ascontiguousarray(self.fibres.along),
-            fibre_stiffness=self.fibres.stiffness,
-            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
-            is_curved=is_curved, by_first=first, by_second=second,
-            by_first_twice=first_twice, by_both=both, by_second_twice=second_twice,
-            state=np.zeros(STATE),
-        )  # fmt: skip
-        return MembraneLimitTable(*limits, wall)
 
 
 def _prestretch(axes: Floats, stretch: Floats, axis: Floats | None) -> Floats:

@@ -18,6 +18,7 @@ from tissuec.forces.solids.solid_point import (
     in_series,
     one_of,
     pace_of_flow,
+    paces,
 )
 
 #: Square of the ratio of areas below which its root is continued by a parabola, so that
@@ -127,7 +128,7 @@ def _point(
         loss = p.viscosity * j / (near * near) * both
     seen = {
         "invariants": here.invariants,
-        "held": here.held,
+        "paces": paces(kind, here.flows, here.invariants, here.held, p),
         "isochoric": here.isochoric,
         "thickness": [j * plane.narrow],
         "across": [found.slope, found.bend],
