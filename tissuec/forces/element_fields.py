@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.forces.effects import Resisting
 from tissuec.forces.fields import WalledField
-from tissuec.forces.matrices import ForceDerivatives, as_operator, assembled
+from tissuec.forces.matrices import BlockPattern, ForceDerivatives, as_operator
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.invariants import NeoHookean
@@ -89,24 +89,13 @@ class ElementField(WalledField, frozen=True):
         self, blocks: Callable[[Self], Floats], number: Indices, size: int
     ) -> "coo_matrix":
         """Return the matrix of all elements from those of single ones."""
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        # Sums of equally many blocks are added, so that large matrices are added rarely.
-        sums: list[tuple[int, csr_matrix]] = [(0, csr_matrix((3 * size, 3 * size)))]
-        for _, own in self.in_blocks():
-            free = np.flatnonzero((number[own.nodes] >= 0).any(axis=1))
-            # A block without any is zero, so that the others are added in the same order.
-            count, matrix = 1, sums[0][1]
-            if len(free):
-                own = own if len(free) == own.item_count else own.only(free)
-                matrix = assembled(blocks(own), number[own.nodes], size).tocsr()
-            while sums[-1][0] == count:
-                count, matrix = 2 * count, sums.pop()[1] + matrix
-            sums.append((count, matrix))
-        total = sums.pop()[1]
-        while sums:
-            total = sums.pop()[1] + total
-        return coo_matrix(total)
+        moves = (number[self.nodes] >= 0).any(axis=1)
+        own = self if moves.all() else self.only(np.flatnonzero(moves))
+        pattern = BlockPattern.of(number[own.nodes], size)
+        room = pattern.room
+        for part, some in own.in_blocks():
+            pattern.add(blocks(some), part, room)
+        return pattern.matrix(room)
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""

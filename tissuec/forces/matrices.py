@@ -40,22 +40,16 @@ def assembled(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
 
     Args:
         blocks: In any unit, shape (item, node, 3, node, 3).
-        number: Of the nodes of items among those that may move, -1 for others, shape (item,
-            node).
-        size: Number of nodes that may move.
+        number, size: As for ``BlockPattern.of``.
     """
-    from scipy.sparse import coo_matrix
-
-    place = 3 * number[..., None] + np.arange(3)
-    rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
-    columns = np.broadcast_to(place[:, None, None, :, :], blocks.shape)
-    moves = (rows >= 0) & (columns >= 0)
-    entries = blocks[moves], (rows[moves], columns[moves])
-    return coo_matrix(entries, shape=(3 * size, 3 * size))
+    pattern = BlockPattern.of(number, size)
+    room = pattern.room
+    pattern.add(blocks, np.arange(len(number)), room)
+    return pattern.matrix(room)
 
 
 class BlockPattern(NamedTuple):
-    """Where the matrices of items are added up, in blocks of 3 x 3.
+    """Where the blocks of items are added up, 3 x 3 for each pair of their nodes.
 
     Attributes:
         places: Of the block of each pair of nodes of an item; those of nodes that do not move
@@ -82,8 +76,19 @@ class BlockPattern(NamedTuple):
 
     @property
     def room(self) -> Floats:
-        """Return room for blocks, and for what is left out [N/m], shape (block + 1, 3, 3)."""
+        """Return room for blocks, and for what is left out, shape (block + 1, 3, 3)."""
         return np.zeros((len(self.indices) + 1, 3, 3))
+
+    def add(self, blocks: Floats, items: Indices, room: Floats) -> None:
+        """Add the blocks of some items to those of the matrix.
+
+        Args:
+            blocks: In the unit of the room, shape (item, node, 3, node, 3).
+            items: Numbers of these items, shape (item,).
+        """
+        places = self.places[items].reshape(-1, 1)
+        every = (9 * places + np.arange(9)).ravel()
+        np.add.at(room.reshape(-1), every, blocks.swapaxes(2, 3).ravel())
 
     def matrix(self, room: Floats) -> "coo_matrix":
         """Return the matrix of blocks that are added up, shape (3 size, 3 size)."""
@@ -113,14 +118,7 @@ def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
         number: Of the nodes among those that may move, -1 for others, shape (n,).
         size: Number of nodes that may move; the matrix has the shape (3 size, 3 size).
     """
-    from scipy.sparse import coo_matrix
-
-    moves = number >= 0
-    row = np.broadcast_to(
-        3 * number[moves, None, None] + np.arange(3)[:, None], (moves.sum(), 3, 3)
-    )
-    where = row.ravel(), row.swapaxes(1, 2).ravel()
-    return coo_matrix((blocks[moves].ravel(), where), shape=(3 * size, 3 * size))
+    return assembled(blocks[:, None, :, None], number[:, None], size)
 
 
 def as_operator(matrix: "Callable[[], coo_matrix]") -> Resisting:
