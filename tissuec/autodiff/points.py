@@ -155,6 +155,16 @@ class TracedPoint:
         return [a + b for a, b in zip(self.elastic_stress, viscous, strict=True)]
 
     @cached_property
+    def pull(self) -> list[Number]:
+        """Return -w P, row by row; the input "pull" is minus the volume w of the point."""
+        graph = self.graph
+        stored, lost = (
+            graph.input("pull") * each for each in (self._elastic, self.dissipation)
+        )
+        parts = zip(gradient(stored, self.f), gradient(lost, self.rate), strict=True)
+        return [a + b for a, b in parts]
+
+    @cached_property
     def rates(self) -> list[Number]:
         """Return dT/dt of all tensors, number by number [1/s]."""
         return [rate.rows[i][j] for rate in self.state.rates for i, j in self.places]

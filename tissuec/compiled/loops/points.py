@@ -276,7 +276,7 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
     """
     loop = _Points(point, nodes, points)
     code, is_lossy = loop.code, point.power.value != 0.0
-    outputs = [*point.stress, point.power, *point.rates]
+    outputs = [*point.pull, point.power, *point.rates]
     loop.begin(outputs)
     pushed = loop.room_of(3 * nodes + 1)
     rates = loop.room_of(len(point.rates)) if point.rates else ""
@@ -284,9 +284,9 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
 
     def press(q: str) -> None:
         slopes, weight, values = loop.at_point(q)
-        stress, (lost,), changes = _split(code.write(outputs, values), loop.components, 1)
-        minus = code.add(f"fneg {code.kind} {weight}")
-        loop.push(pushed, loop.times(minus, stress), slopes)
+        values["pull"] = code.add(f"fneg {code.kind} {weight}")
+        pull, (lost,), changes = _split(code.write(outputs, values), loop.components, 1)
+        loop.push(pushed, pull, slopes)
         if is_lossy:
             row = 3 * nodes
             loop.put(code.fused(weight, lost, loop.read(pushed, row)), pushed, row)

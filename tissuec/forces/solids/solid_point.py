@@ -300,7 +300,7 @@ def _inverse_cube_root(j: Number) -> Number:
         is_large = small > 0.5 * cube
         small = autodiff.where(is_large, small / cube, small)
         scale = autodiff.where(is_large, factor * scale, scale)
-    root = (1.0 + (small - 1.0) / 3.0) / (1.0 + 2.0 * (small - 1.0) / 3.0)
+    root = (2.0 + small) / (1.0 + 2.0 * small)
     for _ in range(2):
         r = 1.0 - small * root * root * root
         series = 2.0 / 9.0 + r * (14.0 / 81.0 + r * (35.0 / 243.0))
@@ -308,5 +308,5 @@ def _inverse_cube_root(j: Number) -> Number:
     return autodiff.ruled(root * scale, [j], _of_root)
 
 
-def _of_root(root: Number, j: Number) -> list[Number]:
-    return [(-1.0 / 3.0) * root / j]
+def _of_root(root: Number, _: Number) -> list[Number]:
+    return [(-1.0 / 3.0) * (root * root) ** 2]
