@@ -31,7 +31,7 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
-from tissuec.forces.surfaces.membrane_memory import MembraneBranches
+from tissuec.forces.solids.element_memory import Branches
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.yielding import RelaxingFields
@@ -44,7 +44,7 @@ def relaxing(law=LAWS[1], *, cells=2, second=True, **more):
     count = len(mesh(cells)[1])
     some = 1.0 + 0.5 * (np.arange(count) % 2) * second
     shear = SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2) * second])
-    branches = MembraneBranches.new(shear, np.outer(TIMES, some))
+    branches = Branches.new(shear, np.outer(TIMES, some), 2)
     made, position = wall(law, cells=cells, branches=branches, **more)
     return with_hidden_nodes(made, position)
 
@@ -227,7 +227,7 @@ def test_what_relaxes_does_not_count_for_limits():
 
     made, drawn = breakable(LAWS[1], cells=2, stress=1e3)
     count, position = made.item_count, deformed(drawn, 5e-4)
-    branches = MembraneBranches.new(np.full((1, count), SHEAR), np.full((1, count), 0.1))
+    branches = Branches.new(np.full((1, count), SHEAR), np.full((1, count), 0.1), 2)
     more, _ = breakable(LAWS[1], cells=2, stress=1e3, branches=branches)
     found = more.stored(len(drawn), FASTEST).breakable.loads(position)
     assert np.array_equal(found, made.breakable.loads(position))

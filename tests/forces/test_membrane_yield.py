@@ -41,11 +41,7 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
-from tissuec.forces.surfaces.membrane_memory import (
-    MembraneBranches,
-    MembraneYield,
-    equivalent_of,
-)
+from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.solid.stretches import Hencky
 from tissuec.validate.forces.membranes import MembraneWall
@@ -60,10 +56,10 @@ def yielding(law=LAWS[1], *, cells=2, branched=True, alike=False, **more):
     some = 1.0 + 0.5 * (np.arange(count) % 3) * (not alike)
     flows = np.where((np.arange(count) == 1) & (not alike), np.inf, 1.0)
     shear = SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2)])
-    branches = MembraneBranches.new(shear, np.outer(TIMES, some))
+    branches = Branches.new(shear, np.outer(TIMES, some), 2)
     made, position = wall(
         law, cells=cells, branches=branches if branched else None, parts=not alike,
-        yielding=MembraneYield.new(LIMIT * some * flows, VISCOSITY * some * flows), **more,
+        yielding=ElementYield.new(LIMIT * some * flows, VISCOSITY * some * flows, 2), **more,
     )  # fmt: skip
     return with_hidden_nodes(made, position)
 
@@ -152,9 +148,7 @@ def test_what_settles_keeps_its_flow_and_loses_its_branches(case):
 @pytest.mark.parametrize("law", [*LAWS, Hencky()], ids=lambda law: type(law).__name__)
 def test_the_bound_of_rates_holds_in_tension(law):
     made, drawn = yielding(law, alike=True, branched=False, ratio=0.4999)
-    fluid = replace(made, yielding=MembraneYield(
-        made.yielding.slot, made.yielding.rate, np.zeros(8), made.yielding.viscosity
-    ))  # fmt: skip
+    fluid = replace(made, yielding=replace(made.yielding, limit=np.zeros(8)))
 
     def rate(stretch, plastic):
         """Return the rate of the logarithm of the plastic stretch along the first side."""
@@ -172,8 +166,11 @@ def test_the_bound_of_rates_holds_in_tension(law):
 
 
 def test_the_equivalent_strain_of_a_strip_is_its_logarithm():
-    way = np.diag([1.5**2, 1.0 / 1.5])
-    np.testing.assert_allclose(equivalent_of(way), np.log(1.5), rtol=1e-12)
+    made, drawn = yielding(alike=True)
+    velocity, way = np.zeros_like(drawn), np.diag([1.5**2, 1.0 / 1.5])
+    made.yielding.keep(velocity, np.broadcast_to(way, (8, 1, 2, 2)), np.arange(8))
+    found = made.yielding.equivalent(velocity, 1)
+    np.testing.assert_allclose(found, np.log(1.5), rtol=1e-12)
 
 
 @pytest.mark.parametrize("case", CASES)

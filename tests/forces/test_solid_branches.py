@@ -18,8 +18,8 @@ from tests.forces.remembering import (
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
+from tissuec.forces.solids.element_memory import Branches
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
-from tissuec.forces.solids.solid_memory import SolidBranches
 from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import MooneyRivlin
@@ -34,7 +34,7 @@ def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
     count = len(nodes)
     some = 1.0 + 0.5 * (np.arange(count) % 2)
     shear = SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2)])
-    branches = SolidBranches.new(shear, np.outer(TIMES, some))
+    branches = Branches.new(shear, np.outer(TIMES, some))
     material = SolidMaterial(
         SHEAR * some, BULK * some, viscosity * some, np.zeros(count, dtype=np.int64),
         (MooneyRivlin(0.3),),

@@ -23,8 +23,8 @@ from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
 from tests.forces.test_solid_branches import TIMES, given_way
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph
+from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
-from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
 from tissuec.forces.solids.solid_point import largest_modulus
 from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
@@ -41,7 +41,7 @@ def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=Tr
     count = len(nodes)
     some = 1.0 + 0.5 * (np.arange(count) % 3)
     flows = np.where(np.arange(count) == 1, np.inf, 1.0)
-    branches = SolidBranches.new(
+    branches = Branches.new(
         SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2)]), np.outer(TIMES, some)
     )
     material = SolidMaterial(
@@ -49,7 +49,7 @@ def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=Tr
         fibres=fibres_of(count) if fibred else None,
         prestretch=Prestretch(np.array([0.0, 0.6, 0.8]), False, 1.02 * some),
         branches=branches if branched else None,
-        yielding=SolidYield.new(LIMIT * some * flows, VISCOSITY * some * flows),
+        yielding=ElementYield.new(LIMIT * some * flows, VISCOSITY * some * flows),
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
     made = SolidElements.of("clay", SHAPES[name], nodes, position, material, none, 0, SPAN)
@@ -178,9 +178,7 @@ def test_what_settles_keeps_its_flow_and_loses_its_branches():
 def test_the_bound_of_rates_holds_in_tension(law):
     made, drawn = solid("hexahedron", law, fibred=False, branched=False)
     made = replace(made, prestretch=None).only(np.array([0]))
-    fluid = replace(made, yielding=SolidYield(
-        made.yielding.slot, made.yielding.rate, np.zeros(1), made.yielding.viscosity
-    ))  # fmt: skip
+    fluid = replace(made, yielding=replace(made.yielding, limit=np.zeros(1)))
 
     def rate(stretch, plastic):
         """Return the rate of the logarithm of the plastic stretch."""

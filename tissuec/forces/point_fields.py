@@ -31,7 +31,6 @@ from tissuec.forces.matrices import BlockPattern, whole, without_negative
 from tissuec.forces.memory import MemoryTangents
 from tissuec.forces.solids.element_limits import BreakableElements, measures_of
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
-from tissuec.forces.solids.solid_memory import NEVER
 from tissuec.forces.solids.solid_point import SolidKind
 from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.kernels.records import BoundaryConditions
@@ -40,6 +39,7 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
+NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
 #: Returns the traced points of elements that have something.
 Tracing = Callable[[SolidKind], TracedPoint]
 

@@ -132,13 +132,12 @@ class ElementReader:
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         from tissuec.forces.solids.elements import SolidMaterial
-        from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             self._fibres(), self._prestretch(), self.limits.limits,
-            branches_of(SolidBranches, self.parts, self.part, shear),
-            yielding_of(SolidYield, self.parts, self.part),
+            branches_of(self.parts, self.part, shear, 3),
+            yielding_of(self.parts, self.part, 3),
         )  # fmt: skip
         resistance = resistance_of_parts(self.parts)
         found: list[BodyElements] = []

@@ -4,7 +4,7 @@ A share s of the modulus of a sudden strain relaxes; with the sum S of all share
 and the modulus μ that is left in the end, the modulus of its branch is μ s/(1 - S).
 """
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,24 +15,22 @@ from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.tissues.quantities import OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
-    from tissuec.forces.solids.solid_memory import SolidBranches
-    from tissuec.forces.surfaces.membrane_memory import MembraneBranches
-
-
-Kind = TypeVar("Kind", "SolidBranches", "MembraneBranches")
+    from tissuec.forces.solids.element_memory import Branches
 
 
 def branches_of(
-    kind: type[Kind], parts: TissueParts, part: Indices, shear: Floats
-) -> Kind | None:
+    parts: TissueParts, part: Indices, shear: Floats, directions: int
+) -> "Branches | None":
     """Return the branches of elements, without storage; None if nothing relaxes.
 
     Args:
-        kind: Class of the branches: of solids or of walls.
         parts: Of the body.
         part: Of each element, shape (element,).
         shear: Shear modulus of each element in the end [Pa], shape (element,).
+        directions: 3 in solids, 2 in walls.
     """
+    from tissuec.forces.solids.element_memory import Branches
+
     rows: list[tuple[Floats, Floats]] = []
     for constant, name in zip(CONSTANTS, TIMES, strict=True):
         shares, times = parts.found(constant), parts.found(name)
@@ -51,4 +49,4 @@ def branches_of(
         rows.append((ratio[part] * shear, parts.at_elements(used, np.inf)))
     moduli, times = map(np.array, zip(*rows, strict=True))
     exists = moduli.any(axis=1)
-    return kind.new(moduli[exists], times[exists]) if exists.any() else None
+    return Branches.new(moduli[exists], times[exists], directions) if exists.any() else None

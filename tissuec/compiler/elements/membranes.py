@@ -111,14 +111,13 @@ class MembraneReader(ElementReader):
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        from tissuec.forces.surfaces.membrane_memory import MembraneBranches, MembraneYield
         from tissuec.forces.surfaces.membranes import MembraneMaterial
 
         material = MembraneMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
             np.full(len(self.part), self.thickness), *self._stretched(), self._fibres(),
-            self.limits.limits, branches_of(MembraneBranches, self.parts, self.part, shear),
-            yielding_of(MembraneYield, self.parts, self.part),
+            self.limits.limits, branches_of(self.parts, self.part, shear, 2),
+            yielding_of(self.parts, self.part, 2),
         )  # fmt: skip
         one, resistance = self.triangles, resistance_of_parts(self.parts)[self.part]
         own = self.body.name, one.shape, one.nodes, material, self.made.span, resistance

@@ -1,6 +1,6 @@
 """Yielding of elements, from the yield stress and the flow viscosity of tissues."""
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,22 +13,21 @@ from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.tissues.quantities import BREAKING_STRAIN, OF_MATTER, QUANTITIES
 
 if TYPE_CHECKING:
-    from tissuec.forces.solids.solid_memory import SolidYield
-    from tissuec.forces.surfaces.membrane_memory import MembraneYield
-
-Kind = TypeVar("Kind", "SolidYield", "MembraneYield")
+    from tissuec.forces.solids.element_memory import ElementYield
 
 _PAIRS = ((LIMIT, VISCOSITY), (VISCOSITY, LIMIT))
 
 
-def yielding_of(kind: type[Kind], parts: TissueParts, part: Indices) -> Kind | None:
+def yielding_of(parts: TissueParts, part: Indices, directions: int) -> "ElementYield | None":
     """Return the yielding of elements, without storage; None if nothing yields.
 
     Args:
-        kind: Class of the yielding: of solids or of walls.
         parts: Of the body.
         part: Of each element, shape (element,).
+        directions: 3 in solids, 2 in walls.
     """
+    from tissuec.forces.solids.element_memory import ElementYield
+
     found = {name: parts.found(name) for name in (LIMIT, VISCOSITY)}
     used: dict[str, list[AssignedQuantity | None]] = {
         name: [None] * len(parts.materials) for name in (LIMIT, VISCOSITY)
@@ -49,7 +48,8 @@ def yielding_of(kind: type[Kind], parts: TissueParts, part: Indices) -> Kind | N
     yields = np.isfinite(limit) & np.isfinite(viscosity)
     if not yields.any():
         return None
-    return kind.new(np.where(yields, limit, np.inf), np.where(yields, viscosity, np.inf))
+    limit, viscosity = (np.where(yields, each, np.inf) for each in (limit, viscosity))
+    return ElementYield.new(limit, viscosity, directions)
 
 
 def _refuse_idle_limits(parts: TissueParts, number: int) -> None:

@@ -6,7 +6,7 @@ resumed like all other motion.
 """
 
 from abc import abstractmethod
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 from msgspec import Struct
@@ -17,6 +17,8 @@ from tissuec.autodiff.points import PLACES
 from tissuec.forces.effects import AbstractStruct
 from tissuec.model.network import Floats, Indices
 
+FLAT = 1e-6  # determinants and eigenvalues of tensors, below which they count as this
+
 
 class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     """Places of tensors, of which each element has up to one in each row.
@@ -25,18 +27,22 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         slot: Place of the first number of T - 1 among the components of all velocities,
             followed by those of the other points, shape (row, element); -1 where there is none.
         rate: Factor of T - 1 there [m/s], shape (row, element).
-        at: Rows and columns of the independent components of a tensor, shape (2, number).
+        directions: Rows of a tensor: 3, or 2 in a wall.
     """
-
-    at: ClassVar[Indices] = np.array(PLACES[3]).T
 
     slot: Indices
     rate: Floats
+    directions: int
+
+    @property
+    def at(self) -> Indices:
+        """Return rows and columns of the numbers of a tensor, shape (2, number)."""
+        return np.array(PLACES[self.directions]).T
 
     @property
     def numbers(self) -> int:
         """Return the number of independent components of a tensor."""
-        return len(self.at[0])
+        return len(PLACES[self.directions])
 
     @property
     @abstractmethod
@@ -87,8 +93,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
             velocity: Of all nodes [m/s], shape (…, node, 3).
             points: Of each element.
         """
-        found = self.filled(self.told(velocity, points))
-        return found + np.eye(found.shape[-1])
+        return self.filled(self.told(velocity, points)) + np.eye(self.directions)
 
     def filled(self, numbers: Floats) -> Floats:
         """Return symmetric tensors from their numbers, in any unit, shape (…, n, n).
@@ -97,8 +102,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
             numbers: Independent components, shape (…, number).
         """
         rows, columns = self.at
-        size = int(rows.max()) + 1
-        found = np.empty((*numbers.shape[:-1], size, size))
+        found = np.empty((*numbers.shape[:-1], self.directions, self.directions))
         found[..., rows, columns] = found[..., columns, rows] = numbers
         return found
 
@@ -123,7 +127,7 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         """
         flat, places = velocity.reshape(-1), self.places(tensors.shape[1])[:, items]
         rows, columns = self.at
-        told = (tensors - np.eye(tensors.shape[-1]))[..., rows, columns]
+        told = (tensors - np.eye(self.directions))[..., rows, columns]
         for slot, place, rate in zip(self.slot, places, self.rate, strict=True):
             has = slot[items] >= 0
             flat[place[has]] = (rate[items, None, None] * told)[has]
@@ -150,18 +154,19 @@ class Branches(StoredTensors, frozen=True):
     time: Floats
 
     @classmethod
-    def new(cls, shear: Floats, time: Floats) -> Self:
+    def new(cls, shear: Floats, time: Floats, directions: int = 3) -> Self:
         """Return branches without storage.
 
         Args:
             shear, time: As the attributes [Pa], [s], shape (branch, element).
+            directions: As the attribute.
         """
-        return cls(np.full(shear.shape, -1), np.ones(shear.shape), shear, time)
+        return cls(np.full(shear.shape, -1), np.ones(shear.shape), directions, shear, time)
 
     def some(self, items: Indices) -> Self:
         """Return those of some elements, by indices of shape (n,)."""
-        slot, rate = self.slot[:, items], self.rate[:, items]
-        return type(self)(slot, rate, self.shear[:, items], self.time[:, items])
+        names = ("slot", "rate", "shear", "time")
+        return replace(self, **{name: getattr(self, name)[:, items] for name in names})
 
     @property
     def sudden(self) -> Floats:
@@ -196,14 +201,15 @@ class ElementYield(StoredTensors, frozen=True):
     viscosity: Floats
 
     @classmethod
-    def new(cls, limit: Floats, viscosity: Floats) -> Self:
+    def new(cls, limit: Floats, viscosity: Floats, directions: int = 3) -> Self:
         """Return the same without storage.
 
         Args:
             limit, viscosity: As the attributes [Pa], [Pa s], shape (element,).
+            directions: As the attribute.
         """
         shape = (1, len(limit))
-        return cls(np.full(shape, -1), np.ones(shape), limit, viscosity)
+        return cls(np.full(shape, -1), np.ones(shape), directions, limit, viscosity)
 
     def some(self, items: Indices) -> Self:
         """Return those of some elements, by indices of shape (n,)."""
@@ -230,11 +236,19 @@ class ElementYield(StoredTensors, frozen=True):
         """Return the same without any further flow."""
         return replace(self, limit=np.full_like(self.limit, np.inf))
 
-    @abstractmethod
     def equivalent(self, velocity: Floats, points: int) -> Floats:
-        """Return equivalent plastic strains, dimensionless, shape (…, element, point).
+        """Return √(2/3) |log Cp/2|, dimensionless, shape (…, element, point).
+
+        For a bar, it is the logarithm of its permanent stretch. In a wall, Cp is 1 / det P
+        across.
 
         Args:
             velocity: Of all nodes [m/s], shape (…, node, 3).
             points: Of each element.
         """
+        tensors = self.tensors(velocity, points)[..., 0, :, :, :, :]
+        logs = 0.5 * np.log(np.maximum(np.linalg.eigvalsh(tensors), FLAT))
+        if self.directions == 2:
+            logs = np.append(logs, -logs.sum(axis=-1, keepdims=True), axis=-1)
+        logs -= logs.mean(axis=-1, keepdims=True)
+        return np.sqrt(2.0 / 3.0 * (logs**2).sum(axis=-1))

@@ -33,7 +33,7 @@ that of a liquid under the stress 2 η D, D being the rate of strain without its
 
 In elements with prestretch F0 (``solids.solid_strain``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
 acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept. Branches that relax
-and yielding are in ``solids.solid_memory``.
+and yielding are in ``solids.solid_point``.
 """
 
 from typing import ClassVar, NamedTuple, Self
@@ -48,7 +48,7 @@ from tissuec.forces.fields import Items
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
-from tissuec.forces.solids.solid_memory import SolidBranches, SolidYield
+from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.forces.solids.solid_point import LEAST, traced_point
 from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.elements import ElementShape, Measures
@@ -86,8 +86,8 @@ class SolidMaterial(NamedTuple):
     fibres: SolidFibres | None = None
     prestretch: Prestretch | None = None
     limits: ElementLimits | None = None
-    branches: SolidBranches | None = None
-    yielding: SolidYield | None = None
+    branches: Branches | None = None
+    yielding: ElementYield | None = None
 
     def some(self, items: Indices) -> "SolidMaterial":
         """Return the material of some elements, by indices of shape (n,)."""

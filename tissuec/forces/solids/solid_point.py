@@ -1,4 +1,49 @@
-"""What a point of a solid stores, how it relaxes and yields; see ``solids.elements``."""
+"""What a point of a solid stores, how it relaxes and yields.
+
+For what it stores without memory, see ``solids.elements``.
+
+Branches let stress relax. A branch k is a neo-Hookean solid and a liquid in series, in parallel
+with the solid itself. At each point a symmetric tensor Ci stores how far the liquid has flowed;
+it begins as 1. With C = FᵀF, the unimodular C' = g(J) C and A = det(Ci)^(1/3) Ci⁻¹, a branch
+stores per volume
+
+    E = μk/2 (tr(C' A) - 3),    P = μk (g F A + g'/2 tr(C A) cof F),
+
+and gives way by
+
+    dCi/dt = (C' - tr(C' A)/3 Ci)/τ.
+
+At small strain, this is the dashpot of a Maxwell element: under a constant strain, the stress
+falls as exp(-t/τ). The volume of Ci enters neither E nor P, and returns to 1. The dissipation,
+with X = C' A,
+
+    -∂E/∂Ci : dCi/dt = μk/2τ det(Ci)^(-1/3) tr((X - tr(X)/3)²),
+
+is never negative, as X has real eigenvalues. (J. C. Simo, Comput. Meth. Appl. Mech. Eng.
+60:153, 1987; A. Lion, Acta Mechanica 123:1, 1997; A. V. Shutov, R. Landgraf, J. Ihlemann,
+Comput. Meth. Appl. Mech. Eng. 265:213, 2013.)
+
+Ci is kept in the velocities of hidden nodes; see ``solids.element_memory``.
+
+Elements yield at von Mises' limit of stress, and flow above it. F = Fe Fp; elements that yield
+store the energy of Fe, and Fp is the shape without stress. Their laws do not depend on
+directions, so that Cp = FpᵀFp is enough: it begins as 1, and with A = det(Cp)^(1/3) Cp⁻¹ the
+energy is that of a law in the invariants I1 = tr(C A) and I2 = (I1² - tr(C A C A))/2 instead of
+those of C. Branches are in series with the flow; fibres and viscosity are in parallel with it.
+With the Kirchhoff stress τ of law and branches, and its deviator s,
+
+    σ = √(3/2) |s|,    ε' = max(0, σ - Y)/η,    λ = 3 ε'/2σ,
+
+plastic strain grows by λ s in space, so that a bar lengthens by ε' (P. Perzyna, Adv. Appl.
+Mech. 9:243, 1966, of a Bingham solid). Drawn back, this is N = F⁻¹ s F = dev(Pᵀ F), P being the
+stress of law and branches, and
+
+    dCp/dt = λ (Cp N + Nᵀ Cp),    dCi/dt = … + λ (Ci N + Nᵀ Ci).
+
+No inverse is taken, so that elements that are inside out have rates, too. Flow changes no
+volume: tr N = 0. The dissipation, λ tr(N²) = σ ε', is never negative. (J. C. Simo, Comput.
+Meth. Appl. Mech. Eng. 99:61, 1992; J. Lubliner, Plasticity Theory, 1990.)
+"""
 
 from collections.abc import Sequence
 from functools import cache

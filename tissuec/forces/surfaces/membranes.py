@@ -29,7 +29,7 @@ Green's strain and B = cof C Ė,
 
     S = 2 η J/D² (B cof C + k tr B cof C),    k = (3 ν² - (1 - 2 ν)²) / (3 (1 - ν)²).
 
-Branches that relax and yielding are in ``surfaces.membrane_memory``.
+Branches that relax and yielding are in ``surfaces.plane_point``.
 """
 
 from typing import ClassVar, NamedTuple, Self
@@ -45,8 +45,8 @@ from tissuec.forces.fields import Items
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
+from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.forces.solids.solid_strain import SolidFibres
-from tissuec.forces.surfaces.membrane_memory import MembraneBranches, MembraneYield
 from tissuec.forces.surfaces.plane_point import LEAST_SQUARE, traced_point
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
@@ -89,8 +89,8 @@ class MembraneMaterial(NamedTuple):
     axis: Floats | None = None
     fibres: SolidFibres | None = None
     limits: ElementLimits | None = None
-    branches: MembraneBranches | None = None
-    yielding: MembraneYield | None = None
+    branches: Branches | None = None
+    yielding: ElementYield | None = None
 
 
 class Membranes(PointField, frozen=True):

@@ -1,7 +1,43 @@
 """What a point of a wall stores in plane stress, how it relaxes and yields.
 
 It is that of a solid (``solids.solid_point``) whose thickness minimises the energy. For the
-equations see ``surfaces.membranes`` and ``surfaces.membrane_memory``.
+equations without memory see ``surfaces.membranes``.
+
+A branch is that of a solid in plane stress. Its tensor Ci keeps the volume 1 and has no shear
+across the wall, where it is 1 / det P with the part P in the plane; so three numbers determine
+it. With C and the stretch λ of the thickness, it stores per volume
+
+    E = μk/2 (g (tr(C P⁻¹) + λ² det P) - 3),    g = J^(-2/3),
+
+and gives way by
+
+    dP/dt = (g C - T/3 P)/τ,    T = g (tr(C P⁻¹) + λ² det P).
+
+The thickness minimises the energy of the wall with all of its branches, so that the stresses of
+the branches and of the law across the wall always balance. The dissipation,
+
+    -∂E/∂P : dP/dt = μk/2τ (tr X² - T²/3),    X = diag(g C P⁻¹, g λ² det P),
+
+is never negative, as X has real eigenvalues with the sum T.
+
+P is kept in the velocities of hidden nodes; see ``solids.element_memory``.
+
+Walls yield at von Mises' limit of stress in plane stress, and flow above it as solids do. The
+tensor Cp keeps the volume 1, and has no shear across the wall: its part P in the plane
+determines it by three numbers, as it is 1 / π across, with π = det P. With C, D = det C and the
+stretch λ of the thickness, the law stores the energy of the invariants
+
+    I1 = tr(C P⁻¹) + π λ²,    I2 = D/π + π λ² tr(C P⁻¹),    J = λ √D.
+
+The thickness minimises the energy of the wall with all that it remembers. Branches are in
+series with the flow; fibres and viscosity are in parallel with it. With the stress S of law and
+branches at a fixed volume, in the plane and across it,
+
+    N = S C - t 1,    N3 = S33 λ² - t,    t = (tr S C + S33 λ²)/3,
+    σ = √(3/2 (tr N² + N3²)),    ε' = max(0, σ - Y)/η,    ν = 3 ε'/2σ,
+    dP/dt = ν (P N + Nᵀ P),    and likewise for branches.
+
+The dissipation is ν (tr N² + N3²) = σ ε', and never negative. Bending stays elastic.
 """
 
 from collections.abc import Sequence
@@ -11,6 +47,7 @@ from typing import NamedTuple
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
 from tissuec.autodiff.points import PLACES, PointState, TracedPoint
+from tissuec.forces.solids.element_memory import FLAT
 from tissuec.forces.solids.solid_point import (
     SolidKind,
     carried,
@@ -24,7 +61,6 @@ from tissuec.forces.solids.solid_point import (
 #: Square of the ratio of areas below which its root is continued by a parabola, so that
 #: triangles that are pressed flat have finite forces.
 LEAST_SQUARE = 0.04
-FLAT = 1e-6  # determinants of what gave way, below which they count as this
 
 
 @cache

@@ -1,7 +1,7 @@
 """Elements that relax and yield, for the reference: their own unknowns and formulas.
 
 The unknowns are the inverses A of the tensors Ci of the inelastic strain of branches and those
-of Cp (see ``solids.solid_memory``), six numbers for each branch and point. With
+of Cp (see ``solids.solid_point``), six numbers for each branch and point. With
 B = det(A)^(-1/3) A and the unimodular C', a branch stores μk/2 (tr(C' B) - 3), and
 
     dA/dt = -(A C' A - tr(C' B)/3 A)/τ - (M A + A Mᵀ),    M = λ dev(S C),

@@ -1,7 +1,7 @@
 """Walls that relax and yield, for the reference: their own unknowns and formulas.
 
 The unknowns are the inverses A of the plane tensors P of the inelastic strain of branches and
-those of the plastic strain (see ``surfaces.membrane_memory``), three numbers for each tensor
+those of the plastic strain (see ``surfaces.plane_point``), three numbers for each tensor
 of a triangle. Across, the inverse is 1 / det A. With C' = g C and its component across the
 wall, c = g C33, a branch stores μk/2 (tr(C' A) + c / det A - 3), and
 
