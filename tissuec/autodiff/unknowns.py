@@ -57,8 +57,9 @@ def least(energy: Callable[[Number], Number], start: Number) -> Least:
     outer = graph.apart_from([step, *following], variables)
     given = tuple(each.place for each in (*iteration.start, *outer))
     found = graph.record(Operation("unknown", given, iteration))
-    value = energy(z)
-    others = graph.apart_from([value], [z], by_rules=True)
+    # Factors of what is constant may be gathered in slopes, which then are of other numbers.
+    several = [energy(z), *_logarithmic(energy, z)]
+    others = graph.apart_from(several, [z], by_rules=True)
 
     def follow(at: Number, *others: Number) -> Sequence[Number]:
         fixed = [at, *others]
