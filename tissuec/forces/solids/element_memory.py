@@ -236,7 +236,7 @@ class ElementYield(StoredTensors, frozen=True):
         """Return the same without any further flow."""
         return replace(self, limit=np.full_like(self.limit, np.inf))
 
-    def equivalent(self, velocity: Floats, points: int) -> Floats:
+    def equivalent(self, velocity: Floats, points: int = 1) -> Floats:
         """Return √(2/3) |log Cp/2|, dimensionless, shape (…, element, point).
 
         For a bar, it is the logarithm of its permanent stretch. In a wall, Cp is 1 / det P
