@@ -76,7 +76,7 @@ class BlockPattern(NamedTuple):
 
     @property
     def room(self) -> Floats:
-        """Return room for blocks, and for what is left out, shape (block + 1, 3, 3)."""
+        """Return room for blocks in any unit, and what is left out, shape (block + 1, 3, 3)."""
         return np.zeros((len(self.indices) + 1, 3, 3))
 
     def add(self, blocks: Floats, items: Indices, room: Floats) -> None:

@@ -369,14 +369,7 @@ class PointField(MaterialField, frozen=True):
     def measuring(
         self, names: tuple[str, ...], place: Indices
     ) -> Callable[[Floats], Floats]:  # fmt: skip
-        """Return the function that finds what limits are of, shape (element, name).
-
-        It takes the flat positions of all nodes [m], shape (3 node,).
-
-        Args:
-            names: Of ``element_limits.measures_of``.
-            place: Index of each node among them, shape (node,).
-        """
+        """Return the function that finds what limits are of; see ``element_limits``."""
         kind = self._kind._replace(branches=0, is_yielding=False, is_viscous=False)
         point, count, still = self.traced(kind), self.item_count, np.zeros(0)
         if "energy" in names and point.graph.has("array", [point.state.energy]):

@@ -15,7 +15,7 @@ triangle of the area A has a = t √A as drawn, and stretch and stress are those
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from msgspec import Struct
@@ -24,8 +24,34 @@ from tissuec.autodiff import Number, Tensor, largest, maximum, sqrt
 from tissuec.autodiff.points import TracedPoint
 from tissuec.model.network import Floats, Indices
 
-if TYPE_CHECKING:
-    from tissuec.forces.point_fields import PointField
+
+class Loaded(Protocol):
+    """Elements of one shape, as ``forces.point_fields.PointField``."""
+
+    @property
+    def crack_areas(self) -> Floats:
+        """Return the areas of cracks through single elements [m²], shape (element,)."""
+        ...
+
+    @property
+    def weights(self) -> Floats:
+        """Return the volumes of points without stress [m³], shape (element, point)."""
+        ...
+
+    def only(self, items: Indices) -> Self:
+        """Return some elements, by indices of shape (n,)."""
+        ...
+
+    def measuring(self, names: tuple[str, ...], place: Indices) -> Callable[[Floats], Floats]:
+        """Return the function that finds ``measures_of`` elements, shape (element, name).
+
+        It takes the flat positions of all nodes [m], shape (3 node,).
+
+        Args:
+            names: Which.
+            place: Index of each node among them, shape (node,).
+        """
+        ...
 
 
 class ElementLimits(NamedTuple):
@@ -69,7 +95,7 @@ class BreakableElements(Struct, frozen=True, eq=False):
         limits: Theirs.
     """
 
-    elements: "PointField"
+    elements: Loaded
     limits: ElementLimits
 
     def some(self, items: Indices) -> "BreakableElements":
