@@ -29,6 +29,7 @@ from tissuec.scene.request import Request
 
 REPEATS = 11
 LASTS = 0.02  # processor time of one measurement, at least [s]
+STEPS = 1000  # at least: each call lists the pairs of contact, which takes as long as 100 steps
 STEP = 1e-10  # so short that nothing moves [s]
 
 SCENE = """language 1
@@ -123,7 +124,7 @@ class Timed:
         )
         self._until, self._steps = 10.0 * STEP, 10
         self._engine.advance(self.state, self._until)
-        self._steps = max(10, int(LASTS / self.seconds()))
+        self._steps = max(STEPS, int(LASTS / self.seconds()))
 
     def seconds(self) -> float:
         """Return the processor time of an evaluation [s]."""

@@ -1,11 +1,18 @@
-"""Forces of contact have the derivatives that differences of them have, in both directions."""
+"""Contact that follows from energies: as loops by hand, with derivatives of differences."""
+
+from functools import partial
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.contact.scenes import contact_with
+from tests.contact.scenes import contact_of, contact_with
 from tests.forces.test_fields import called
+from tests.validate.scenes import compiled_scene
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops.groups import force_loop
+from tissuec.forces.contact.contact_kernel import touch
+from tissuec.forces.contact.pressing import NodeOnShape
 from tissuec.forces.fields import acts_of
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
@@ -50,7 +57,7 @@ def forces(contact, position, velocity):
 
 def derived(contact, position, velocity, weight):
     """Return the derivatives of Σ weight · f by positions, velocities and stiffness."""
-    table, by = _table(contact, position), np.zeros(NODES)
+    table, by = _table(contact, position), np.zeros(len(contact.stiffness))
     by_x, by_v = np.zeros((2, position.size))
     states = position.ravel(), velocity.ravel()
     called(contact.derivatives.pull_back, table, 0.0, *states, weight, by_x, by_v, by)
@@ -101,17 +108,81 @@ def test_both_directions_are_those_of_differences(shape, damping):
     assert (np.abs(by_v).max() > 0.0) == (damping > 0.0)
 
 
-@pytest.mark.parametrize("shape", ["plane", "line"])
-def test_the_matrix_of_nodes_on_shapes_that_are_held_is_exact(shape):
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_matrix_is_minus_the_change_of_the_forces(shape):
     contact, position, velocity = touching(shape, 0.0)
-    one = np.eye(position.size)[:, : 3 * NODES]
-    found = changed(
-        contact, position, 0.0 * velocity, one, 0.0 * one, np.zeros((NODES, 3 * NODES))
-    )
-    number = np.where(np.arange(len(position)) < NODES, np.arange(len(position)), -1)
-    matrix = contact.matrix(0.0, position, number, NODES).toarray()
+    one = np.eye(position.size)
+    still = np.zeros((NODES, position.size))
+    found = changed(contact, position, 0.0 * velocity, one, 0.0 * one, still)
+    count = len(position)
+    matrix = contact.matrix(0.0, position, np.arange(count), count).toarray()
     scale = np.abs(matrix).max()
-    assert -found[: 3 * NODES] == pytest.approx(matrix, abs=1e-12 * scale)
+    assert -found == pytest.approx(matrix, abs=1e-12 * scale)
+
+
+FLAT = """language 1
+tissue felt { spring constant = 40 N/m; viscosity = 1 mN*s/m; mass = 1 mg }
+body mat { mesh is sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
+  second edge = (0, 20, 0) mm; columns = 4; rows = 4; diagonals is both }; tissue is felt }
+tool probe { kind is probe; radius = 3 mm; centre = (10, 11, 2.5) mm }
+tool floor { kind is plane; point = (0, 0, 0.2) mm; normal = (0.02, 0, 1) }
+environment { gravity = (0, 0, 0) m/s^2; contact is tools only
+  contact places is faces; contact damping = 3 s/m; contact surface stiffness = 1 MPa/m }
+simulate { duration = 10 ms }
+"""
+
+
+def both_ways(contact, position, velocity, lanes=8):
+    """Return forces, powers and bends of the loops by hand in Python, and of generated ones."""
+    table = replace(contact, stride=0.1).table(np.arange(len(position)), None, position)
+    loop = partial(force_loop, pair=NodeOnShape(contact._form), lanes=lanes)
+    state = position.ravel(), velocity.ravel()
+    for kernel in (touch, GeneratedKernel(f"forces_{lanes}", loop)):
+        forces, power = np.zeros(position.size), np.zeros(2)
+        kernel(0.0, *state, forces, power, table)
+        yield forces, power[1], table.touches.bends[0]
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 30.0])
+@pytest.mark.parametrize("shape", [*SHAPES, "points"])
+def test_forces_are_those_of_the_loops_by_hand_in_any_number_of_lanes(shape, damping):
+    if shape == "points":
+        contact = replace(contact_of(compiled_scene(FLAT)), damping=damping)
+        position = compiled_scene(FLAT).network.position
+        velocity = np.random.default_rng(0).standard_normal(position.shape)
+    else:
+        contact, position, velocity = touching(shape, damping)
+    expected, found = both_ways(contact, position, velocity)
+    assert np.abs(expected[0]).max() > 0.0 and (expected[1] > 0.0) == (damping > 0.0)
+    # The nearest points of pairs that cancel differ by rounding.
+    assert found[0] == pytest.approx(expected[0], abs=1e-13 * np.abs(expected[0]).max())
+    assert found[1:] == pytest.approx(expected[1:], rel=1e-13)
+    _, one = both_ways(contact, position, velocity, lanes=1)
+    assert np.array_equal(one[0], found[0]) and one[1:] == found[1:]
+
+
+def test_points_on_faces_have_the_derivatives_of_differences():
+    contact = contact_of(compiled_scene(FLAT))
+    count = int(contact.points.max()) + 1
+    position = compiled_scene(FLAT).network.position[:count]
+    random = np.random.default_rng(2)
+    velocity = random.standard_normal(position.shape)
+    dx, dv = random.standard_normal((2, position.size, 1))
+    still = np.zeros((len(contact.stiffness), 1))
+    found = changed(contact, position, velocity, dx, dv, still)[:, 0]
+    x, v = (each.reshape(-1, 3) for each in (dx, dv))
+    step = 1e-9  # the layer is very thin
+    ahead = forces(contact, position + step * x, velocity + step * v)
+    behind = forces(contact, position - step * x, velocity - step * v)
+    slope = (ahead - behind) / (2.0 * step)
+    assert np.abs(slope).max() > 0.0
+    assert found == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
+    weight = random.standard_normal(position.size)
+    by_x, by_v, by = derived(contact, position, velocity, weight)
+    assert by_x @ dx + by_v @ dv == pytest.approx(weight @ found, rel=1e-12)
+    stiffer = replace(contact, stiffness=2.0 * contact.stiffness)
+    work = [weight @ forces(each, position, velocity) for each in (contact, stiffer)]
+    assert by @ contact.stiffness == pytest.approx(work[1] - work[0], rel=1e-12)
 
 
 def test_friction_has_none():

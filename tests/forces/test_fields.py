@@ -49,8 +49,6 @@ class Example(Struct, frozen=True):
         stores: Whether its forces come from an energy where nothing moves.
         balances: Whether they cancel.
         is_bounded: Whether the bound of what resists counts its carriers, too.
-        is_exact: Whether the matrix is all of the derivative; that of contact takes the
-            nearest point of a moving triangle as fixed on it.
     """
 
     field: object
@@ -59,7 +57,6 @@ class Example(Struct, frozen=True):
     stores: bool = True
     balances: bool = True
     is_bounded: bool = True
-    is_exact: bool = True
 
     @property
     def velocity(self):
@@ -102,7 +99,7 @@ def touching():
     points = np.random.default_rng(3).uniform(size=(12, 3))
     faces = np.array([[9, 10, 11]])
     found = contact_with(TRIANGLE, faces, 9, radius=0.4, damping=0.05)
-    return Example(found, points, 1.0, is_bounded=False, is_exact=False)
+    return Example(found, points, 1.0, is_bounded=False)
 
 
 def blowing():
@@ -357,7 +354,7 @@ def test_bounds_are_above_what_resists(example):
 def test_the_matrix_is_minus_the_derivative_of_the_forces(example):
     """Of fields that store energy: the matrix of jets is that of what they light now."""
     field, position, count = example.field, example.position, len(example.position)
-    if not example.stores or not example.is_exact:
+    if not example.stores:
         return
     way, step = np.random.default_rng(8).normal(size=position.shape), 1e-6 * example.size
     ahead, behind = (forces(field, position + sign * step * way) for sign in (1.0, -1.0))

@@ -31,6 +31,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.integrators import banded, iterative
 from tissuec.forces import accelerations, point_fields, pooled_fields, potential_fields
+from tissuec.forces.contact import pair_kernels
 from tissuec.forces.enclosed import pressure
 from tissuec.forces.solids import solid_point
 from tissuec.forces.springs import springs_kernel
@@ -62,6 +63,7 @@ SCENES = {
         "jet",
         "edge",
         "turn",
+        "press",
         "contact",
         "rub",
         "solid",
@@ -95,6 +97,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.acting.jets_kernel": None,
     "tissuec.forces.springs.pairs_kernel": None,
     "tissuec.forces.springs.runs_kernel": None,
+    "tissuec.forces.contact.pressing": ("_stored", "_below_plane", "_below_face", "_nearest"),
     "tissuec.forces.contact.contact_kernel": None,
     "tissuec.forces.contact.place_kernel": None,
     "tissuec.forces.contact.rows_kernel": None,
@@ -232,7 +235,7 @@ HARMLESS = {
 TRACED = (
     potential_fields.traced_item, pooled_fields._traced, pooled_fields.kernels_of,
     pressure._traced_triangle, solid_point.traced_point, plane_point.traced_point,
-    point_fields.force_kernel, point_fields.record_kernel,
+    point_fields.force_kernel, point_fields.record_kernel, pair_kernels.kernels_of_pairs,
 )  # fmt: skip
 
 

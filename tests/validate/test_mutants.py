@@ -43,7 +43,7 @@ def test_some_faults_are_found(scene, texts):
 #: Kernels without forces: derivatives, limits of what breaks and stresses that they read, and
 #: records. Points and bristles of faces are tested against closed forms and the reference in
 #: tests/contact: each mutant takes a minute there.
-NOT_SURVEYED = ("derivatives", "limits", "elements", "record", "turning", "points", "bristle")
+NOT_SURVEYED = ("derivatives", "limits", "elements", "record", "bristle")
 
 
 def test_every_kernel_of_forces_is_surveyed():

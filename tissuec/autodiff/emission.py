@@ -127,6 +127,14 @@ class Writer:
         values = f"{self.kind} {one}, {self.kind} {other}"
         return self.add(f"select {self.condition} {test}, {values}")
 
+    def any(self, condition: str) -> str:
+        """Return whether a condition holds in any lane."""
+        if self.lanes == 1:
+            return condition
+        bits = f"i{self.lanes}"
+        each = self.add(f"bitcast {self.condition} {condition} to {bits}")
+        return self.add(f"icmp ne {bits} {each}, 0")
+
     # --- graphs ---------------------------------------------------------------------------
 
     def write(
@@ -197,10 +205,7 @@ class Writer:
         size = self._intrinsic("fabs", step)
         is_far = self._compared("oge", size, self.constant(iteration.close))
         self.line(f"%{loop}.far = and {self.condition} {is_far}, %{loop}.open")
-        some = f"%{loop}.far"
-        if self.lanes > 1:
-            bits = f"i{self.lanes}"
-            some = self.add(f"icmp ne {bits} {self._bits(some)}, 0")
+        some = self.any(f"%{loop}.far")
         few = self.add(f"icmp ult i64 %{loop}.round, {iteration.rounds}")
         again = self.add(f"and i1 {some}, {few}")
         self.line(f"br label %{end}")
@@ -209,10 +214,6 @@ class Writer:
         self.line(f"br i1 {again}, label %{loop}, label %{loop}.out")
         self.label(f"{loop}.out")
         return ends[0]
-
-    def _bits(self, condition: str) -> str:
-        """Return the conditions of all lanes as the bits of one number."""
-        return self.add(f"bitcast {self.condition} {condition} to i{self.lanes}")
 
     def _fused(self, graph: Graph, place: int, product: int, names: Mapping[int, str]) -> str:
         """Write a sum or a difference of which one side is a product that only it needs."""

@@ -1,6 +1,5 @@
 """The nearest points of capsules, planes and triangles, many at once."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,18 +17,12 @@ class NearestPlace(NamedTuple):
     Attributes:
         depth: [m]; positive where the shape touches, shape (pair,).
         normal: Away from the shape, shape (pair, 3).
-        curvature: Of the surface of equal depth, except along ``line`` [1/m], shape (pair,).
-        line: Unit vector, or zero, shape (pair, 3).
         weights: Of the points of the shape in where it touches, shape (pair, 3).
-        pressing: Forces on these points by a unit force on the node, shape (pair, 3, 3).
     """
 
     depth: Floats
     normal: Floats
-    curvature: Floats
-    line: Floats
     weights: Floats
-    pressing: Floats
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "NearestPlace":
         """Return the places of some pairs.
@@ -50,7 +43,7 @@ def places(x: Floats, kind: Indices, corners: Floats, radius: Floats) -> Nearest
             front of it; corners of a triangle [m], shape (pair, 3, 3).
         radius: Around the line of a capsule or the face of a triangle [m], shape (pair,).
     """
-    parts = [np.zeros((len(x), *rest)) for rest in ((), (3,), (), (3,), (3,), (3, 3))]
+    parts = [np.zeros((len(x), *rest)) for rest in ((), (3,), (3,))]
     for which, look in ((CAPSULE, _in_capsule), (PLANE, _in_plane), (TRIANGLE, _in_triangle)):
         some = kind == which
         if some.any():
@@ -65,49 +58,28 @@ def or_one(values: Floats) -> Floats:
     return np.where(values > 0.0, values, 1.0)
 
 
-def _from_point(r: Floats, radius: Floats, weights: Floats, line: Floats) -> Iterator[Floats]:
-    """Yield the parts of a place from the vector that leads from the nearest point [m]."""
+def _from_point(r: Floats, radius: Floats, weights: Floats) -> NearestPlace:
+    """Return places from the vectors that lead from the nearest points [m]."""
     distance = np.linalg.norm(r, axis=1)
     # On the point itself there is no direction out of it, and so no force.
     inverse = np.where(distance > 0.0, 1.0 / or_one(distance), 0.0)
-    normal = r * inverse[:, None]
-    yield radius - distance
-    yield normal
-    yield inverse
-    yield line
-    yield weights
-    yield -weights[:, :, None] * normal[:, None, :]
+    return NearestPlace(radius - distance, r * inverse[:, None], weights)
 
 
-def _in_capsule(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
+def _in_capsule(x: Floats, corners: Floats, radius: Floats) -> NearestPlace:
     p, d = corners[:, 0], corners[:, 1] - corners[:, 0]
-    square = dot(d, d)
-    flat = or_one(square)
-    along = dot(x - p, d) / flat
-    s = np.clip(along, 0.0, 1.0)
-    inside = (s == along)[:, None]
-    line = np.where(inside, d / np.sqrt(flat)[:, None], 0.0)
+    s = np.clip(dot(x - p, d) / or_one(dot(d, d)), 0.0, 1.0)
     weights = np.stack([1.0 - s, s, np.zeros_like(s)], axis=1)
-    return _from_point(x - p - s[:, None] * d, radius, weights, line)
+    return _from_point(x - p - s[:, None] * d, radius, weights)
 
 
-def _in_plane(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
+def _in_plane(x: Floats, corners: Floats, radius: Floats) -> NearestPlace:
     p, d = corners[:, 0], corners[:, 1] - corners[:, 0]
-    length = np.linalg.norm(d, axis=1)[:, None]
-    normal = d / length
-    depth = -dot(normal, x - p)
-    # Force and place on the plane make a moment, which its second point takes up.
-    lever = (x - p + depth[:, None] * normal) / length
-    none = np.zeros_like(x)
-    yield depth
-    yield normal
-    yield none[:, 0]
-    yield none
-    yield np.broadcast_to([1.0, 0.0, 0.0], x.shape)
-    yield np.stack([-normal - lever, lever, none], axis=1)
+    normal = d / np.linalg.norm(d, axis=1)[:, None]
+    return NearestPlace(-dot(normal, x - p), normal, np.broadcast_to([1.0, 0.0, 0.0], x.shape))
 
 
-def _in_triangle(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
+def _in_triangle(x: Floats, corners: Floats, radius: Floats) -> NearestPlace:
     """Look from the nearest of the face and the three edges."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     ab, ac, ax = b - a, c - a, x - a
@@ -119,23 +91,14 @@ def _in_triangle(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]
     weights = np.stack([1.0 - v - w, v, w], axis=1)
     on_face = (area > 0.0) & (weights >= 0.0).all(axis=1)
     nearest = np.where(on_face, 0.0, np.inf)
-    line = np.zeros_like(x)
     for i in range(3):
         j = (i + 1) % 3
         p, d = corners[:, i], corners[:, j] - corners[:, i]
-        square = dot(d, d)
-        along = dot(x - p, d) / or_one(square)
-        s = np.clip(along, 0.0, 1.0)
+        s = np.clip(dot(x - p, d) / or_one(dot(d, d)), 0.0, 1.0)
         apart = np.linalg.norm(x - p - s[:, None] * d, axis=1)
         takes = apart < nearest
         nearest = np.where(takes, apart, nearest)
         edge = np.zeros_like(weights)
         edge[:, i], edge[:, j] = 1.0 - s, s
         weights = np.where(takes[:, None], edge, weights)
-        edges = np.where((s == along)[:, None], d / or_one(np.sqrt(square))[:, None], 0.0)
-        line = np.where(takes[:, None], edges, line)
-    parts = list(
-        _from_point(x - np.einsum("np,npk->nk", weights, corners), radius, weights, line)
-    )
-    parts[2] = np.where(on_face, 0.0, parts[2])  # above a face nothing is curved
-    return iter(parts)
+    return _from_point(x - np.einsum("np,npk->nk", weights, corners), radius, weights)

@@ -122,6 +122,7 @@ class ItemLoop:
         code: Writes it, of all lanes.
         corners: Nodes of an item.
         room: Allocations in memory.
+        first, active: The first item that is computed, and how many items are.
     """
 
     def __init__(self, graph: Graph, numbers: Sequence[Number], corners: int, lanes: int):
@@ -129,6 +130,7 @@ class ItemLoop:
         self.code.block = "body"
         self._numbers = [str(each.operation.detail) for each in numbers]
         self.room: list[str] = []  # allocations
+        self.first, self.active = "%first", "%active"
 
     @classmethod
     def of(cls, item: TracedItem, lanes: int) -> "ItemLoop":
@@ -140,7 +142,7 @@ class ItemLoop:
     def places(self) -> list[list[str]]:
         """Return three times the nodes, by corner and lane."""
         code, corners = self.code, self.corners
-        first = code.add(f"mul i64 %first, {corners}")
+        first = code.add(f"mul i64 {self.first}, {corners}")
         base = code.address("%places", first, "i64")
         return [
             [
@@ -220,8 +222,8 @@ class ItemLoop:
     def row_of_blocks(self, array: str, rows: int) -> str:
         """Return where the first row of the items is in an array of blocks of LANES items."""
         code = self.code
-        lane = code.add(f"urem i64 %first, {LANES}")
-        block = code.add(f"mul i64 {code.add(f'sub i64 %first, {lane}')}, {rows}")
+        lane = code.add(f"urem i64 {self.first}, {LANES}")
+        block = code.add(f"mul i64 {code.add(f'sub i64 {self.first}, {lane}')}, {rows}")
         return code.address(f"%{array}", code.add(f"add i64 {block}, {lane}"))
 
     # --- writing ----------------------------------------------------------------------------
@@ -272,10 +274,10 @@ class ItemLoop:
 
         def of_lane(lane: str) -> None:
             self.code.line(f"%lane = add i64 {lane}, 0")
-            self.code.line("%item = add i64 %first, %lane")
+            self.code.line(f"%item = add i64 {self.first}, %lane")
             write()
 
-        self.repeat("lanes", "%active", of_lane)
+        self.repeat("lanes", self.active, of_lane)
 
     def kept(self, room: str, row: int, lane: str = "%lane") -> str:
         """Return the number of a lane in a stored value."""
@@ -313,24 +315,28 @@ class ItemLoop:
     # --- the function -----------------------------------------------------------------------
 
     def text(
-        self, name: str, vectors: Sequence[str], record: type[Any] = ItemTable
-    ) -> LoopText:
+        self, name: str, vectors: Sequence[str], record: type[Any] = ItemTable, *,
+        items: tuple[str, str] = ("0", "%size"), after: Sequence[str] = (),
+    ) -> LoopText:  # fmt: skip
         """Return the function.
 
         Args:
             name: Of it.
             vectors: Their names.
             record: Class of its table.
+            items: The first item, and the one after the last.
+            after: What is written after the loop.
         """
-        code = self.code
+        code, (begin, end) = self.code, items
         lines = [
             *head(name, vectors, record),
             *self.room,
-            f"  %beyond = add i64 %size, {code.lanes - 1}",
+            f"  %block.first = udiv i64 {begin}, {code.lanes}",
+            f"  %beyond = add i64 {end}, {code.lanes - 1}",
             f"  %blocks = udiv i64 %beyond, {code.lanes}",
             "  br label %head",
             "head:",
-            "  %block = phi i64 [ 0, %entry ], [ %block.next, %end ]",
+            "  %block = phi i64 [ %block.first, %entry ], [ %block.next, %end ]",
             "  %more = icmp ult i64 %block, %blocks",
             "  br i1 %more, label %body, label %done",
             "body:",
@@ -344,6 +350,7 @@ class ItemLoop:
             "  %block.next = add i64 %block, 1",
             "  br label %head",
             "done:",
+            *after,
             "  ret void",
             "}",
             *_declarations(code.lanes),
@@ -471,55 +478,93 @@ def pull_loop(
 
 
 def places_of_numbers(
-    loop: ItemLoop, widths: Mapping[str, int], learnt: Mapping[str, bool]
+    loop: ItemLoop, widths: Mapping[str, int], learnt: Mapping[str, bool], item: str = "%item"
 ) -> list[str]:
-    """Return where the numbers of the present item are among all learnt ones."""
+    """Return where the numbers of an item are among all learnt ones."""
     code, found, start = loop.code, list[str](), "0"
     for name, is_shared in learnt.items():
         width = widths[name]
         own = start
         if not is_shared:
-            own = code.add(f"add i64 {start}, {code.add(f'mul i64 %item, {width}')}")
+            own = code.add(f"add i64 {start}, {code.add(f'mul i64 {item}, {width}')}")
         found += [code.add(f"add i64 {own}, {k}") for k in range(width)]
         size = str(width) if is_shared else code.add(f"mul i64 %size, {width}")
         start = code.add(f"add i64 {start}, {size}")
     return found
 
 
-class _Changes(Writer):
-    """Writes a loop over changes, which are in the lanes, within the code of an item."""
+class Changes(Writer):
+    """Writes a loop over changes, which are in the lanes, within a loop over single items."""
 
-    def __init__(self, code: Writer):
+    def __init__(self, loop: ItemLoop):
         super().__init__(LANES, "m")
-        self._outer, self.lines = code, code.lines
+        self._loop, self._outer, self.lines = loop, loop.code, loop.code.lines
 
-    def row(self, place: str, axis: int = 0) -> str:
-        """Return where the changes of a number begin, given its own place; of the item."""
-        code = self._outer
-        own = code.add(f"add i64 {place}, {axis}") if axis else place
-        return code.add(f"mul i64 {own}, %room.shape")
+    # --- before the loop, or between its rounds -----------------------------------------------
+
+    def apart(
+        self, outputs: Sequence[Number], changing: Iterable[Number], state: Mapping[str, str],
+        constants: Sequence[int] = (), more: Mapping[str, str] | None = None,
+    ) -> dict[int, str]:  # fmt: skip
+        """Write what outputs need and what does not depend on changes; return it by places.
+
+        Args:
+            state, constants: As ``vectors`` and ``known`` of ``ItemLoop.inputs``.
+            more: Names of the values of further inputs.
+        """
+        still = self._loop.graph.apart_from(outputs, changing)
+        values, known = self._loop.inputs(still, state, constants)
+        written = self._outer.write(still, {**values, **(more or {})}, known)
+        return {
+            each.place: self.in_all_lanes(value, "i1" if each.is_condition else "double")
+            for each, value in zip(still, written, strict=True)
+        }
+
+    def rows(
+        self, sources: Mapping[str, Sequence[tuple[int, ...] | str]]
+    ) -> list[tuple[str, str]]:
+        """Return vectors and where the changes of a number begin in them; of the item.
+
+        Args:
+            sources: By vector, corners and components, or places of numbers.
+        """
+        code, nodes = self._outer, [place for (place,) in self._loop.places()]
+
+        def row(at: tuple[int, ...] | str) -> str:
+            own = at if isinstance(at, str) else code.add(f"add i64 {nodes[at[0]]}, {at[1]}")
+            return code.add(f"mul i64 {own}, %room.shape")
+
+        return [(vector, row(at)) for vector, places in sources.items() for at in places]
+
+    # --- in the loop ------------------------------------------------------------------------
 
     def begin(self) -> None:
         """Begin the loop."""
         before, lanes = self._outer.block, ", ".join(f"i64 {k}" for k in range(LANES))
         self.line("br label %changes")
         self.label("changes")
-        self.line(f"%change = phi i64 [ 0, %{before} ], [ %change.next, %changes ]")
+        self.line(f"%change = phi i64 [ 0, %{before} ], [ %change.next, %changes.end ]")
         self.line("%change.left = sub i64 %room.shape, %change")
         whole = f"<{LANES} x i64>"
         left = self.in_all_lanes("%change.left", "i64")
         self.line(f"%mask = icmp ugt {whole} {left}, <{lanes}>")
+        self._outer.block = self.block
 
-    def read(self, vector: str, row: str) -> str:
-        """Return the changes of a number."""
-        return self._masked(self._at(vector, row))
+    def given(
+        self, outputs: Sequence[Number], rates: Iterable[str], rows: Sequence[tuple[str, str]]
+    ) -> dict[str, str]:
+        """Return the changes that outputs need, by the names of their inputs in order."""
+        needed = self._loop.graph.inputs_of(outputs)
+        pairs = zip(rates, rows, strict=True)
+        return {rate: self._masked(self._at(*row)) for rate, row in pairs if rate in needed}
 
-    def add_to_row(self, vector: str, row: str, value: str) -> None:
-        """Add to the changes of a number."""
-        place = self._at(vector, row)
-        value = self.add(f"fadd {self.kind} {self._masked(place)}, {value}")
-        given = f"{self.kind} {value}, ptr {place}, i32 8, {self.condition} %mask"
-        self.line(f"call void @llvm.masked.store.{_SUFFIX[LANES]}.p0({given})")
+    def add_to_rows(self, rows: Sequence[tuple[str, str]], values: Sequence[str]) -> None:
+        """Add values to changes."""
+        for row, value in zip(rows, values, strict=True):
+            place = self._at(*row)
+            total = self.add(f"fadd {self.kind} {self._masked(place)}, {value}")
+            given = f"{self.kind} {total}, ptr {place}, i32 8, {self.condition} %mask"
+            self.line(f"call void @llvm.masked.store.{_SUFFIX[LANES]}.p0({given})")
 
     def _at(self, vector: str, row: str) -> str:
         return self.address(f"%{vector}", self.add(f"add i64 {row}, %change"))
@@ -531,6 +576,8 @@ class _Changes(Writer):
 
     def end(self) -> None:
         """End the loop."""
+        self.line("br label %changes.end")
+        self.label("changes.end")
         self.line(f"%change.next = add i64 %change, {LANES}")
         self.line("%change.more = icmp ult i64 %change.next, %room.shape")
         self.line("br i1 %change.more, label %changes, label %changes.out")
@@ -548,9 +595,10 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     loop, vectors = ItemLoop.of(item, 1), ("x", "v", "dx", "dv", "dn", "df", "room")
     outputs, rates = item.pushed(tuple(learnt))
     nodes = list(np.ndindex(item.corners, 3))
+    numbers = places_of_numbers(loop, item.widths, learnt, "%first")
     return change_loop(
         name, loop, outputs, rates, vectors, STATE,
-        {"dx": nodes, "dv": nodes, "dn": places_of_numbers(loop, item.widths, learnt)},
+        {"dx": nodes, "dv": nodes, "dn": numbers},
         ("df", nodes), [each.place for each in item.constants],
     )  # fmt: skip
 
@@ -573,29 +621,13 @@ def change_loop(
         target: A vector, and where outputs are added to it.
         constants: What the table has beside the numbers of the items.
     """
-    graph, rates = loop.graph, tuple(rates)
-    still = graph.apart_from(outputs, [graph.input(each) for each in rates])
-    values, known = loop.inputs(still, state, constants)
-    once = zip(still, loop.code.write(still, values, known), strict=True)
-    loop.code.line("%item = add i64 %first, 0")
-    many, nodes = _Changes(loop.code), [place for (place,) in loop.places()]
-
-    def row(at: tuple[int, ...] | str) -> str:
-        return many.row(at) if isinstance(at, str) else many.row(nodes[at[0]], at[1])
-
-    rows = [(vector, row(at)) for vector, places in sources.items() for at in places]
-    to = [row(at) for at in target[1]]
-    spread = {
-        each.place: many.in_all_lanes(value, "i1" if each.is_condition else "double")
-        for each, value in once
-    }
+    rates = tuple(rates)
+    many = Changes(loop)
+    spread = many.apart(outputs, map(loop.graph.input, rates), state, constants)
+    rows = many.rows(sources)
+    to = many.rows({target[0]: target[1]})
     many.begin()
-    needed = graph.inputs_of(outputs)
-    given = {
-        rate: many.read(*at) for rate, at in zip(rates, rows, strict=True) if rate in needed
-    }
-    for value, at in zip(many.write(outputs, given, spread), to, strict=True):
-        many.add_to_row(target[0], at, value)
+    many.add_to_rows(to, many.write(outputs, many.given(outputs, rates, rows), spread))
     many.end()
     return loop.text(name, vectors)
 

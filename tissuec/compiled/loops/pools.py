@@ -331,10 +331,11 @@ def push_groups_loop(name: str, pool: TracedPool, learnt: Mapping[str, bool]) ->
     loop = ItemLoop(pool.graph, pool.numbers, 2, 1)
     outputs, rates = pool.pushed([*learnt])
     group = [(0, k) for k in range(len(pool.slopes))]
+    numbers = places_of_numbers(loop, pool.widths, learnt, "%first")
     return change_loop(
         name, loop, outputs, rates,
         (*_OF_GROUPS.values(), "ds", "dn", "dl", "room"), _OF_GROUPS,
-        {"ds": group, "dn": places_of_numbers(loop, pool.widths, learnt)}, ("dl", group),
+        {"ds": group, "dn": numbers}, ("dl", group),
     )  # fmt: skip
 
 

@@ -39,7 +39,7 @@ Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -49,22 +49,22 @@ from numpy.typing import NDArray
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.forces.contact.bristle_kernel import AHEAD
-from tissuec.forces.contact.contact_kernel import touch
+from tissuec.forces.contact.contact_kernel import PLACING, touch
 from tissuec.forces.contact.pairs import ContactPairs, NearShapes
 from tissuec.forces.contact.points import NO_FACE
-from tissuec.forces.contact.points_kernel import PLACING, touch_points
+from tissuec.forces.contact.pressing import PairForm
 from tissuec.forces.contact.rows_kernel import COLUMNS, PLACES
 from tissuec.forces.contact.sides_kernel import TORN
-from tissuec.forces.contact.sliding import turning
 from tissuec.forces.effects import Resisting
 from tissuec.forces.fields import in_line, stretches
-from tissuec.forces.matrices import ForceDerivatives
-from tissuec.geometry.nearest import TRIANGLE, NearestPlace, places
+from tissuec.forces.matrices import ForceDerivatives, assembled, whole
+from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE, NearestPlace, places
 from tissuec.kernels.records import (
     BoundaryConditions,
-    ContactNodeTable,
-    ContactPointTable,
+    ContactRecord,
     ContactTable,
+    GroupTable,
+    Integers,
     Roughness,
 )
 from tissuec.kernels.thread_loops import UNDIVIDED
@@ -74,7 +74,10 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
+    from tissuec.forces.contact.pair_kernels import PairKernels
+
 MOST_TOGETHER = 4096  # pairs that are examined at once
+SEEN = 1e5  # times the length below which distances are equal: a direction is accurate there
 WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
 
 
@@ -407,10 +410,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         w, d = self.layer, np.maximum(depth, 0.0)
         return self.stiffness[pairs.node] * np.where(d < w, d * d / (2.0 * w), d - 0.5 * w)
 
-    def steepness(self, pairs: ContactPairs, depth: Floats) -> Floats:
-        """Return k φ'(δ) [N/m], shape (pair,)."""
-        return self.stiffness[pairs.node] * np.clip(depth / self.layer, 0.0, 1.0)
-
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the energy of all pressed contacts [J], shape (…).
 
@@ -444,38 +443,110 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         if not exact:
             presses = pairs.weight > 0.0
             pairs, place = pairs.some(presses), place.some(presses)
-        block = self.steepness(pairs, place.depth)[:, None, None] * _square(place.normal)
-        if exact:
-            around = np.eye(3) - _square(place.normal) - _square(place.line)
-            block -= (self.pressure(pairs, place.depth) * place.curvature)[
-                :, None, None
-            ] * around
-        block *= pairs.weight[:, None, None]
-        shares = np.concatenate([np.ones((len(block), 1)), -place.weights], axis=1)
-        here = np.concatenate([self.nodes[pairs.node][:, None], self.points[pairs.shape]], 1)
-        to = None if self.between is None else self.between.map(number, size)
-        if to is not None:
-            number, size = np.arange(to.shape[0] // 3), to.shape[0] // 3
-        values = np.einsum("na,nb,nij->naibj", shares, shares, block)
-        if exact:
-            values += self._turning(position, pairs, place, shares)
-        rows = 3 * number[here][:, :, None] + np.arange(3)
-        every = rows.reshape(len(rows), 12)
-        row = np.broadcast_to(every[:, :, None], (len(rows), 12, 12))
-        column = np.broadcast_to(every[:, None, :], row.shape)
-        moves = (row >= 0) & (column >= 0)
-        entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
-        found = coo_matrix(entries, shape=(3 * size, 3 * size))
-        return found if to is None else coo_matrix(to.T @ found.tocsr() @ to)
+        blocks = self._blocks(self._with_points(position), pairs, place, exact=exact)
+        here = np.concatenate([self.nodes[pairs.node][:, None], self._carriers(pairs)], axis=1)
+        if self.between is None:
+            return assembled(blocks, number[here], size)
+        to = self.between.map(number, size)
+        found = assembled(blocks, here, to.shape[0] // 3).tocsr()
+        return coo_matrix(to.T @ found @ to)
 
-    def _turning(
-        self, position: Floats, pairs: ContactPairs, place: NearestPlace, shares: Floats
+    def _blocks(
+        self, position: Floats, pairs: ContactPairs, place: NearestPlace, *, exact: bool
     ) -> Floats:
-        """Return the stiffness of shapes that turn [N/m], shape (pair, 4, 3, 4, 3)."""
-        corners = self._with_points(position)[self.points[pairs.shape]]
-        kind, gap = self.kind[pairs.shape], pairs.radius - place.depth
-        force = pairs.weight * self.pressure(pairs, place.depth)
-        return force[:, None, None, None, None] * turning(place, kind, corners, gap, shares)
+        """Return the stiffness of pairs that touch [N/m], shape (pair, 4, 3, 4, 3).
+
+        Args:
+            position: Of nodes and points [m], shape (node + point, 3).
+            place: Where the pairs touch.
+            exact: As for ``matrix``.
+        """
+        depth, x = place.depth, position[self.nodes[pairs.node]]
+        side = np.where((pairs.sided is not None) & (depth > pairs.radius), -1.0, 1.0)
+        # Close to a surface, directions are those of a point that is a little further away.
+        gap = np.abs(pairs.radius - depth)
+        away = np.zeros_like(gap)
+        if pairs.sided is not None:
+            away = np.where((pairs.sided > 0) & (gap <= self.alike), SEEN * self.alike, 0.0)
+        x = x + (side * away)[:, None] * place.normal
+        own = np.concatenate([x[:, None], position[self._carriers(pairs)]], axis=1)
+        radius = np.where(self.kind[pairs.shape] == PLANE, 0.0, depth + side * (gap + away))
+        columns = self._numbers(pairs, PairForm.of(self.kind), {"radius": radius, "side": side})
+        kernels = self._kernels(PairForm.of(self.kind))
+        table = kernels.table(np.arange(4 * len(x)).reshape(-1, 4), columns)
+        what = "matrix" if exact else "steepness"
+        found = kernels.recorded(what, own.ravel(), np.zeros(own.size), table)
+        if exact:
+            return whole(found).reshape(-1, 4, 3, 4, 3)
+        steep, slopes = found[:, 0], found[:, 1:]
+        return np.einsum("p,pi,pj->pij", steep, slopes, slopes).reshape(-1, 4, 3, 4, 3)
+
+    def _carriers(self, pairs: ContactPairs) -> Indices:
+        """Return the nodes of shapes as triangles, flat ones for capsules, shape (pair, 3)."""
+        points, is_capsule = self.points[pairs.shape], self.kind[pairs.shape] == CAPSULE
+        return np.where(is_capsule[:, None], points[:, [0, 1, 0]], points)
+
+    @staticmethod
+    def _kernels(form: PairForm) -> "PairKernels":
+        from tissuec.forces.contact.pair_kernels import kernels_of_pairs  # which costs time
+
+        return kernels_of_pairs(form)
+
+    def _numbers(
+        self, pairs: ContactPairs, form: PairForm, more: Mapping[str, Floats]
+    ) -> Floats:
+        """Return the numbers of pairs, shape (number, pair).
+
+        Args:
+            form: Of the pairs.
+            more: Some of them, by name.
+        """
+        found: dict[str, Floats | float] = {
+            "stiffness": self.stiffness[pairs.node],
+            "weight": pairs.weight,
+            "radius": pairs.radius,
+            "side": 1.0,
+            "layer": self.layer,
+            "inverse": 1.0 / self.layer,
+            "damping": self.damping,
+            "flat": 1.0 * (self.kind[pairs.shape] == PLANE),
+            **more,
+        }
+        count, widths = len(pairs.node), form.widths.items()
+        rows = [np.broadcast_to(found[name], (width, count)) for name, width in widths]
+        return np.concatenate(rows)
+
+    @property
+    def _form(self) -> PairForm:
+        """Return what pairs are in kernels that follow from what they store."""
+        between = self.between is not None
+        return PairForm.of(self.kind, is_between=between, is_damped=self.damping > 0.0)
+
+    def _groups(
+        self, places: Indices, pairs: ContactPairs, nodes: int, bends: Integers
+    ) -> GroupTable:
+        """Return pairs by nodes and surfaces; none if kernels do not follow from their energy.
+
+        Args:
+            places: Of each node and point in the arrays of the kernel.
+            nodes: Number of all nodes.
+            bends: Where those that are passed are counted, shape (3,).
+        """
+        from tissuec.compiled.loops.groups import grouped  # which costs time
+
+        if not self._follows:
+            pairs = pairs.some(np.zeros(0, dtype=np.int64))
+        here, more = self.nodes[pairs.node], dict[str, Floats]()
+        own = here[:, None]
+        if self.between is not None:
+            point = np.maximum(here - nodes, 0)
+            is_node = (here < nodes)[:, None]
+            own = np.where(is_node, own, self.between.corners[point])
+            more["shares"] = np.where(is_node, [1.0, 0.0, 0.0], self.between.shares[point]).T
+        group = pairs.node * (1 + int(self.surface.max())) + self.surface[pairs.shape]
+        corners = places[np.concatenate([own, self._carriers(pairs)], axis=1)]
+        columns = self._numbers(pairs, self._form, more)
+        return grouped(group, corners, columns, pairs.node, bends)
 
     def _nearest(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, one for each nearest point; weights add up there.
@@ -509,25 +580,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         """Return a force whose digits rounding spoils [N]."""
         return float(self.stiffness.max(initial=0.0) * np.abs(position).max(initial=0.0))
 
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero round and hollow shapes may bring an eigenvalue [N/m]."""
-        pairs, place = self._nearest(position)
-        round_ = np.maximum(pairs.weight, 0.0) * self.pressure(pairs, place.depth)
-        round_ *= np.maximum(place.curvature, 0.0)
-        hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(pairs, place.depth)
-        count = 0 if self.between is None else len(self.between.corners)
-        total, each = np.zeros(len(position) + count), 2.0 * (round_ + hollow)
-        shares = np.concatenate([np.ones((len(each), 1)), -place.weights], axis=1)
-        turning_ = self._turning(position, pairs, place, shares)
-        turned = np.sqrt((turning_ * turning_).sum(axis=(1, 2, 3, 4)))
-        np.add.at(total, self.nodes[pairs.node], each + turned)
-        np.add.at(
-            total, self.points[pairs.shape], each[:, None] * place.weights + turned[:, None]
-        )
-        if self.between is not None:
-            total = self.between.sums(total, len(position))
-        return float(total.max(initial=0.0))
-
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the stiffness of all that could touch, so that the bound does not change with
         each touch [N/m]."""
@@ -554,19 +606,25 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
     @property
     def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops."""
-        return touch if self.between is None else touch_points
+        """Return the loop: by hand where bristles and sides have states."""
+        if self._follows:
+            return self._kernels(self._form).forces
+        return touch
+
+    @property
+    def _follows(self) -> bool:
+        """Return whether all that it does follows from what pairs store."""
+        return not self.rubs and self.sided is None
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
         """Return the derivatives, also by the stiffness; there are none of bristles."""
-        from tissuec.forces.contact.derivatives_kernel import pull_contact, push_contact
-
         if self.rubs:
             return "has friction"
-        if self.between is not None:
-            return "is of faces, not of nodes, and has no exact derivatives"
-        return ForceDerivatives(("stiffness",), pull_contact, push_contact)
+        if self.sided is not None:
+            return "keeps points outside of solids, and has no exact derivatives"
+        kernels = self._kernels(self._form)
+        return ForceDerivatives(("stiffness",), kernels.pull, kernels.push)
 
     @property
     def rubs(self) -> bool:
@@ -589,35 +647,36 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
-    ) -> ContactNodeTable | ContactPointTable:
+    ) -> ContactRecord:
         """Return shapes and the nodes near them; it holds until one has moved by ``reach``.
 
         Where there are points, nodes and points near no shape are left out, and so are their
         bristles, which do not change from zero.
         """
-        pairs = self.near(position, 2.0 * self.reach)
-        if self.between is None:
-            every = self._table(place, position, pairs, np.arange(len(self.nodes)))
-            return ContactNodeTable(every, Roughness(self.node_friction, self.face_friction))
-        count, points = len(position), len(self.between.corners)
-        kept = int(np.count_nonzero(place >= 0))
-        places = np.concatenate([place, kept + np.arange(points)])
-        listed = np.unique(pairs.node)
-        rough = self.node_friction[listed if len(self.node_friction) else slice(None)]
-        near = self.nodes[listed]
-        near = near[near >= count]
-        own = near - count
-        room = np.zeros((3, 3 * (kept + points)))
+        pairs, count = self.near(position, 2.0 * self.reach), len(position)
+        places, listed = place, np.arange(len(self.nodes))
+        near, corners, shares = self.nodes[:0], self.points[:0], np.zeros((0, 3))
+        room = np.zeros((3, 0))
+        if self.between is not None:
+            kept, points = int(np.count_nonzero(place >= 0)), len(self.between.corners)
+            places = np.concatenate([place, kept + np.arange(points)])
+            listed, room = np.unique(pairs.node), np.zeros((3, 3 * (kept + points)))
+            near = self.nodes[listed]
+            near = near[near >= count]
+            own = near - count
+            corners, shares = self.between.corners[own], self.between.shares[own]
         sided = np.zeros(0, dtype=np.int64) if pairs.sided is None else pairs.sided
-        return ContactPointTable(
-            touches=self._table(places, position, pairs, listed),
+        touches = self._table(places, position, pairs, listed)
+        rough = self.node_friction[listed if len(self.node_friction) else slice(None)]
+        return ContactRecord(
+            groups=self._groups(place, pairs, count, touches.bends),
+            touches=touches,
             rough=Roughness(rough, self.face_friction),
-            part=UNDIVIDED,
             sided=sided if sided.any() else sided[:0],
             alike=self.alike,
             at=3 * places[near],
-            corners=np.ascontiguousarray(3 * place[self.between.corners[own]]),
-            shares=np.ascontiguousarray(self.between.shares[own]),
+            corners=np.ascontiguousarray(3 * place[corners]),
+            shares=np.ascontiguousarray(shares),
             x=room[0],
             v=room[1],
             f=room[2],
@@ -683,38 +742,31 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         own = np.searchsorted(self.nodes[:first], node)
         return self.memory[np.where(is_node, own, first + touches.nodes - kept)]
 
-    def in_parts(
-        self, table: ContactNodeTable | ContactPointTable, parts: int
-    ) -> list[list[ContactNodeTable]] | list[list[ContactPointTable]]:
+    def in_parts(self, table: ContactRecord, parts: int) -> list[list[ContactRecord]]:
         """Return tables of nodes with about equally many pairs, and one that adds them up.
 
         If there are points, a table that places them comes first.
         """
-        groups = self._in_parts(table.touches, parts)
-        if isinstance(table, ContactNodeTable):
-            return [[table._replace(touches=each) for each in group] for group in groups]
-        if len(groups) == 1:
-            return [[table]]
-        own = [
-            [table._replace(touches=each, part=each.part) for each in group] for group in groups
-        ]
-        return [[table._replace(part=PLACING)], *own]
-
-    @staticmethod
-    def _in_parts(table: ContactTable, parts: int) -> list[list[ContactTable]]:
-        pairs = len(table.shape)
+        touches, pairs = table.touches, len(table.touches.shape)
         if parts == 1 or pairs < WORTHWHILE:
             return [[table]]
-        cuts = np.searchsorted(table.first, np.linspace(0, pairs, parts + 1)[1:-1])
-        starts = np.array([0, *cuts, len(table.nodes)], dtype=np.int64)
-        shared = table._replace(
-            starts=starts,
+        if self._follows:
+            from tissuec.compiled.loops.groups import in_parts  # which costs time
+
+            divided = in_parts(table.groups, parts)
+            return [[table._replace(groups=each) for each in part] for part in divided]
+        cuts = np.searchsorted(touches.first, np.linspace(0, pairs, parts + 1)[1:-1])
+        shared = touches._replace(
+            starts=np.array([0, *cuts, len(touches.nodes)], dtype=np.int64),
             stops=np.zeros(parts, dtype=np.int64),
             met=np.zeros((pairs, COLUMNS)),
             at=np.zeros((pairs, PLACES), dtype=np.int64),
         )
-        tables = [shared._replace(part=part) for part in range(parts + 1)]
-        return [tables[:-1], tables[-1:]]
+        tables = [
+            table._replace(touches=shared._replace(part=part)) for part in range(parts + 1)
+        ]
+        placing = [table._replace(touches=touches._replace(part=PLACING))]
+        return [*([placing] if len(table.at) else []), tables[:-1], tables[-1:]]
 
 
 @kept_on_owner(8)
@@ -757,7 +809,3 @@ def _add(to: Floats, nodes: Indices, values: Floats) -> None:
 def _sums(row: Indices, values: Floats, count: int) -> Floats:
     """Return the sums of values by rows; without any, NumPy would count in integers."""
     return np.bincount(row, values, count).astype(float, copy=False)
-
-
-def _square(vector: Floats) -> Floats:
-    return vector[:, :, None] * vector[:, None, :]

@@ -1,53 +1,64 @@
-"""Contact as scalar loops; for the equations see ``forces.contact``.
+"""Contact with friction or sides of surfaces, as scalar loops; see ``forces.contact``.
 
-Each pair that touches has a row of ``met``. Rows of a node are in succession, those with one
-surface, too. They are filled for each node by itself, in parts of the nodes if threads share
-the loop, and then added to the forces in the order of nodes.
+What has neither follows from ``contact.pressing``. Each pair that touches has a row of ``met``.
+Rows are filled for each node by itself, in parts of the nodes if threads share the loop, and
+then added to the forces in the order of nodes.
+
+Points between nodes follow the nodes in arrays of their own. There, contact acts on points as
+on nodes; then their forces are distributed to their corners.
 
 Shared arguments:
-    k: Index of the node among those of the contact.
-    start, stop: Rows of the node with one surface: from ``start`` up to before ``stop``.
-    begin, end: All rows of the node: from ``begin`` up to before ``end``.
-    factor: Pressure with damping divided by pressure without it, dimensionless.
-    touches: Record of the contact; its fields give the shapes and units.
-    rough: Coefficients of friction.
+    x, v: Positions [m] and velocities [m/s], flat.
+    f: Forces [N], flat, that are added to.
+    table: Record of the contact; its fields give the shapes and units.
 """
 
+from tissuec.forces.contact.bristle_kernel import SLIDES, bend
 from tissuec.forces.contact.friction_kernel import rub, rub_past
-from tissuec.forces.contact.place_kernel import Meeting, corners, meet
 from tissuec.forces.contact.rows_kernel import (
     BENDS,
     FORCE,
-    GAP,
-    LEVER,
     LOST,
-    NORMAL,
-    PAIR,
-    RATE,
-    SLIDE,
     STEADY,
-    SURFACE,
-    WEIGHT,
     end_of_surface,
+    look,
+    press_surface,
+    push_back,
 )
-from tissuec.kernels.records import ContactNodeTable, ContactTable, Floats, Roughness
+from tissuec.forces.contact.sides_kernel import push_outside
+from tissuec.kernels.records import ContactRecord, ContactTable, Floats
 from tissuec.kernels.thread_loops import UNDIVIDED
+
+PLACING = -2  # the part in which points are placed
 
 
 def touch(
-    time: float, x: Floats, v: Floats, f: Floats, power: Floats, table: ContactNodeTable
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, table: ContactRecord
 ) -> None:
     """Add the forces of shapes to those on nodes, and the power of damping and friction.
 
     The rates of bristles are stored in ``touches.bent``. With a ``touches.lag``, velocities
     give bristles without their own rates in an implicit stage, and those are solved for.
 
-    A table of a part of the nodes only fills their rows; the table after the last part adds all
-    of them.
-
-    Args:
-        table: Shapes, the nodes near them, and their friction.
+    In parts, points are placed first; a part of the nodes only fills their rows; the one after
+    the last adds all of them.
     """
+    part, parts = table.touches.part, table.touches.starts.size - 1
+    if table.at.size == 0:
+        press_part(x, v, f, power, table)
+        return
+    if part in (PLACING, UNDIVIDED):
+        place(x, table.x, table)
+        place(v, table.v, table)
+    if part == PLACING:
+        return
+    press_part(table.x, table.v, table.f, power, table)
+    if part in (UNDIVIDED, parts):
+        hand_over(f, table)
+
+
+def press_part(x: Floats, v: Floats, f: Floats, power: Floats, table: ContactRecord) -> None:
+    """Fill the rows of the nodes and points of a part, or add all rows, or both."""
     touches = table.touches
     bends, row, part, parts = 0.0, 0, touches.part, touches.starts.size - 1
     start, stop = 0, touches.nodes.size
@@ -60,7 +71,7 @@ def touch(
         start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
         row = int(touches.first[start])
     for k in range(start, stop):
-        end = press_node(k, row, x, v, touches, table.rough)
+        end = press_node(k, row, x, v, table)
         if part == UNDIVIDED:
             bends += add_up(0, end, f, power, touches)
         else:
@@ -97,13 +108,20 @@ def count(bends: int, touches: ContactTable) -> None:
     touches.bends[2] = max(touches.bends[2], bends)
 
 
-def press_node(
-    k: int, begin: int, x: Floats, v: Floats, touches: ContactTable, rough: Roughness
-) -> int:
-    """Fill the rows of a node, and set the rate of its bristle; return the end of the rows."""
+def press_node(k: int, begin: int, x: Floats, v: Floats, table: ContactRecord) -> int:
+    """Fill the rows of a node or point, and set its bristle; return the end of the rows.
+
+    Args:
+        k: Its index among those of the contact.
+        begin: First of its rows.
+    """
+    touches = table.touches
     end = look(k, begin, x, v, touches)
-    # Pressure with and without damping, its rate; largest friction, and that times velocity.
-    total = rest = growth = grip = u0 = u1 = u2 = 0.0
+    if table.sided.size:
+        end = push_outside(k, begin, end, x, v, touches, table.sided, table.alike)
+    # Pressure with and without damping, its rate; largest friction, its rate, and that times
+    # velocity.
+    total = rest = growth = grip = firmer = u0 = u1 = u2 = 0.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)
@@ -117,103 +135,50 @@ def press_node(
                 touches.met[row, STEADY] = 0.0
         push_back(start, stop, factor, touches)
         if touches.memory.size:
-            most, s0, s1, s2 = rub_past(k, start, stop, factor, x, v, touches, rough)
+            most, s0, s1, s2 = rub_past(k, start, stop, factor, x, v, touches, table.rough)
             grip, u0, u1, u2 = grip + most, u0 + s0, u1 + s1, u2 + s2
+            firmer += most / steady * steeper if steady > 0.0 else 0.0
         start = stop
     if touches.memory.size:
-        rub(k, begin, end, total, rest, growth, grip, u0, u1, u2, x, v, touches)
+        if touches.bent.shape[1] > SLIDES:
+            bend(k, begin, end, total, grip, firmer, u0, u1, u2, x, v, touches)
+        else:
+            rub(k, begin, end, total, rest, growth, grip, u0, u1, u2, x, v, touches)
     return end
 
 
-def look(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
-    """Set rows for the pairs of a node that touch, without forces; return their end."""
-    row, i = begin, 3 * touches.nodes[k]
-    for pair in range(touches.first[k], touches.first[k + 1]):
-        met = meet(i, pair, x, touches)
-        if met[0] > 0.0:
-            lay(k, row, pair, met, v, touches)
-            row += 1
-    return row
-
-
-def lay(k: int, row: int, pair: int, place: Meeting, v: Floats, touches: ContactTable) -> None:
-    """Set a row for a pair of a node that touches, without forces.
+def place(vector: Floats, to: Floats, table: ContactRecord) -> None:
+    """Set the vectors of nodes and points.
 
     Args:
-        row: Index of the row.
-        pair: Index of the pair.
-        place: Where the node is in the shape.
-        v: Velocities of all nodes [m/s], flat, shape (3 node,).
+        vector: Of nodes, in any unit, flat, shape (3 node,).
+        to: Of nodes and points, in the same unit, flat.
     """
-    depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = place
-    i, met, at, shape = (
-        3 * touches.nodes[k],
-        touches.met[row],
-        touches.at[row],
-        touches.shape[pair],
-    )
-    a, b, c = corners(shape, touches)
-    at[0], at[1], at[2], at[3] = i, a, b, c
-    at[PAIR], at[SURFACE] = pair, touches.surface[shape]
-    met[BENDS] = touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
-    met[STEADY] = touches.weight[pair] * press_at(depth, touches.stiffness[k], touches.layer)
-    met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
-    met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
-    met[LEVER], met[LEVER + 1], met[LEVER + 2] = l0, l1, l2
-    met[GAP] = touches.radius[pair] - depth
-    s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
-    s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
-    s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
-    turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
-    s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
-    met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
-    met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
+    for i in range(vector.size):
+        to[i] = vector[i]
+    for p in range(table.at.size):
+        i, corners, shares = table.at[p], table.corners[p], table.shares[p]
+        a, b, c = corners[0], corners[1], corners[2]
+        for k in range(3):
+            of_a, of_b, of_c = vector[a + k], vector[b + k], vector[c + k]
+            to[i + k] = shares[0] * of_a + shares[1] * of_b + shares[2] * of_c
 
 
-def press_surface(
-    k: int, start: int, stop: int, touches: ContactTable
-) -> tuple[float, float, float]:
-    """Return the pressure of a surface on a node, without damping.
-
-    Returns:
-        Its pressure [N], that times the rate of the depth [W], and its rate [N/s].
-    """
-    stiffness = touches.stiffness[k]
-    steady = nearest_face = closing = steeper = 0.0
-    for row in range(start, stop):
-        met, pair = touches.met[row], touches.at[row, PAIR]
-        depth = touches.radius[pair] - met[GAP]
-        steep = stiffness * min(depth / touches.layer, 1.0)
-        steady += met[STEADY]
-        nearest_face = max(nearest_face, met[STEADY])
-        closing -= met[STEADY] * met[RATE]
-        steeper -= touches.weight[pair] * steep * met[RATE]
-    return max(steady, nearest_face), closing, steeper
-
-
-def push_back(start: int, stop: int, factor: float, touches: ContactTable) -> None:
-    """Set the forces of the pressure of a surface, and the power that damping dissipates."""
-    for row in range(start, stop):
-        met = touches.met[row]
-        pressure = factor * met[STEADY]
-        met[LOST] = (met[STEADY] - pressure) * met[RATE]
-        wa, wb, wc = met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2]
-        for axis in range(3):
-            g, lever = pressure * met[NORMAL + axis], pressure * met[LEVER + axis]
-            met[FORCE + axis] = g
-            met[FORCE + 3 + axis] = -wa * g - lever
-            met[FORCE + 6 + axis] = -wb * g + lever
-            met[FORCE + 9 + axis] = -wc * g
-
-
-def press_at(depth: float, stiffness: float, layer: float) -> float:
-    """Return the pressure at a depth, without damping [N].
+def hand_over(f: Floats, table: ContactRecord) -> None:
+    """Add the forces on nodes and points to those on nodes, and set them to zero.
 
     Args:
-        depth: Depth of the node below the surface [m].
-        stiffness: Stiffness of the contact [N/m].
-        layer: Depth w below which the law is linear [m].
+        f: Forces on nodes [N], flat, shape (3 node,).
     """
-    if depth < layer:
-        return stiffness * depth * depth / (2.0 * layer)
-    return stiffness * (depth - 0.5 * layer)
+    own = table.f
+    for i in range(f.size):
+        f[i] += own[i]
+        own[i] = 0.0
+    for p in range(table.at.size):
+        i, corners, shares = table.at[p], table.corners[p], table.shares[p]
+        for a in range(3):
+            j, share = corners[a], shares[a]
+            for k in range(3):
+                f[j + k] += share * own[i + k]
+        for k in range(3):
+            own[i + k] = 0.0

@@ -465,14 +465,10 @@ def kept_outside(
     outwards = np.where(close[:, None], outwards, -place.normal[own[first]])
     behind, outwards = own[first[changes]], outwards[changes]
     below = np.where(side < 0.0, least, -least)[changes]
-    depth, normal, curvature, pressing = (
-        part.copy() for part in (place.depth, place.normal, place.curvature, place.pressing)
-    )
+    depth, normal = place.depth.copy(), place.normal.copy()
     depth[behind] = radius[behind] + below
     normal[behind] = outwards
-    curvature[behind] *= np.where(below < 0.0, 1.0, -1.0)
-    pressing[behind] = -place.weights[behind, :, None] * outwards[:, None, :]
-    return place._replace(depth=depth, normal=normal, curvature=curvature, pressing=pressing)
+    return place._replace(depth=depth, normal=normal)
 
 
 def _facing(corners: Floats, weights: Floats) -> Floats:

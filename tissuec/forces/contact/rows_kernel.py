@@ -3,13 +3,16 @@
 Rows of a node are in succession, those with one surface, too.
 
 Shared arguments:
+    k: Index of the node among those of the contact.
     row: Index of the row of ``met``.
-    start: First row of the node with one surface.
+    start, stop: Rows of the node with one surface: from ``start`` up to before ``stop``.
     end: All rows of the node are before it.
+    factor: Pressure with damping divided by pressure without it, dimensionless.
     touches: Record of the contact; its fields give the shapes and units.
 """
 
-from tissuec.kernels.records import ContactTable
+from tissuec.forces.contact.place_kernel import Meeting, corners, meet
+from tissuec.kernels.records import ContactTable, Floats
 
 # Columns of ``met``.
 STEADY = 0  # pressure at rest, with the sign of the weight
@@ -58,3 +61,97 @@ def push(row: int, point: int, f0: float, f1: float, f2: float, touches: Contact
     met[column] += f0
     met[column + 1] += f1
     met[column + 2] += f2
+
+
+def look(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
+    """Set rows for the pairs of a node that touch, without forces; return their end."""
+    row, i = begin, 3 * touches.nodes[k]
+    for pair in range(touches.first[k], touches.first[k + 1]):
+        met = meet(i, pair, x, touches)
+        if met[0] > 0.0:
+            lay(k, row, pair, met, v, touches)
+            row += 1
+    return row
+
+
+def lay(k: int, row: int, pair: int, place: Meeting, v: Floats, touches: ContactTable) -> None:
+    """Set a row for a pair of a node that touches, without forces.
+
+    Args:
+        row: Index of the row.
+        pair: Index of the pair.
+        place: Where the node is in the shape.
+        v: Velocities of all nodes [m/s], flat, shape (3 node,).
+    """
+    depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = place
+    i, met, at, shape = (
+        3 * touches.nodes[k],
+        touches.met[row],
+        touches.at[row],
+        touches.shape[pair],
+    )
+    a, b, c = corners(shape, touches)
+    at[0], at[1], at[2], at[3] = i, a, b, c
+    at[PAIR], at[SURFACE] = pair, touches.surface[shape]
+    met[BENDS] = touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
+    met[STEADY] = touches.weight[pair] * press_at(depth, touches.stiffness[k], touches.layer)
+    met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
+    met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
+    met[LEVER], met[LEVER + 1], met[LEVER + 2] = l0, l1, l2
+    met[GAP] = touches.radius[pair] - depth
+    s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
+    s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
+    s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
+    turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
+    s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
+    met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
+    met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
+
+
+def press_surface(
+    k: int, start: int, stop: int, touches: ContactTable
+) -> tuple[float, float, float]:
+    """Return the pressure of a surface on a node, without damping.
+
+    Returns:
+        Its pressure [N], that times the rate of the depth [W], and its rate [N/s].
+    """
+    stiffness = touches.stiffness[k]
+    steady = nearest_face = closing = steeper = 0.0
+    for row in range(start, stop):
+        met, pair = touches.met[row], touches.at[row, PAIR]
+        depth = touches.radius[pair] - met[GAP]
+        steep = stiffness * min(depth / touches.layer, 1.0)
+        steady += met[STEADY]
+        nearest_face = max(nearest_face, met[STEADY])
+        closing -= met[STEADY] * met[RATE]
+        steeper -= touches.weight[pair] * steep * met[RATE]
+    return max(steady, nearest_face), closing, steeper
+
+
+def push_back(start: int, stop: int, factor: float, touches: ContactTable) -> None:
+    """Set the forces of the pressure of a surface, and the power that damping dissipates."""
+    for row in range(start, stop):
+        met = touches.met[row]
+        pressure = factor * met[STEADY]
+        met[LOST] = (met[STEADY] - pressure) * met[RATE]
+        wa, wb, wc = met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2]
+        for axis in range(3):
+            g, lever = pressure * met[NORMAL + axis], pressure * met[LEVER + axis]
+            met[FORCE + axis] = g
+            met[FORCE + 3 + axis] = -wa * g - lever
+            met[FORCE + 6 + axis] = -wb * g + lever
+            met[FORCE + 9 + axis] = -wc * g
+
+
+def press_at(depth: float, stiffness: float, layer: float) -> float:
+    """Return the pressure at a depth, without damping [N].
+
+    Args:
+        depth: Depth of the node below the surface [m].
+        stiffness: Stiffness of the contact [N/m].
+        layer: Depth w below which the law is linear [m].
+    """
+    if depth < layer:
+        return stiffness * depth * depth / (2.0 * layer)
+    return stiffness * (depth - 0.5 * layer)

@@ -12,9 +12,8 @@ Shared arguments:
 
 from math import inf, pi, sqrt
 
-from tissuec.forces.contact.contact_kernel import lay
 from tissuec.forces.contact.place_kernel import corners, nearest
-from tissuec.forces.contact.rows_kernel import BENDS, COLUMNS, PAIR, PLACES
+from tissuec.forces.contact.rows_kernel import BENDS, COLUMNS, PAIR, PLACES, lay
 from tissuec.kernels.records import ContactTable, Floats, Integers
 
 Three = tuple[float, float, float]

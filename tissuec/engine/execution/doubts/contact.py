@@ -133,11 +133,11 @@ def _touched(
         place, near = place.some(inside), near[inside]
         own = first + near if numbers is None else numbers[near]
         pairs = ContactPairs(own, own, alike[inside], alike[inside])
-        side = np.flatnonzero(place.line.any(axis=1))
+        side = np.flatnonzero((place.weights[:, :2] > 0.0).all(axis=1))
         across = 0.0
         if len(side):
             normal = place.normal[side]
-            way = np.cross(place.line[side[0]], normal.mean(axis=0))
+            way = np.cross(ends[1] - ends[0], normal.mean(axis=0))
             length = float(np.linalg.norm(way)) or 1.0
             across = shape.radius * float(np.ptp(normal @ way)) / length
         force = float(contact.pressure(pairs, place.depth).sum())
