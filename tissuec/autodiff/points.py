@@ -1,7 +1,7 @@
 """What follows from the energy at one point of an element: stress, and rates of what it stores.
 
 With the deformation F = Σ x_a ⊗ ∂N_a/∂X at points of the volume w, by the three directions of
-space, or by the two of a wall, an element stores
+space, or by the two of a wall, or the one of fibres, an element stores
 
     E = Σ w W(F, T, p) + V U(M, p),    M = Σ w r(F)/V,
 
@@ -26,6 +26,7 @@ from tissuec.autodiff.tensors import Tensor, dot
 PLACES: Mapping[int, tuple[tuple[int, int], ...]] = {
     3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)),
     2: ((0, 0), (1, 1), (0, 1)),
+    1: ((0, 0),),
 }
 
 
@@ -38,6 +39,7 @@ class PointState(NamedTuple):
         pooled: r, whose mean over the points of an element counts; zero if none does.
         rates: dT/dt [1/s], of which the upper halves count.
         seen: Further numbers that are asked for, by name.
+        is_supplied: Whether what pulls takes its energy from outside, and gives it there.
     """
 
     energy: Number
@@ -45,6 +47,7 @@ class PointState(NamedTuple):
     pooled: Operand = 0.0
     rates: Sequence[Tensor] = ()
     seen: Mapping[str, Sequence[Number]] = {}
+    is_supplied: bool = False
 
 
 #: Takes F, dF/dt, the tensors that are remembered, and the numbers of the element.
@@ -61,7 +64,7 @@ class TracedPoint:
             ``rate``, the factor of T - 1 in the velocities of hidden nodes, and its inverse,
             which is zero in elements without the tensor.
         tensors: How many tensors a point remembers.
-        directions: Columns of F: 3, or 2 in a wall.
+        directions: Columns of F: 3, 2 in a wall, or 1 along fibres.
         graph: All that follows.
         f, rate: F and dF/dt, row by row, shape (3 directions,).
         stored: T - 1, the numbers of each tensor.
@@ -171,7 +174,9 @@ class TracedPoint:
 
     @cached_property
     def power(self) -> Number:
-        """Return the power that is lost per volume [W/m³]."""
+        """Return the power that is lost, or supplied, per volume [W/m³]."""
+        if self.state.is_supplied:
+            return -dot(self.stress, self.rate)
         viscous = along([self.dissipation], dict(zip(self.rate, self.rate, strict=True)))[0]
         if not self.rates:
             return viscous

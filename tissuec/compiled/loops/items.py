@@ -209,6 +209,8 @@ class ItemLoop:
             for name in sorted(needed.intersection(("a.0", "a.1")) if letter == "a" else ()):
                 one = code.load(code.address(f"%{vector}", name[2:]), "double")
                 values[name] = code.in_all_lanes(one)
+        if "time" in needed:
+            values["time"] = code.in_all_lanes("%time")
         base = self.row_of_blocks("numbers", len(names) + len(known))
         for k, name in enumerate(names):
             if name in needed:

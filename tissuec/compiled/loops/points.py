@@ -267,7 +267,7 @@ class _Points(ItemLoop):
 
 
 def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
-    """Return the loop that adds forces, rates of what is remembered, and power that is lost.
+    """Return the loop that adds forces, rates of what is remembered, and powers.
 
     Args:
         name: Of the function.
@@ -301,7 +301,8 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
     def write() -> None:
         loop.scatter(pushed, {"f": 0}, range(nodes))
         if is_lossy:
-            loop.add_to(code.address("%power", 1), loop.kept(pushed, 3 * nodes))
+            place = code.address("%power", 0 if point.state.is_supplied else 1)
+            loop.add_to(place, loop.kept(pushed, 3 * nodes))
 
     loop.each_lane(write)
     return loop.text(name, ("x", "v", "f", "power"), PointTable)

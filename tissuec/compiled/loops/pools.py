@@ -19,7 +19,6 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from tissuec.autodiff.derivatives import along
-from tissuec.autodiff.functions import sin
 from tissuec.autodiff.graph import Graph, Number
 from tissuec.autodiff.pools import TracedPool
 from tissuec.autodiff.potentials import TracedItem, numbers_in
@@ -34,8 +33,8 @@ from tissuec.compiled.loops.items import (
     head,
     places_of_numbers,
 )
+from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.kernels.records import BoundaryConditions
-from tissuec.model.profiles import POWERS
 
 #: Vectors of groups, and of items that are part of these, by the letters of their inputs.
 _OF_GROUPS = {"s": "sums", "x": "x", "a": "amounts"}
@@ -67,10 +66,8 @@ class PoolTable(NamedTuple):
         Args:
             acts: Of its only one, the first component is the amount.
         """
-        own = acts.term_curve
-        curves = acts.origin[own], acts.amplitude[own], acts.angular[own], *acts.power[own].T
-        columns = np.stack([acts.term_vector[:, 0], *curves])
-        none = np.zeros((len(own), 0), dtype=np.int64)
+        columns = terms_of(acts)
+        none = np.zeros((columns.shape[1], 0), dtype=np.int64)
         return cls(ItemTable.of(none, columns), carried, points, items, groups)
 
 
@@ -211,19 +208,13 @@ def push_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> Loop
 
 def amounts_loop(name: str) -> LoopText:
     """Return the loop that adds the amounts of terms, and their rates."""
-    graph, single = Graph(), ("amount", "origin", "amplitude", "angular")
-    numbers, p = numbers_in(graph, {**dict.fromkeys(single, 1), "powers": POWERS})
-    time = graph.input("time")
-    since = time - p.origin
-    factor = graph.number(0.0)
-    for power in p.powers[::-1]:
-        factor = factor * since + power
-    factor = factor + graph.number(sin(since * p.angular)) * p.amplitude
-    outputs: list[Number] = [p.amount * factor]
-    outputs += along(outputs, {time: 1.0})
+    graph = Graph()
+    numbers, p = numbers_in(graph, OF_TERMS)
+    outputs = [term_at(p, graph)]
+    outputs += along(outputs, {graph.input("time"): 1.0})
     loop = ItemLoop(graph, numbers, 0, 1)
     values, _ = loop.inputs(outputs, {}, [])
-    room = loop.keep(loop.code.write(outputs, values | {"time": "%time"}))
+    room = loop.keep(loop.code.write(outputs, values))
 
     def write() -> None:
         for k in range(2):

@@ -16,17 +16,23 @@ kind beside the passive law of the tissue: P. J. Hunter, A. D. McCulloch, H. E. 
 Prog. Biophys. Mol. Biol. 69:289, 1998.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from functools import cache
 from math import inf
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec.structs import replace
 
+from tissuec.autodiff import Number, Numbers, Tensor, Vector, hessian, maximum, minimum, norm
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.points import PointState, TracedPoint
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops.points import PointTable, force_loop
+from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.core.source import Span
 from tissuec.forces.fields import SECONDS, Items, WalledField
-from tissuec.forces.matrices import assembled
-from tissuec.forces.solids.activation_kernel import ActivationTable, contract_fibres
+from tissuec.forces.matrices import BlockPattern, whole, without_negative
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
@@ -118,9 +124,8 @@ class Activation(WalledField, frozen=True):
         """Return ∫ S (Φ(λ) - Φ(1)) dV [J], shape (…)."""
         found = np.zeros(position.shape[:-2])
         for _, own in self.in_blocks():
-            stretch = np.linalg.norm(own._along(position), axis=-1)
-            longer = self._integral(stretch) - self._integral(np.ones(1))
-            found += (own.weight * longer).sum(axis=(-1, -2))
+            ((longer,), (rest,)) = (own._seen("pull", f) for f in (own._along(position), _ONE))
+            found += (own.weight * (longer - rest)).sum(axis=(-1, -2))
         return self.stress(time) * found
 
     def matrix(
@@ -130,33 +135,24 @@ class Activation(WalledField, frozen=True):
 
         Without ``exact``, negative eigenvalues of each line count as zero.
         """
-        from scipy.sparse import coo_matrix, csr_matrix
-
-        stress, total = float(self.stress(time)), csr_matrix((3 * size, 3 * size))
-        for _, own in self.in_blocks():
-            along = own._along(position)
-            stretch = np.linalg.norm(along, axis=-1)
-            safe = np.where(stretch > 0.0, stretch, 1.0)
-            share, slope = self._share(stretch)
-            lengthwise = stress * own.weight * np.where(stretch > 0.0, slope, 0.0)
-            across = stress * own.weight * np.where(stretch > 0.0, share / safe, 0.0)
+        pattern = BlockPattern.of(number[self.nodes], size)
+        room = pattern.room
+        for part, own in self.in_blocks():
+            bends = own._seen("bends", own._along(position))
+            each = float(self.stress(time)) * whole(np.stack(bends, axis=-1))
             if not exact:
-                lengthwise, across = np.maximum(lengthwise, 0.0), np.maximum(across, 0.0)
-            unit = along / safe[..., None]
-            each = (
-                (lengthwise - across)[..., None, None] * unit[..., :, None] * unit[..., None, :]
-            )
-            each += across[..., None, None] * np.eye(3)
+                each = without_negative(each)
+            each = own.weight[..., None, None] * each
             blocks = np.einsum("ela,elxy,elb->eaxby", own.slopes, each, own.slopes)
-            total = total + assembled(blocks, number[own.nodes], size).tocsr()
-        return coo_matrix(total)
+            pattern.add(blocks, part, room)
+        return pattern.matrix(room)
 
     # --- for the engine -----------------------------------------------------------------------
 
     @property
-    def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops."""
-        return contract_fibres
+    def kernel(self) -> GeneratedKernel:
+        """Return the loop that adds forces and the power that they supply."""
+        return _kernel(self._is_limited, *self.slopes.shape[1:])
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
@@ -179,34 +175,61 @@ class Activation(WalledField, frozen=True):
             self, nodes=self.nodes[items], slopes=self.slopes[items], weight=self.weight[items]
         )
 
-    def table(
-        self, place: Indices, acts: BoundaryConditions, position: Floats
-    ) -> ActivationTable:
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
-        nodes = np.ascontiguousarray(place[self.nodes])
-        return ActivationTable(acts, nodes, self.slopes, self.weight, self.low, self.high)
+        every = np.arange(self.item_count)
+        numbers = np.append([self.low, self.high], terms_of(acts))
+        columns = np.repeat(numbers[:, None], len(every), axis=1)
+        none, slopes = every[None][:0], self.slopes[..., None]
+        return PointTable.of(place[self.nodes], columns, every, slopes, self.weight, none)
 
     # --- parts --------------------------------------------------------------------------------
+
+    @property
+    def _is_limited(self) -> bool:
+        return self.high > self.low
 
     def _along(self, position: Floats) -> Floats:
         """Return F a of each line, shape (…, element, line, 3)."""
         return np.asarray(self.slopes @ position[..., self.nodes, :])
 
-    def _share(self, stretch: Floats) -> tuple[Floats, Floats]:
-        """Return φ and its derivative by λ, of the shape of λ."""
-        if self.high <= self.low:
-            return np.ones_like(stretch), np.zeros_like(stretch)
-        width = self.high - self.low
-        q = np.clip((2.0 * stretch - self.low - self.high) / width, -1.0, 1.0)
-        return (1.0 - q * q) ** 2, -8.0 * q * (1.0 - q * q) / width
+    def _seen(self, name: str, along: Floats) -> list[Floats]:
+        """Return numbers of lines for S = 1, of the shape of F a without its last axis."""
+        values = {f"f.{k}": along[..., k] for k in range(3)}
+        values |= {"p.low.0": self.low, "p.high.0": self.high}
+        return evaluate(traced_line(self._is_limited).state.seen[name], values)
 
-    def _integral(self, stretch: Floats) -> Floats:
-        """Return Φ, of the shape of λ."""
-        if self.high <= self.low:
-            return stretch
-        width = self.high - self.low
-        q = np.clip((2.0 * stretch - self.low - self.high) / width, -1.0, 1.0)
-        return 0.5 * width * (q - 2.0 / 3.0 * q**3 + 0.2 * q**5)
+
+#: F a of a line as it is drawn.
+_ONE = np.array([1.0, 0.0, 0.0])
+
+
+@cache
+def traced_line(is_limited: bool) -> TracedPoint:
+    """Return a point of a line of fibres, whose F is F a."""
+
+    def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
+        along = Vector(f.flat)
+        pull = _pull(norm(along), p) if is_limited else norm(along)
+        seen = {"pull": [pull], "bends": list(hessian(pull, along).values())}
+        stored = term_at(p, pull.graph) * pull
+        return PointState(stored, 0.0, seen=seen, is_supplied=True)
+
+    return TracedPoint(point, None, {"low": 1, "high": 1, **OF_TERMS}, 0, directions=1)
+
+
+def _pull(stretch: Number, p: Numbers) -> Number:
+    """Return Φ between limits."""
+    width = p.high - p.low
+    q = (2.0 * stretch - p.low - p.high) / width
+    q = minimum(maximum(q, -1.0), 1.0)
+    return 0.5 * width * (q - 2.0 / 3.0 * q**3 + 0.2 * q**5)
+
+
+@cache
+def _kernel(is_limited: bool, lines: int, nodes: int) -> GeneratedKernel:
+    point = traced_line(is_limited)
+    return GeneratedKernel("activation", lambda name: force_loop(name, point, nodes, lines))
 
 
 def activated(network: Network, nodes: Indices) -> Iterator[tuple[Any, Indices]]:
