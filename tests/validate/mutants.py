@@ -162,6 +162,13 @@ HARMLESS = {
     ),
     "touches.surface[shape]": "only which surface it is counts",
     "lay: 2.0": "counts bends of laws",
+    **dict.fromkeys(
+        ("NodeOnShape._stored: passed =", "NodeOnShape._stored: self.bends ="),
+        "counts bends of laws",
+    ),
+    "NodeOnShape._stored: is_flat =": "only which shape it is counts",
+    "_nearest: found[k] =": "a factor of weights and of what they are divided by",
+    "_nearest: beyond =": "a factor of weights and of what they are divided by",
     "look: 3.0": "the middle of a triangle, by which it is found",
     "end_of_surface": "only which surface it is counts",
     "count": "counts bends of laws, by which errors are weighed; no force has them",

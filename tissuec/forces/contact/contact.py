@@ -583,24 +583,19 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the stiffness of all that could touch, so that the bound does not change with
         each touch [N/m]."""
+        count, points = len(position), self.between
+        hard = np.zeros(count if points is None else count + len(points.corners))
+        hard[self.nodes] = self.stiffness
+        to_all = None if points is None else points.map(np.arange(count), count)
 
-        if self.between is None:
+        def resist(moved: Floats, to: Floats) -> None:
+            if to_all is None:
+                to += hard[:, None] * moved
+            else:
+                pressed = np.repeat(hard, 3) * (to_all @ moved.ravel())
+                to += (to_all.T @ pressed).reshape(-1, 3)
 
-            def resist(moved: Floats, to: Floats) -> None:
-                to[self.nodes] += self.stiffness[:, None] * moved[self.nodes]
-
-            return resist
-        count = len(position)
-        map_ = self.between.map(np.arange(count), count)[3 * count :]
-        first = int(np.searchsorted(self.nodes, count))
-        own, soft = self.nodes[:first], self.stiffness[:first, None]
-        hard = np.repeat(self.stiffness[first:], 3)
-
-        def resist_between(moved: Floats, to: Floats) -> None:
-            to[own] += soft * moved[own]
-            to += (map_.T @ (hard * (map_ @ moved.ravel()))).reshape(-1, 3)
-
-        return resist_between
+        return resist
 
     # --- for the engine ---------------------------------------------------------------------
 

@@ -1,7 +1,8 @@
 """What a pair of a node and a shape stores; for the equations see ``forces.contact``.
 
-Forces, derivatives and matrices follow, see ``autodiff.groups``. Search of pairs, sides, rows,
-friction and bristles are no part of it: they have no energy.
+Forces, derivatives and matrices follow, see ``autodiff.groups``. By hand are, for they have no
+energy: the search for pairs, the sides of surfaces, which the nearest of many triangles tells,
+and friction, whose bristles have states; these need a row for each pair that touches.
 """
 
 from collections.abc import Sequence
@@ -105,8 +106,9 @@ def _below_face(x: Vector, a: Vector, b: Vector, c: Vector, p: Numbers) -> Numbe
     # On the point itself there is no direction out of it, and so no force.
     normal = where(gap > 0.0, 1.0 / size, 0.0) * apart
     corners = [each for point in (x, a, b, c) for each in point]
-    arguments = [*corners, *normal, *weights]
-    return p.radius - p.side * ruled(where(gap > 0.0, size, 0.0), arguments, _straight_away)
+    distance = where(gap > 0.0, size, 0.0)
+    distance = ruled(distance, corners + list(normal) + weights, _straight_away)
+    return p.radius - p.side * distance
 
 
 def _straight_away(_: Number, *values: Number) -> list[Operand]:
@@ -125,27 +127,27 @@ def _nearest(bb: Number, bc: Number, cc: Number, xb: Number, xc: Number) -> list
     of_c = xb * xc_b - xb_b * xc
     of_b = xb_c * xc - xb * xc_c
     of_a = xb_b * xc_c - xb_c * xc_b
+    whole = of_a + of_b + of_c
     to_c, to_b = xc_b - xb_b, xb_c - xc_c
     # Regions, from the first one on: where none of some conditions holds, the weights are these
     # two by the third.
     regions: list[tuple[list[Inequality], tuple[Operand, ...]]] = [
-        ([xb > 0.0, xc > 0.0], (0.0, 0.0, 1.0)),
+        ([xb > 0.0, xc > 0.0], (0.0, 0.0, whole)),
         ([xb_b < 0.0, xc_b > xb_b], (1.0, 0.0, 1.0)),
         ([of_c > 0.0, xb < 0.0, xb_b > 0.0], (xb, 0.0, xb - xb_b)),
         ([xc_c < 0.0, xb_c > xc_c], (0.0, 1.0, 1.0)),
         ([of_b > 0.0, xc < 0.0, xc_c > 0.0], (0.0, xc, xc - xc_c)),
         ([of_a > 0.0, to_c < 0.0, to_b < 0.0], (to_b, to_c, to_b + to_c)),
     ]
-    found = [of_b, of_c, of_a + of_b + of_c]
+    found = [of_b, of_c, whole]
     for conditions, values in reversed(regions):
         for k, value in enumerate(values):
             beyond = found[k]
             found[k] = beyond.graph.number(value)
             for condition in conditions:
                 found[k] = where(condition, beyond, found[k])
-    b, c, whole = found
-    whole = _or_one(whole)
-    return [b / whole, c / whole]
+    divisor = _or_one(found[2])
+    return [found[0] / divisor, found[1] / divisor]
 
 
 def _or_one(size: Number) -> Number:
