@@ -27,9 +27,9 @@ from tissuec.forces.acting.jets import Jet
 from tissuec.forces.acting.load import Drag, Load, LoadTerm, Weight
 from tissuec.forces.contact import contact
 from tissuec.forces.contact.contact import Contact
-from tissuec.forces.enclosed.pressure import SurfacePressure
+from tissuec.forces.enclosed.pressure import SurfacePressure, traced_triangle
 from tissuec.forces.fields import Field, acts_of
-from tissuec.forces.pooled_fields import PooledField, inputs
+from tissuec.forces.pooled_fields import PooledField
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.records import Floats
@@ -196,13 +196,12 @@ def grouped(field, place, time, x, v, f, power):
     """Do the same for items in groups, or under a pressure."""
     x, v = (each.reshape(-1, 3)[place] for each in (x, v))
     items, every, count = field.grouped, np.arange(len(x)), len(x)
-    corners = np.column_stack([items.corners, items.seen[items.owner]])
-    values = inputs(field.item_numbers) | items.points.inputs("x", corners, x)
+    values = items.inputs(x)
     # Points follow the velocities of nodes without their own constants.
-    still = items.points.inputs("v", corners, 0.0 * v)
-    moved = items.points.inputs("v", corners, v)
+    still = items.points.inputs("v", items.corners, 0.0 * v)
+    moved = items.points.inputs("v", items.corners, v)
     values |= {name: moved[name] - still[name] for name in moved}
-    item, rate = field.pool.item if isinstance(field, PooledField) else field._item, 0.0
+    item, rate = field.pool.item if isinstance(field, PooledField) else traced_triangle(), 0.0
     if isinstance(field, PooledField):
         of_groups, pool = field._of_groups(time, x), field.pool
         of_groups["a.1"] = sum(amount * curve.at(time)[1] for amount, curve in field.changes)

@@ -30,7 +30,13 @@ from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.integrators import banded, iterative
-from tissuec.forces import accelerations, point_fields, pooled_fields, potential_fields
+from tissuec.forces import (
+    accelerations,
+    point_fields,
+    pooled_fields,
+    pooled_kernels,
+    potential_fields,
+)
 from tissuec.forces.contact import pair_kernels
 from tissuec.forces.enclosed import pressure
 from tissuec.forces.solids import solid_point
@@ -240,8 +246,8 @@ HARMLESS = {
 
 #: What keeps what was traced.
 TRACED = (
-    potential_fields.traced_item, pooled_fields._traced, pooled_fields.kernels_of,
-    pressure._traced_triangle, solid_point.traced_point, plane_point.traced_point,
+    potential_fields.traced_item, pooled_fields._traced, pooled_kernels.kernels_of,
+    pressure.traced_triangle, solid_point.traced_point, plane_point.traced_point,
     point_fields.force_kernel, point_fields.record_kernel, pair_kernels.kernels_of_pairs,
 )  # fmt: skip
 

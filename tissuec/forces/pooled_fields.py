@@ -8,7 +8,7 @@ The matrix has a column for each pivot of ∂²U/∂s∂s, which couples all nod
 """
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar
 
@@ -18,10 +18,9 @@ from tissuec.autodiff.derivatives import gradient
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.pools import ShareFunction, TracedPool, WholeFunction
-from tissuec.autodiff.potentials import TracedItem
-from tissuec.forces.carried_points import GroupedItems
 from tissuec.forces.effects import Resisting
 from tissuec.forces.fields import Items, WalledField
+from tissuec.forces.grouped_items import GroupedItems, as_rows, inputs
 from tissuec.forces.matrices import ForceDerivatives, whole
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
@@ -41,7 +40,7 @@ class PooledField(WalledField, frozen=True):
     Attributes:
         item_shares: Shares of an item in the sums of its group.
         group_energy: Energy of a group.
-        learnt: Attributes that are ``group_numbers`` by which there are derivatives for
+        learnt: Numbers of groups, which are attributes, by which there are derivatives for
             learning.
     """
 
@@ -55,21 +54,13 @@ class PooledField(WalledField, frozen=True):
         """Return the items."""
 
     @property
-    def item_numbers(self) -> Mapping[str, Floats]:
-        """Return the numbers of items in SI units, of shape (component, item or 1) each."""
-        return {}
-
-    @property
-    @abstractmethod
-    def group_numbers(self) -> Mapping[str, Floats]:
-        """Return the numbers of groups in SI units, of shape (component, group or 1) each."""
-
-    @property
     def pool(self) -> TracedPool:
         """Return an item and a group as their functions were traced."""
-        numbers = self.item_numbers, self.group_numbers
-        widths = (tuple((name, len(each)) for name, each in own.items()) for own in numbers)
-        own, corners = type(self), self.grouped.corners.shape[1]
+        own, items = type(self), self.grouped
+        numbers, corners = (items.numbers, items.of_groups), items.corners.shape[1]
+        widths = (
+            tuple((name, len(rows)) for name, rows in as_rows(each).items()) for each in numbers
+        )
         return _traced(own.item_shares, own.group_energy, corners, *widths)
 
     def amount(self, time: Floats | float) -> Floats:
@@ -80,12 +71,6 @@ class PooledField(WalledField, frozen=True):
 
     # --- sums and energies --------------------------------------------------------------------
 
-    def _of_items(self, position: Floats) -> dict[str, Floats]:
-        """Return the inputs of items but λ, shape (…, item) or (1,) each."""
-        items = self.grouped
-        corners = np.column_stack([items.corners, items.seen[items.owner]])
-        return inputs(self.item_numbers) | items.points.inputs("x", corners, position)
-
     def sums(self, position: Floats) -> Sequence[Floats]:
         """Return the sums of the groups, shape (…, group) each.
 
@@ -93,13 +78,13 @@ class PooledField(WalledField, frozen=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         first = self.grouped.first
-        found = evaluate(self.pool.shares, self._of_items(position))
+        found = evaluate(self.pool.shares, self.grouped.inputs(position))
         # In order in memory, so that a sum does not depend on how many there are.
         return [np.add.reduceat(np.ascontiguousarray(s), first[:-1], axis=-1) for s in found]
 
     def _of_groups(self, time: Floats | float, position: Floats) -> dict[str, Floats]:
         """Return the inputs of groups, shape (…, group) or (1,) each."""
-        items, found = self.grouped, inputs(self.group_numbers)
+        items, found = self.grouped, inputs(self.grouped.of_groups)
         found["a.0"] = self.amount(time)[..., None]
         found |= {f"s.0.{k}": each for k, each in enumerate(self.sums(position))}
         seen = items.points.and_nodes(position)[..., items.seen, :]
@@ -124,13 +109,12 @@ class PooledField(WalledField, frozen=True):
     ) -> "csr_matrix":
         """Return Σ λ ∂²s/∂x∂x [N/m], shape (3 size, 3 size); arguments as of ``matrix``."""
         pool, items = self.pool, self.grouped
-        values, (count, corners) = self._of_items(position), items.corners.shape
+        values, (count, corners) = items.inputs(position), items.corners.shape
         for name, slope in zip(
             pool.steepness, self._in_groups(pool.slopes, time, position), strict=True
         ):
             values[str(name.operation.detail)] = slope[items.owner]
-        halves = evaluate(list(pool.item.matrix.values()), values)
-        both = whole(np.stack([np.broadcast_to(each, count) for each in halves], axis=-1))
+        both = whole(items.each(list(pool.item.matrix.values()), values))
         blocks = both.reshape(count, corners, 3, corners, 3)
         return items.points.assembled(blocks, items.corners, number, size)
 
@@ -147,14 +131,13 @@ class PooledField(WalledField, frozen=True):
         from scipy.sparse import csr_matrix
 
         pool, items = self.pool, self.grouped
-        values, found = self._of_items(position), list[csr_matrix]()
+        values, found = self.grouped.inputs(position), list[csr_matrix]()
         places = items.points.numbers(items.corners, number, size)
         rows = (3 * places[:, :, None] + np.arange(3)).reshape(len(places), -1)
         groups = np.broadcast_to(items.owner[:, None], rows.shape)
         shape = 3 * (size + items.points.count), len(items.seen)
         for share in pool.shares:
-            slopes = evaluate(gradient(share, pool.item.x), values)
-            each = np.stack([np.broadcast_to(slope, len(rows)) for slope in slopes], axis=-1)
+            each = items.each(gradient(share, pool.item.x), values)
             moves = (rows >= 0) & (each != 0.0)
             found.append(csr_matrix((each[moves], (rows[moves], groups[moves])), shape=shape))
         if items.points.count:
@@ -162,12 +145,13 @@ class PooledField(WalledField, frozen=True):
             found = [csr_matrix(follow.T @ each) for each in found]
         return found
 
-    def _columns(
+    def columns(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> "tuple[csc_matrix, csc_matrix]":
         """Return P and N of Σ ∂s/∂x ∂²U/∂s∂s ∂s/∂x = P Pᵀ - N Nᵀ [(N/m)^½].
 
-        They have columns for the positive and for the negative pivots.
+        They have columns for the positive and for the negative pivots. Arguments are those of
+        ``matrix``, and the shapes (3 size, n).
         """
         from scipy.sparse import csc_matrix, diags, hstack
 
@@ -188,20 +172,13 @@ class PooledField(WalledField, frozen=True):
         positive, negative = (csc_matrix(hstack(part)) for part in found)
         return positive, negative
 
-    def resistance(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
-        """Return the columns of positive pivots at the start [(N/m)^½], shape (3 size, n).
-
-        Arguments are those of ``slopes_of_sums``.
-        """
-        return self._columns(0.0, position, number, size)[0].tocsr()
-
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "coo_matrix":
         """Return the second derivative of the energy [N/m]; see ``Effect``."""
         from scipy.sparse import coo_matrix
 
-        positive, negative = self._columns(time, position, number, size)
+        positive, negative = self.columns(time, position, number, size)
         total = positive @ positive.T
         if exact:
             total = total - negative @ negative.T + self.bending(time, position, number, size)
@@ -217,7 +194,7 @@ class PooledField(WalledField, frozen=True):
         """
         from scipy.sparse import coo_matrix
 
-        positive, negative = self._columns(time, position, number, size)
+        positive, negative = self.columns(time, position, number, size)
         is_large = np.diff(positive.indptr) > LARGE
         total = positive[:, ~is_large] @ positive[:, ~is_large].T
         if exact:
@@ -234,7 +211,7 @@ class PooledField(WalledField, frozen=True):
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the columns of positive pivots as an operator [N/m]; see ``Effect``."""
         count = len(position)
-        ways, _ = self._columns(time, position, np.arange(count), count)
+        ways, _ = self.columns(time, position, np.arange(count), count)
 
         def resist(moved: Floats, to: Floats) -> None:
             to += (ways @ (ways.T @ moved.ravel())).reshape(-1, 3)
@@ -250,10 +227,10 @@ class PooledField(WalledField, frozen=True):
 
     def noise(self, time: float, position: Floats) -> float:
         """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
-        pool, values, found = self.pool, self._of_items(position), [0.0]
+        pool, values, found = self.pool, self.grouped.inputs(position), [0.0]
         bend = whole(np.stack(self._in_groups(pool.bend, time, position), axis=-1))
         for k, (share, total) in enumerate(zip(pool.shares, self.sums(position), strict=True)):
-            steep = max(np.abs(s).max() for s in evaluate(gradient(share, pool.item.x), values))
+            steep = np.abs(self.grouped.each(gradient(share, pool.item.x), values)).max()
             found.append(float(steep * np.abs(bend[:, k, k] * total).max()))
         return max(found)
 
@@ -261,9 +238,11 @@ class PooledField(WalledField, frozen=True):
 
     @property
     def _kernels(self) -> "PooledKernels":
-        numbers, name, pool = self.group_numbers, type(self).__name__.lower(), self.pool
-        shared = tuple((each, numbers[each].shape[1] == 1) for each in self.learnt)
-        return kernels_of(name, pool.item, pool, self.grouped.carried("x"), shared)
+        from tissuec.forces.pooled_kernels import kernels_of  # which costs time
+
+        name, pool, items = type(self).__name__.lower(), self.pool, self.grouped
+        shared = tuple((each, np.ndim(items.of_groups[each]) == 0) for each in self.learnt)
+        return kernels_of(name, pool.item, pool, ("x",) if items.carries else (), shared)
 
     @property
     def kernel(self) -> Callable[..., None]:
@@ -278,8 +257,9 @@ class PooledField(WalledField, frozen=True):
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
         """Return the items with other numbers of nodes."""
-        numbers = self.item_numbers, self.group_numbers
-        return self._kernels.table(self.grouped, *numbers, place, acts)
+        from tissuec.forces.pooled_kernels import pool_table  # which costs time
+
+        return pool_table(self.grouped, self.pool.item, place, acts)
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
@@ -289,15 +269,6 @@ class PooledField(WalledField, frozen=True):
         return ForceDerivatives(self.learnt, self._kernels.pull, self._kernels.push)
 
 
-def inputs(numbers: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return numbers as inputs of a graph, in SI units, shape (n,) each.
-
-    Args:
-        numbers: Shape (component, n).
-    """
-    return {f"p.{name}.{k}": row for name, own in numbers.items() for k, row in enumerate(own)}
-
-
 @cache
 def _traced(
     share: ShareFunction, whole: WholeFunction, corners: int,
@@ -305,14 +276,3 @@ def _traced(
 ) -> TracedPool:  # fmt: skip
     """Return ``TracedPool``, once for each; the arguments are its own."""
     return TracedPool(share, whole, corners, dict(columns), dict(widths))
-
-
-@cache
-def kernels_of(
-    name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...],
-    learnt: tuple[tuple[str, bool], ...] = (),
-) -> "PooledKernels":  # fmt: skip
-    """Return ``PooledKernels``, once for each; the arguments are theirs."""
-    from tissuec.forces.pooled_kernels import PooledKernels  # which costs time
-
-    return PooledKernels(name, item, pool, carries, dict(learnt))

@@ -1,7 +1,8 @@
 """The kernels that follow from the energy of groups of items; see ``pooled_fields``."""
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
+from collections.abc import Mapping
+from functools import cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,81 +12,79 @@ from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops import pools as loops
 from tissuec.compiled.loops.items import ItemTable
-from tissuec.forces.carried_points import GroupedItems
+from tissuec.forces.grouped_items import GroupedItems, as_rows
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 
-class PooledKernels:
-    """The kernels of groups of items, each made when it is needed.
+class PooledKernels(NamedTuple):
+    """Kernels, each made when it is needed.
+
+    Attributes:
+        forces: Adds forces and powers.
+        pull, push: ``pull_back`` and ``push_forward`` of ``forces.matrices``.
+    """
+
+    forces: GeneratedKernel
+    pull: GeneratedKernel
+    push: GeneratedKernel
+
+
+@cache
+def kernels_of(
+    name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...],
+    learnt: tuple[tuple[str, bool], ...] = (),
+) -> PooledKernels:  # fmt: skip
+    """Return the kernels of items, once for each.
 
     Args:
         name: By which they are known in the cache.
-        item: As traced.
+        item: Potential of one, as it was traced.
         pool: Of the items; None if their energy does not depend on sums.
         carries: What nodes carry to points that corners of items are; nothing without points.
-        learnt: By the name of each number that can be learnt, whether all groups share it.
+        learnt: Names of the numbers that can be learnt, and whether all groups share each.
     """
-
-    def __init__(
-        self, name: str, item: TracedItem, pool: TracedPool | None, carries: Sequence[str],
-        learnt: Mapping[str, bool],
-    ):  # fmt: skip
-        self._name, self._item, self._pool = name, item, pool
-        self._carries, self._learnt = carries, learnt
-
-    @cached_property
-    def forces(self) -> GeneratedKernel:
-        """Return the kernel that adds forces and powers."""
-        own = {"item": self._item, "pool": self._pool, "carries": self._carries}
-        loop = partial(loops.force_kernel, **own)
-        return GeneratedKernel(f"{self._name}_forces", loop)
-
-    @cached_property
-    def pull(self) -> GeneratedKernel:
-        """Return ``pull_back`` of ``forces.matrices``."""
-        assert self._pool
-        loop = partial(loops.pull_kernel, pool=self._pool, learnt=self._learnt)
-        return GeneratedKernel(f"{self._name}_pull", loop)
-
-    @cached_property
-    def push(self) -> GeneratedKernel:
-        """Return ``push_forward`` of ``forces.matrices``."""
-        assert self._pool
-        loop = partial(loops.push_kernel, pool=self._pool, learnt=self._learnt)
-        return GeneratedKernel(f"{self._name}_push", loop)
-
-    def table(
-        self, items: GroupedItems, of_items: Mapping[str, Floats],
-        of_groups: Mapping[str, Floats], place: Indices, acts: BoundaryConditions,
-    ) -> loops.PoolTable:  # fmt: skip
-        """Return the table of items.
-
-        Args:
-            of_items, of_groups: Numbers in SI units, shape (component, n) or (component, 1).
-            place: As for ``Field.table``.
-            acts: As for ``Field.table``.
-        """
-        groups = np.arange(len(items.seen))
-        where, carried, points = place, ItemTable.of(groups[:0, None], np.zeros((12, 0))), 0
-        if self._carries:
-            where, carried, points = _carried(items, place)
-        seen = where[items.seen]
-        nodes = np.column_stack([where[items.corners], seen[items.owner], items.owner])
-        columns = _columns(of_items, len(nodes))
-        if constants := self._item.constants:
-            names = (str(each.operation.detail) for each in self._item.numbers)
-            values = dict(zip(names, columns, strict=True))
-            columns = np.concatenate([columns, np.stack(evaluate(constants, values))])
-        return loops.PoolTable.of(
-            acts, carried, points, ItemTable.of(nodes, columns),
-            ItemTable.of(np.column_stack([groups, seen]), _columns(of_groups, len(groups))),
-        )  # fmt: skip
+    own, by = (
+        {"item": item, "pool": pool, "carries": carries},
+        {"pool": pool, "learnt": dict(learnt)},
+    )
+    parts = (loops.force_kernel, own), (loops.pull_kernel, by), (loops.push_kernel, by)
+    made = (
+        GeneratedKernel(f"{name}_{part.__name__}", partial(part, **given))
+        for part, given in parts
+    )
+    return PooledKernels(*made)
 
 
-def _columns(numbers: Mapping[str, Floats], count: int) -> Floats:
+def pool_table(
+    items: GroupedItems, item: TracedItem, place: Indices, acts: BoundaryConditions
+) -> loops.PoolTable:
+    """Return the table of items.
+
+    Args:
+        item: Potential of one, as it was traced.
+        place, acts: As for ``Field.table``; shape (node,).
+    """
+    groups = np.arange(len(items.seen))
+    where, carried, points = place, ItemTable.of(groups[:0, None], np.zeros((12, 0))), 0
+    if items.carries:
+        where, carried, points = _carried(items, place)
+    seen = where[items.seen]
+    nodes = np.column_stack([where[items.corners], seen[items.owner], items.owner])
+    columns = _columns(items.numbers, len(nodes))
+    if constants := item.constants:
+        names = (str(each.operation.detail) for each in item.numbers)
+        values = dict(zip(names, columns, strict=True))
+        columns = np.concatenate([columns, np.stack(evaluate(constants, values))])
+    return loops.PoolTable.of(
+        acts, carried, points, ItemTable.of(nodes, columns),
+        ItemTable.of(np.column_stack([groups, seen]), _columns(items.of_groups, len(groups))),
+    )  # fmt: skip
+
+
+def _columns(numbers: Mapping[str, Floats | float], count: int) -> Floats:
     """Return numbers side by side, shape (number, count)."""
-    own = (np.broadcast_to(each, (len(each), count)) for each in numbers.values())
+    own = (np.broadcast_to(each, (len(each), count)) for each in as_rows(numbers).values())
     return np.concatenate([np.zeros((0, count)), *own])
 
 

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from tissuec.autodiff.emission import Writer
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.groups import TracedPair
-from tissuec.compiled.loops.items import LANES, STATE, Changes, ItemLoop, LoopText, blocked
+from tissuec.compiled.loops.items import (
+    LANES,
+    STATE,
+    Changes,
+    ItemLoop,
+    LoopText,
+    at_corners,
+    blocked,
+)
 from tissuec.kernels.records import Floats, GroupTable, Integers
 
 
@@ -263,9 +271,8 @@ def pull_loop(name: str, pair: TracedPair, learnt: str, lanes: int = LANES) -> L
         room = loop.keep(loop.code.write(outputs, values | pooled))
 
         def write() -> None:
-            loop.scatter(room, {"by_x": 0, "by_v": 3 * pair.corners}, range(pair.corners))
-            place = loop.code.address("%by", loop.own("%item"))
-            loop.add_to(place, loop.kept(room, len(outputs) - 1))
+            by = [*at_corners("by_x", pair.corners), *at_corners("by_v", pair.corners)]
+            loop.scatter(room, [*by, ("by", loop.own("%item"))])
 
         loop.each_lane(write)
 
@@ -286,12 +293,11 @@ def push_loop(name: str, pair: TracedPair, learnt: str) -> LoopText:
     many.begin()
     many.store(many.constant(0.0), total, align=many.size)
 
-    nodes = list(np.ndindex(pair.corners, 3))
-
     def changed(outputs: Sequence[Number], more: dict[str, str]) -> list[str]:
         changing = [*rates.values(), pair.pooled("change")]
         spread = many.apart(outputs, changing, STATE, more=pooled)
-        rows = many.rows({"dx": nodes, "dv": nodes, "dn": [loop.own(loop.first)]})
+        moves = [*at_corners("dx", pair.corners), *at_corners("dv", pair.corners)]
+        rows = many.rows([*moves, ("dn", loop.own(loop.first))])
         return many.write(outputs, many.given(outputs, rates, rows) | more, spread)
 
     def pace() -> None:
@@ -301,7 +307,8 @@ def push_loop(name: str, pair: TracedPair, learnt: str) -> LoopText:
 
     def push() -> None:
         more = {"g.change": many.load(total, align=many.size)}
-        many.add_to_rows(many.rows({"df": nodes}), changed(outputs[:-1], more))
+        to = many.rows(at_corners("df", pair.corners))
+        many.add_to_rows(to, changed(outputs[:-1], more))
 
     loop.each_pair("pace", pace)
     loop.each_pair("push", push)

@@ -8,7 +8,7 @@ The loops are functions of time, of vectors and of a table, as those of fields a
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,17 +101,25 @@ class LoopText(NamedTuple):
     Attributes:
         text: The function, and the intrinsic functions that it calls.
         called: Functions of ``compiled.mathematics`` that it calls, each with its lanes.
+        name: Of the function.
         vectors: Names of those that it takes.
     """
 
     text: str
     called: tuple[tuple[str, int], ...]
+    name: str
     vectors: tuple[str, ...]
 
 
 _SUFFIX = {1: "f64", 4: "v4f64", 8: "v8f64"}
 #: Reads three numbers into four lanes, and nothing after them.
 _TRIPLE = "<4 x i1> <i1 true, i1 true, i1 true, i1 false>"
+
+
+#: Where a number is in a vector: by corner of an item and component, or by its place.
+Place: TypeAlias = tuple[int, int] | int | str
+#: A vector, and where in it something is added.
+Target: TypeAlias = tuple[str, Place]
 
 
 class ItemLoop:
@@ -194,12 +202,14 @@ class ItemLoop:
 
         Args:
             vectors: By the letter of inputs, the vector that they are of; a.0 and a.1 are in
-                one that all items share.
+                one that all items share. There is also "time".
             known: Places of the constants, which numbers of the table have after its own.
         """
         needed = self.graph.inputs_of(outputs)
         values, places = dict[str, str](), None
         code, names = self.code, self._numbers
+        if "time" in needed:
+            values["time"] = code.in_all_lanes("%time")
         for letter, vector in vectors.items():
             for corner in range(self.corners):
                 if any(name.startswith(f"{letter}.{corner}.") for name in needed):
@@ -293,26 +303,23 @@ class ItemLoop:
         sum_ = code.add(f"fadd double {code.load(place, 'double')}, {value}")
         code.store(sum_, place, "double")
 
-    def scatter(
-        self, room: str, targets: Mapping[str, int], corners: Sequence[int], width: int = 3
-    ) -> None:
-        """Add stored values of the present lane to its nodes.
-
-        Args:
-            targets: By name of a vector, the first row of what is added to it.
-            corners: The nodes that they are of, one after the other.
-            width: Components that are added at each.
-        """
-        code = self.code
-        first = code.add(f"mul i64 %item, {self.corners}")
-        for k, corner in enumerate(corners):
-            at = code.address("%places", code.add(f"add i64 {first}, {corner}"), "i64")
-            node = code.load(at, "i64")
-            for vector, row in targets.items():
-                base = code.address(f"%{vector}", node)
-                for axis in range(width):
-                    value = self.kept(room, row + width * k + axis)
-                    self.add_to(code.address(base, axis), value)
+    def scatter(self, room: str, targets: Sequence["Target"]) -> None:
+        """Add stored values of the present lane, one after the other, where targets are."""
+        code, first = self.code, self.code.add(f"mul i64 %item, {self.corners}")
+        bases = dict[tuple[str, int], str]()
+        nodes = dict[int, str]()
+        for row, (vector, at) in enumerate(targets):
+            if isinstance(at, tuple):
+                corner, at = at
+                if corner not in nodes:
+                    own = code.address("%places", code.add(f"add i64 {first}, {corner}"), "i64")
+                    nodes[corner] = code.load(own, "i64")
+                if (vector, corner) not in bases:
+                    bases[vector, corner] = code.address(f"%{vector}", nodes[corner])
+                place = code.address(bases[vector, corner], at)
+            else:
+                place = code.address(f"%{vector}", at)
+            self.add_to(place, self.kept(room, row))
 
     # --- the function -----------------------------------------------------------------------
 
@@ -357,7 +364,8 @@ class ItemLoop:
             "}",
             *_declarations(code.lanes),
         ]
-        return LoopText("\n".join(lines) + "\n", tuple(sorted(code.called)), tuple(vectors))
+        called = tuple(sorted(code.called))
+        return LoopText("\n".join(lines) + "\n", called, name, tuple(vectors))
 
 
 def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[int]) -> str:
@@ -410,6 +418,44 @@ def _declarations(lanes: int) -> list[str]:
 STATE = {"x": "x", "v": "v"}
 
 
+def add_loop(
+    name: str, loop: ItemLoop, outputs: Sequence[Number], vectors: Mapping[str, str],
+    targets: Sequence[Target], constants: Sequence[Number] = (), *,
+    learnt: tuple[Mapping[str, int], Mapping[str, bool]] = ({}, {}), more: Sequence[str] = (),
+) -> LoopText:  # fmt: skip
+    """Return a loop that adds numbers of each item.
+
+    Args:
+        loop: Over the items.
+        vectors: As those of ``ItemLoop.inputs``.
+        targets: Where outputs are added; the last ones to those by numbers, "by".
+        constants: What the table has beside the numbers of the items.
+        learnt: Widths of the numbers of an item, and by name of those that are learnt, whether
+            all items share it.
+        more: Further vectors of the function.
+    """
+    values, known = loop.inputs(outputs, vectors, [each.place for each in constants])
+    room = loop.keep(loop.code.write(outputs, values, known))
+    named = (
+        *vectors.values(),
+        *(to for to, _ in targets),
+        *(("by",) if learnt[1] else ()),
+        *more,
+    )
+
+    def write() -> None:
+        numbers = places_of_numbers(loop, *learnt)
+        loop.scatter(room, [*targets, *(("by", at) for at in numbers)])
+
+    loop.each_lane(write)
+    return loop.text(name, tuple(dict.fromkeys(named)))
+
+
+def at_corners(vector: str, corners: int) -> list[Target]:
+    """Return the components of a vector at the first corners of an item."""
+    return [(vector, (corner, axis)) for corner in range(corners) for axis in range(3)]
+
+
 def force_loop(
     name: str, item: TracedItem, lanes: int = LANES, vectors: Mapping[str, str] = STATE
 ) -> LoopText:
@@ -419,20 +465,12 @@ def force_loop(
         lanes: Items that are computed at a time.
         vectors: As those of ``ItemLoop.inputs``.
     """
-    loop, outputs = ItemLoop.of(item, lanes), [*item.forces, item.supply, item.power]
-    constants = [each.place for each in item.constants]
-    values, known = loop.inputs(outputs, vectors, constants)
-    room = loop.keep(loop.code.write(outputs, values, known))
-
-    def write() -> None:
-        loop.scatter(room, {"f": 0}, range(item.corners))
-        for k, power in enumerate(outputs[-2:]):
-            if power.value != 0.0:
-                row = len(outputs) - 2 + k
-                loop.add_to(loop.code.address("%power", k), loop.kept(room, row))
-
-    loop.each_lane(write)
-    return loop.text(name, (*vectors.values(), "f", "power"))
+    powers = [(k, p) for k, p in enumerate((item.supply, item.power)) if p.value != 0.0]
+    targets = [*at_corners("f", item.corners), *(("power", k) for k, _ in powers)]
+    return add_loop(
+        name, ItemLoop.of(item, lanes), [*item.forces, *(p for _, p in powers)], vectors,
+        targets, item.constants, more=("power",),
+    )  # fmt: skip
 
 
 def record_loop(
@@ -463,20 +501,11 @@ def pull_loop(
         learnt: By name of a number, whether it is the same one for all items.
         lanes: Items that are computed at a time.
     """
-    loop, outputs = ItemLoop.of(item, lanes), item.pulled(tuple(learnt))
-    constants = [each.place for each in item.constants]
-    values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)
-    room = loop.keep(loop.code.write(outputs, values, known))
-
-    def write() -> None:
-        loop.scatter(room, {"by_x": 0, "by_v": 3 * item.corners}, range(item.corners))
-        for row, at in enumerate(
-            places_of_numbers(loop, item.widths, learnt), start=6 * item.corners
-        ):
-            loop.add_to(loop.code.address("%by", at), loop.kept(room, row))
-
-    loop.each_lane(write)
-    return loop.text(name, ("x", "v", "weight", "by_x", "by_v", "by"))
+    targets = [*at_corners("by_x", item.corners), *at_corners("by_v", item.corners)]
+    return add_loop(
+        name, ItemLoop.of(item, lanes), item.pulled(tuple(learnt)), STATE | {"w": "weight"},
+        targets, item.constants, learnt=(item.widths, learnt),
+    )  # fmt: skip
 
 
 def places_of_numbers(
@@ -522,21 +551,15 @@ class Changes(Writer):
             for each, value in zip(still, written, strict=True)
         }
 
-    def rows(
-        self, sources: Mapping[str, Sequence[tuple[int, ...] | str]]
-    ) -> list[tuple[str, str]]:
-        """Return vectors and where the changes of a number begin in them; of the item.
-
-        Args:
-            sources: By vector, corners and components, or places of numbers.
-        """
+    def rows(self, targets: Sequence[Target]) -> list[tuple[str, str]]:
+        """Return vectors and where the changes of numbers begin in them; of the item."""
         code, nodes = self._outer, [place for (place,) in self._loop.places()]
 
-        def row(at: tuple[int, ...] | str) -> str:
-            own = at if isinstance(at, str) else code.add(f"add i64 {nodes[at[0]]}, {at[1]}")
+        def row(at: Place) -> str:
+            own = code.add(f"add i64 {nodes[at[0]]}, {at[1]}") if isinstance(at, tuple) else at
             return code.add(f"mul i64 {own}, %room.shape")
 
-        return [(vector, row(at)) for vector, places in sources.items() for at in places]
+        return [(vector, row(at)) for vector, at in targets]
 
     # --- in the loop ------------------------------------------------------------------------
 
@@ -594,44 +617,39 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     What does not depend on the changes is computed once for an item. The arguments are those of
     ``pull_loop``.
     """
-    loop, vectors = ItemLoop.of(item, 1), ("x", "v", "dx", "dv", "dn", "df", "room")
     outputs, rates = item.pushed(tuple(learnt))
-    nodes = list(np.ndindex(item.corners, 3))
-    numbers = places_of_numbers(loop, item.widths, learnt, "%first")
     return change_loop(
-        name, loop, outputs, rates, vectors, STATE,
-        {"dx": nodes, "dv": nodes, "dn": numbers},
-        ("df", nodes), [each.place for each in item.constants],
+        name, ItemLoop.of(item, 1), outputs, rates, STATE,
+        [*at_corners("dx", item.corners), *at_corners("dv", item.corners)],
+        at_corners("df", item.corners), item.constants, learnt=(item.widths, learnt),
     )  # fmt: skip
 
 
 def change_loop(
     name: str, loop: ItemLoop, outputs: Sequence[Number], rates: Iterable[str],
-    vectors: Sequence[str], state: Mapping[str, str],
-    sources: Mapping[str, Sequence[tuple[int, ...] | str]],
-    target: tuple[str, Sequence[tuple[int, ...]]], constants: Sequence[int] = (),
+    vectors: Mapping[str, str], sources: Sequence[Target], targets: Sequence[Target],
+    constants: Sequence[Number] = (), *,
+    learnt: tuple[Mapping[str, int], Mapping[str, bool]] = ({}, {}),
 ) -> LoopText:  # fmt: skip
     """Return a loop that adds changes, which are in its lanes.
 
     Args:
         loop: Over single items.
-        outputs: What is added.
         rates: Inputs that are changes, in the order of their sources.
-        vectors: Of the function.
-        state: As ``vectors`` of ``ItemLoop.inputs``.
-        sources: By vector, where changes are: corners and components, or places.
-        target: A vector, and where outputs are added to it.
-        constants: What the table has beside the numbers of the items.
+        sources: Where changes are; the last ones, those of numbers, are in "dn".
+        vectors, targets, constants, learnt: As those of ``add_loop``.
     """
-    rates = tuple(rates)
-    many = Changes(loop)
-    spread = many.apart(outputs, map(loop.graph.input, rates), state, constants)
-    rows = many.rows(sources)
-    to = many.rows({target[0]: target[1]})
+    rates, many = tuple(rates), Changes(loop)
+    known = [each.place for each in constants]
+    spread = many.apart(outputs, map(loop.graph.input, rates), vectors, known)
+    numbers = places_of_numbers(loop, *learnt, "%first")
+    sources = [*sources, *(("dn", at) for at in numbers)]
+    given, to = many.rows(sources), many.rows(targets)
     many.begin()
-    many.add_to_rows(to, many.write(outputs, many.given(outputs, rates, rows), spread))
+    many.add_to_rows(to, many.write(outputs, many.given(outputs, rates, given), spread))
     many.end()
-    return loop.text(name, vectors)
+    named = (*vectors.values(), *(each for each, _ in (*sources, *targets)), "room")
+    return loop.text(name, tuple(dict.fromkeys(named)))
 
 
 def product_loop(
@@ -645,10 +663,12 @@ def product_loop(
         by: By what they are differentiated, such as x, shape (3 corner,).
         lanes: Items that are computed at a time.
     """
-    loop = ItemLoop.of(item, lanes)
     outputs = along(slopes, dict(zip(by, item.weights, strict=True)))
-    constants = [each.place for each in item.constants]
-    values, known = loop.inputs(outputs, STATE | {"w": "weight"}, constants)
-    room = loop.keep(loop.code.write(outputs, values, known))
-    loop.each_lane(lambda: loop.scatter(room, {"f": 0}, range(item.corners)))
-    return loop.text(name, ("x", "v", "weight", "f"))
+    return add_loop(
+        name,
+        ItemLoop.of(item, lanes),
+        outputs,
+        STATE | {"w": "weight"},
+        at_corners("f", item.corners),
+        item.constants,
+    )

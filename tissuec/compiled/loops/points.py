@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
-from tissuec.compiled.loops.items import LANES, ItemLoop, LoopText, blocked, filled
+from tissuec.compiled.loops.items import (
+    LANES,
+    ItemLoop,
+    LoopText,
+    Target,
+    at_corners,
+    blocked,
+    filled,
+)
 from tissuec.kernels.records import Floats, Integers
 
 
@@ -298,13 +306,10 @@ def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopTe
 
     loop.each_point("press", press)
 
-    def write() -> None:
-        loop.scatter(pushed, {"f": 0}, range(nodes))
-        if is_lossy:
-            place = code.address("%power", 0 if point.state.is_supplied else 1)
-            loop.add_to(place, loop.kept(pushed, 3 * nodes))
-
-    loop.each_lane(write)
+    lost: list[Target] = []
+    if is_lossy:
+        lost = [("power", 0 if point.state.is_supplied else 1)]
+    loop.each_lane(lambda: loop.scatter(pushed, [*at_corners("f", nodes), *lost]))
     return loop.text(name, ("x", "v", "f", "power"), PointTable)
 
 

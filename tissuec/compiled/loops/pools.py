@@ -12,8 +12,7 @@ give each other is in room that is there during a call. The passes of a force ar
 A group is a node of its own, whose three components are its sums, or numbers by these.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -28,10 +27,12 @@ from tissuec.compiled.loops.items import (
     ItemLoop,
     ItemTable,
     LoopText,
+    Target,
+    add_loop,
+    at_corners,
     change_loop,
     force_loop,
     head,
-    places_of_numbers,
 )
 from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.kernels.records import BoundaryConditions
@@ -75,12 +76,12 @@ class Pass(NamedTuple):
     """A loop that is part of a kernel.
 
     Attributes:
-        write: Returns it, given a name.
+        loop: Its text.
         items: The table that it reads, of ``PoolTable``.
         given: By name of its vectors, what it is given; the others have the same names there.
     """
 
-    write: Callable[[str], LoopText]
+    loop: LoopText
     items: str
     given: Mapping[str, str] = {}
 
@@ -103,18 +104,15 @@ def kernel(name: str, vectors: Sequence[str], passes: Sequence[Pass]) -> LoopTex
         vectors: Those that it takes.
         passes: What they are given is among these, or is room that is zero at first.
     """
-    loops = [each.write(f"{name}_{k}") for k, each in enumerate(passes)]
     calls, rooms = list[str](), dict[str, str]()
-    for each, loop in zip(passes, loops, strict=True):
+    for loop, items, given in passes:
         words = ["double %time"]
-        for own in loop.vectors:
-            vector = each.given.get(own, own)
+        for vector in (given.get(own, own) for own in loop.vectors):
             shape = f"%{vector}.shape"
             if vector not in vectors:
                 shape, rooms[vector] = "0", vector
             words.append(f"ptr null, ptr null, i64 0, i64 0, ptr %{vector}, i64 {shape}, i64 0")
-        call = f"@{name}_{len(calls)}({', '.join(words)}, ptr %{each.items})"
-        calls.append(f"  call void {call}")
+        calls.append(f"  call void @{loop.name}({', '.join(words)}, ptr %{items})")
     lines = [*head(name, vectors, PoolTable), "  %start.0 = add i64 0, 0"]
     for k, room in enumerate(rooms):
         count, by_change = _ROOMS[room]
@@ -126,15 +124,13 @@ def kernel(name: str, vectors: Sequence[str], passes: Sequence[Pass]) -> LoopTex
         lines.append(f"  %{room} = getelementptr double, ptr %memory, i64 %start.{k}")
     lines += [*calls, "  call void @free(ptr %memory)", "  ret void", "}"]
     declared = {"declare ptr @calloc(i64, i64)": None, "declare void @free(ptr)": None}
-    texts = list[str]()
-    for loop in loops:
+    for loop, _, _ in passes:
         own = loop.text.replace("define void", "define internal void", 1).splitlines()
-        texts += [line for line in own if not line.startswith("declare")]
+        lines += [line for line in own if not line.startswith("declare")]
         declared |= dict.fromkeys(line for line in own if line.startswith("declare"))
-    called = {each for loop in loops for each in loop.called}
-    return LoopText(
-        "\n".join([*lines, *texts, *declared, ""]), tuple(sorted(called)), tuple(vectors)
-    )
+    called = {each for loop, _, _ in passes for each in loop.called}
+    text = "\n".join([*lines, *declared, ""])
+    return LoopText(text, tuple(sorted(called)), name, tuple(vectors))
 
 
 def force_kernel(
@@ -147,33 +143,16 @@ def force_kernel(
         carries: What nodes carry to points, "x" and perhaps "v"; nothing without points.
     """
     here = {each: f"{each}.here" for each in (*carries, *(("f",) if carries else ()))}
-    passes = _before(pool, here, carries)
     vectors = _OF_ITEMS if pool else {"x": "x", "v": "v", "a": "amounts"}
-    forces = partial(force_loop, item=item, vectors=vectors)
-    passes.append(Pass(forces, "items", here))
+    passes = [_amounts()]
     if carries:
-        back = partial(carrying_loop, vectors={"f.here": "f"}, back=True)
-        passes.append(Pass(back, "carried"))
-    return kernel(name, ("x", "v", "f", "power"), passes)
-
-
-def _before(
-    pool: TracedPool | None, here: Mapping[str, str], carries: Sequence[str]
-) -> list[Pass]:
-    """Return the passes before those over items.
-
-    Args:
-        here: By what passes take, where that is if nodes carry it to points.
-        carries: What they carry.
-    """
-    found = [Pass(amounts_loop, "acts")]
-    if carries:
-        vectors = {each: here[each] for each in carries}
-        found.append(Pass(partial(carrying_loop, vectors=vectors, back=False), "carried"))
+        passes.append(_carrying({each: here[each] for each in carries}, back=False))
     if pool:
-        found.append(Pass(partial(sums_loop, pool=pool), "items", here))
-        found.append(Pass(partial(slopes_loop, pool=pool), "groups", here))
-    return found
+        passes += [_sums(pool, here), _slopes(pool, here)]
+    passes.append(Pass(force_loop("forces", item, vectors=vectors), "items", here))
+    if carries:
+        passes.append(_carrying({"f.here": "f"}, back=True))
+    return kernel(name, ("x", "v", "f", "power"), passes)
 
 
 def pull_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> LoopText:
@@ -182,164 +161,110 @@ def pull_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> Loop
     Args:
         learnt: By name of a number of groups, whether it is the same one for all.
     """
-    again = partial(force_loop, item=pool.item, vectors=_OF_ITEMS)
+    item, given = pool.item, {"power": "spare"}
+    by = [*at_corners("by_x", item.corners), *_of_group("moved", pool, item.corners + 1)]
+    of_items = add_loop(
+        "pull_items", ItemLoop.of(item, LANES), pool.pulled, _OF_ITEMS | {"w": "weight"}, by,
+        item.constants,
+    )  # fmt: skip
+    of_groups = add_loop(
+        "pull_groups", _groups(pool), pool.pulled_back([*learnt]), _OF_GROUPS | {"m": "moved"},
+        _of_group("again", pool, 0), learnt=(pool.widths, learnt),
+    )  # fmt: skip
+    again = {"slopes": "again", "f": "by_x", "power": "spare"}
     passes = [
-        *_before(pool, {"power": "spare"}, ()),
-        Pass(partial(pull_items_loop, pool=pool), "items"),
-        Pass(partial(pull_groups_loop, pool=pool, learnt=learnt), "groups"),
-        Pass(again, "items", {"slopes": "again", "f": "by_x", "power": "spare"}),
-    ]
+        _amounts(), _sums(pool, {}), _slopes(pool, given), Pass(of_items, "items"),
+        Pass(of_groups, "groups"),
+        Pass(force_loop("forces", item, vectors=_OF_ITEMS), "items", again),
+    ]  # fmt: skip
     return kernel(name, ("x", "v", "weight", "by_x", "by_v", "by"), passes)
 
 
 def push_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> LoopText:
     """Return the loop ``push_forward`` of ``forces.matrices``; arguments as ``pull_kernel``."""
+    item, moves = pool.item, at_corners("dx", pool.item.corners)
+    group = item.corners + 1
+
+    def changes(
+        outputs: Sequence[Number], by: Sequence[Number]
+    ) -> tuple[list[Number], list[str]]:
+        names = [f"d{each.operation.detail}" for each in by]
+        rates = (item.graph.input(each) for each in names)
+        return along(outputs, dict(zip(by, rates, strict=True))), names
+
+    of_sums = change_loop(
+        "push_sums", ItemLoop.of(item, 1), *changes(pool.shares, item.x), {"x": "x"}, moves,
+        _of_group("ds", pool, group), item.constants,
+    )  # fmt: skip
+    of_groups = change_loop(
+        "push_groups", _groups(pool, 1), *pool.pushed([*learnt]), _OF_GROUPS,
+        _of_group("ds", pool, 0), _of_group("dl", pool, 0), learnt=(pool.widths, learnt),
+    )  # fmt: skip
+    of_items = change_loop(
+        "push_items", ItemLoop.of(item, 1), *changes(item.forces, [*item.x, *pool.steepness]),
+        _OF_ITEMS, [*moves, *_of_group("dl", pool, group)], at_corners("df", item.corners),
+        item.constants,
+    )  # fmt: skip
     passes = [
-        *_before(pool, {"power": "spare"}, ()),
-        Pass(partial(push_sums_loop, pool=pool), "items"),
-        Pass(partial(push_groups_loop, pool=pool, learnt=learnt), "groups"),
-        Pass(partial(push_items_loop, pool=pool), "items"),
-    ]
+        _amounts(), _sums(pool, {}), _slopes(pool, {"power": "spare"}),
+        Pass(of_sums, "items"), Pass(of_groups, "groups"), Pass(of_items, "items"),
+    ]  # fmt: skip
     return kernel(name, ("x", "v", "dx", "dv", "dn", "df", "room"), passes)
 
 
 # --- passes -----------------------------------------------------------------------------------
 
 
-def amounts_loop(name: str) -> LoopText:
-    """Return the loop that adds the amounts of terms, and their rates."""
+def _groups(pool: TracedPool, lanes: int = LANES) -> ItemLoop:
+    """Return a loop over groups."""
+    return ItemLoop(pool.graph, pool.numbers, 2, lanes)
+
+
+def _of_group(vector: str, pool: TracedPool, corner: int) -> list[Target]:
+    """Return where numbers by the sums of a group are, given its place among corners."""
+    return [(vector, (corner, k)) for k in range(len(pool.shares))]
+
+
+def _amounts() -> Pass:
+    """Return the pass that adds the amounts of terms, and their rates."""
     graph = Graph()
     numbers, p = numbers_in(graph, OF_TERMS)
     outputs = [term_at(p, graph)]
     outputs += along(outputs, {graph.input("time"): 1.0})
-    loop = ItemLoop(graph, numbers, 0, 1)
-    values, _ = loop.inputs(outputs, {}, [])
-    room = loop.keep(loop.code.write(outputs, values))
-
-    def write() -> None:
-        for k in range(2):
-            loop.add_to(loop.code.address("%amounts", k), loop.kept(room, k))
-
-    loop.each_lane(write)
-    return loop.text(name, ("amounts",))
+    to: list[Target] = [("amounts", 0), ("amounts", 1)]
+    return Pass(add_loop("amounts", ItemLoop(graph, numbers, 0, 1), outputs, {}, to), "acts")
 
 
-def carrying_loop(name: str, vectors: Mapping[str, str], *, back: bool) -> LoopText:
-    """Return the loop that adds what nodes carry to points, or gives what acts on these back.
+def _carrying(vectors: Mapping[str, str], *, back: bool) -> Pass:
+    """Return the pass that adds what nodes carry to points, or gives what acts on these back.
 
     Args:
         vectors: What is carried, "x" if it is positions, and to what.
     """
     graph = Graph()
     numbers, p = numbers_in(graph, {"part": 9, "fixed": 3})
-    loop = ItemLoop(graph, numbers, 2, LANES)
-    start, end = (1, 0) if back else (0, 1)
-    outputs: list[Number] = []
+    start, end, outputs = (1, 0, list[Number]()) if back else (0, 1, list[Number]())
     for vector in vectors:
         own = [graph.input(f"{vector}.{start}.{axis}") for axis in range(3)]
         for i in range(3):
             row = p.part[i::3] if back else p.part[3 * i : 3 * i + 3]
             outputs.append(dot(row, own) + (p.fixed[i] if vector == "x" else 0.0))
-    values, _ = loop.inputs(outputs, {each: each for each in vectors}, [])
-    room = loop.keep(loop.code.write(outputs, values))
-    targets = {to: 3 * k for k, to in enumerate(vectors.values())}
-    loop.each_lane(lambda: loop.scatter(room, targets, [end]))
-    return loop.text(name, (*vectors, *vectors.values()))
+    targets: list[Target] = [(to, (end, k)) for to in vectors.values() for k in range(3)]
+    given, name = {each: each for each in vectors}, "give" if back else "carry"
+    loop = add_loop(name, ItemLoop(graph, numbers, 2, LANES), outputs, given, targets)
+    return Pass(loop, "carried")
 
 
-def sums_loop(name: str, pool: TracedPool) -> LoopText:
-    """Return the loop that adds the shares of items to the sums of their groups."""
-    loop = ItemLoop.of(pool.item, LANES)
-    constants = [each.place for each in pool.item.constants]
-    values, known = loop.inputs(pool.shares, {"x": "x"}, constants)
-    room = loop.keep(loop.code.write(pool.shares, values, known))
-    group, count = loop.corners - 1, len(pool.shares)
-    loop.each_lane(lambda: loop.scatter(room, {"sums": 0}, [group], count))
-    return loop.text(name, ("x", "sums"))
+def _sums(pool: TracedPool, here: Mapping[str, str]) -> Pass:
+    """Return the pass that adds the shares of items to the sums of their groups."""
+    to, loop = _of_group("sums", pool, pool.item.corners + 1), ItemLoop.of(pool.item, LANES)
+    found = add_loop("sums", loop, pool.shares, {"x": "x"}, to, pool.item.constants)
+    return Pass(found, "items", here)
 
 
-def slopes_loop(name: str, pool: TracedPool) -> LoopText:
-    """Return the loop that adds λ of groups, and the power of their amounts."""
-    loop, outputs = ItemLoop(pool.graph, pool.numbers, 2, LANES), [*pool.slopes, pool.supply]
-    values, _ = loop.inputs(outputs, _OF_GROUPS, [])
-    room, count = loop.keep(loop.code.write(outputs, values)), len(pool.slopes)
-
-    def write() -> None:
-        loop.scatter(room, {"slopes": 0}, [0], count)
-        loop.add_to(loop.code.address("%power", 0), loop.kept(room, count))
-
-    loop.each_lane(write)
-    return loop.text(name, (*_OF_GROUPS.values(), "slopes", "power"))
-
-
-def pull_items_loop(name: str, pool: TracedPool) -> LoopText:
-    """Return the loop that adds the derivatives of Σ w·f by x, and by λ."""
-    item, loop = pool.item, ItemLoop.of(pool.item, LANES)
-    constants = [each.place for each in item.constants]
-    vectors = _OF_ITEMS | {"w": "weight"}
-    values, known = loop.inputs(pool.pulled, vectors, constants)
-    room, corners = loop.keep(loop.code.write(pool.pulled, values, known)), item.corners
-
-    def write() -> None:
-        loop.scatter(room, {"by_x": 0}, range(corners))
-        loop.scatter(room, {"moved": 3 * corners}, [corners + 1], len(pool.shares))
-
-    loop.each_lane(write)
-    return loop.text(name, (*vectors.values(), "by_x", "moved"))
-
-
-def pull_groups_loop(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> LoopText:
-    """Return the loop that adds what ``TracedPool.pulled_back`` returns."""
-    loop, outputs = ItemLoop(pool.graph, pool.numbers, 2, LANES), pool.pulled_back([*learnt])
-    vectors, count = _OF_GROUPS | {"m": "moved"}, len(pool.slopes)
-    values, _ = loop.inputs(outputs, vectors, [])
-    room = loop.keep(loop.code.write(outputs, values))
-
-    def write() -> None:
-        loop.scatter(room, {"again": 0}, [0], count)
-        for row, at in enumerate(places_of_numbers(loop, pool.widths, learnt), start=count):
-            loop.add_to(loop.code.address("%by", at), loop.kept(room, row))
-
-    loop.each_lane(write)
-    return loop.text(name, (*vectors.values(), "again", "by"))
-
-
-def push_sums_loop(name: str, pool: TracedPool) -> LoopText:
-    """Return the loop that adds the changes of sums."""
-    loop, item = ItemLoop.of(pool.item, 1), pool.item
-    rates = [f"d{each.operation.detail}" for each in item.x]
-    changes = {x: item.graph.input(rate) for x, rate in zip(item.x, rates, strict=True)}
-    group = [(loop.corners - 1, k) for k in range(len(pool.shares))]
-    return change_loop(
-        name, loop, along(pool.shares, changes), rates, ("x", "dx", "ds", "room"), {"x": "x"},
-        {"dx": list(np.ndindex(item.corners, 3))}, ("ds", group),
-        [each.place for each in item.constants],
-    )  # fmt: skip
-
-
-def push_groups_loop(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> LoopText:
-    """Return the loop that adds the changes of λ."""
-    loop = ItemLoop(pool.graph, pool.numbers, 2, 1)
-    outputs, rates = pool.pushed([*learnt])
-    group = [(0, k) for k in range(len(pool.slopes))]
-    numbers = places_of_numbers(loop, pool.widths, learnt, "%first")
-    return change_loop(
-        name, loop, outputs, rates,
-        (*_OF_GROUPS.values(), "ds", "dn", "dl", "room"), _OF_GROUPS,
-        {"ds": group, "dn": numbers}, ("dl", group),
-    )  # fmt: skip
-
-
-def push_items_loop(name: str, pool: TracedPool) -> LoopText:
-    """Return the loop that adds the changes of forces."""
-    loop, item = ItemLoop.of(pool.item, 1), pool.item
-    changed = [*item.x, *pool.steepness]
-    rates = [f"d{each.operation.detail}" for each in changed]
-    changes = {each: item.graph.input(rate) for each, rate in zip(changed, rates, strict=True)}
-    nodes = list(np.ndindex(item.corners, 3))
-    group = [(loop.corners - 1, k) for k in range(len(pool.shares))]
-    return change_loop(
-        name, loop, along(item.forces, changes), rates,
-        (*_OF_ITEMS.values(), "dx", "dl", "df", "room"), _OF_ITEMS,
-        {"dx": nodes, "dl": group}, ("df", nodes), [each.place for each in item.constants],
-    )  # fmt: skip
+def _slopes(pool: TracedPool, here: Mapping[str, str]) -> Pass:
+    """Return the pass that adds λ of groups, and the power of their amounts."""
+    targets = [*_of_group("slopes", pool, 0), ("power", 0)]
+    outputs = [*pool.slopes, pool.supply]
+    found = add_loop("slopes", _groups(pool), outputs, _OF_GROUPS, targets)
+    return Pass(found, "groups", here)

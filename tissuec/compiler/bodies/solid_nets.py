@@ -53,7 +53,7 @@ class SolidNet(NamedTuple):
             number = np.full(network.node_count, -1)
             size = part.nodes.stop - part.nodes.start
             number[part.nodes] = np.arange(size)
-            cells = enclosure.resistance(network.position, number, size)
+            cells = enclosure.columns(0.0, network.position, number, size)[0].tocsr()
         constant = steepness_as_drawn(behaviour, drawing.length[own])
         return cls(mesh.position, mesh.ends[own], constant, cells, mesh.volume, mesh.skin)
 

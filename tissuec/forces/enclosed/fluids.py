@@ -16,7 +16,7 @@ any point on these. c is then the centroid of the fluid with its mirror images. 
 weight but no inertia. A pump that increases Vt does the work p - ρ g · c per volume.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
@@ -26,12 +26,12 @@ from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Vector
 from tissuec.core.arrays import counted_up
 from tissuec.core.source import Span
-from tissuec.forces.carried_points import CarriedPoints, GroupedItems
 from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 from tissuec.forces.enclosed.pressed_faces import PressedFaces, WeightedTriangles
 from tissuec.forces.enclosed.pressed_sides import NoSide, components
 from tissuec.forces.enclosed.rims import Crossing, Rims
 from tissuec.forces.fields import SECONDS
+from tissuec.forces.grouped_items import CarriedPoints, GroupedItems
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.topology import springs_between
@@ -156,7 +156,7 @@ class FluidCavities(KeptVolumes, frozen=True):
 
         A cavity is seen from a node, or from the point next to this on all planes of symmetry.
         """
-        corners, _, cavity = self._triangles
+        corners, weight, cavity = self._triangles
         count, points = self.item_count, self.caps.middles
         seen, crossing = self.triples.corners[self.triples.first[:-1], 0], self.crossing
         if crossing.is_limited:
@@ -167,19 +167,9 @@ class FluidCavities(KeptVolumes, frozen=True):
             )
             points = points.joined(views)
         first = np.searchsorted(cavity, np.arange(count + 1)).astype(np.int64)
-        return GroupedItems(corners, first, seen, points)
-
-    @property
-    def item_numbers(self) -> Mapping[str, Floats]:
-        """Return the numbers of triangles."""
-        return {"weight": self._triangles[1][None], "gravity": self.gravity[:, None]}
-
-    @property
-    def group_numbers(self) -> Mapping[str, Floats]:
-        """Return the numbers of cavities."""
-        shared = {"modulus": self.modulus, "density": self.density}
-        own = {name: np.full((1, 1), value) for name, value in shared.items()}
-        return {"drawn": self.drawn[None], "gravity": self.gravity[:, None], **own}
+        own = {"drawn": self.drawn, "modulus": self.modulus, "density": self.density}
+        fall = {"gravity": self.gravity[:, None]}
+        return GroupedItems(corners, first, seen, points, {"weight": weight} | fall, own | fall)
 
     def volumes(self, position: Floats) -> Floats:
         """Return the volumes of the cavities [m³], shape (…, cavity).

@@ -12,7 +12,7 @@ and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:10
 ``matrix`` is the symmetric part, and forces are exact.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Self
 
@@ -25,12 +25,11 @@ from tissuec.autodiff import Numbers, Potential, Vector
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.core.source import Span
-from tissuec.forces.carried_points import GroupedItems
 from tissuec.forces.enclosed.pressed_faces import PressedFaces
 from tissuec.forces.enclosed.pressed_sides import enclosed
 from tissuec.forces.enclosed.rims import Rims
 from tissuec.forces.fields import SECONDS, Field, Items
-from tissuec.forces.pooled_fields import inputs, kernels_of
+from tissuec.forces.grouped_items import GroupedItems, inputs
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
 
     from tissuec.compiled.loops.pools import PoolTable
-    from tissuec.forces.pooled_kernels import PooledKernels
 
 
 def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
@@ -130,8 +128,8 @@ class SurfacePressure(Field, frozen=True):
         """Return minus the forces of caps on open rims [N]; see ``Effect``."""
         if not self.openings.count:
             return None
-        rims, count, item = self.openings, len(position), self._item
-        values = inputs({"weight": rims.weight[None]})
+        rims, count, item = self.openings, len(position), traced_triangle()
+        values = inputs({"weight": rims.weight})
         values |= rims.middles.inputs("x", rims.fans, position)
         values["a.0"] = self.pressure(time)
         pushes = np.stack(evaluate(item.forces, values), axis=-1).reshape(-1, 3, 3)
@@ -164,13 +162,9 @@ class SurfacePressure(Field, frozen=True):
             number: Of each node among those that may move, -1 for others, shape (node,).
             size: Number of nodes that may move.
         """
-        items, item = self.grouped, self._item
-        values = inputs(self.item_numbers) | items.points.inputs("x", items.corners, position)
-        values["a.0"] = self.pressure(time)
-        turns = [
-            np.broadcast_to(each, len(items.corners)) for each in evaluate(item.turning, values)
-        ]
-        blocks = np.stack(turns, axis=-1).reshape(-1, 3, 3, 3, 3)
+        items, item = self.grouped, traced_triangle()
+        values = items.inputs(position) | {"a.0": self.pressure(time)}
+        blocks = items.each(item.turning, values).reshape(-1, 3, 3, 3, 3)
         return items.points.assembled(blocks, items.corners, number, size)
 
     # --- tears --------------------------------------------------------------------------------
@@ -215,26 +209,16 @@ class SurfacePressure(Field, frozen=True):
         """Return the triangles of faces and caps as one group, of which there are no sums."""
         corners = np.concatenate([self.faces.triples.corners, self.caps.fans])
         first, seen = np.array([0, len(corners)]), corners.max(keepdims=True, initial=0)[0]
-        return GroupedItems(corners, first, seen, self.caps.middles)
-
-    @property
-    def item_numbers(self) -> Mapping[str, Floats]:
-        """Return the weights of triangles, dimensionless, shape (1, triangle)."""
-        return {"weight": np.concatenate([self.faces.triples.weight, self.caps.weight])[None]}
-
-    @property
-    def _item(self) -> TracedItem:
-        return _traced_triangle()
-
-    @property
-    def _kernels(self) -> "PooledKernels":
-        carried = self.grouped.carried("x", "v")
-        return kernels_of("surfacepressure", self._item, None, carried)
+        weight = np.concatenate([self.faces.triples.weight, self.caps.weight])
+        return GroupedItems(corners, first, seen, self.caps.middles, {"weight": weight}, {})
 
     @property
     def kernel(self) -> Callable[..., None]:
         """Return the loops that add forces and the power that is supplied."""
-        return self._kernels.forces
+        from tissuec.forces.pooled_kernels import kernels_of  # which costs time
+
+        carries = ("x", "v") if self.caps.count else ()
+        return kernels_of("surfacepressure", traced_triangle(), None, carries).forces
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
@@ -261,10 +245,12 @@ class SurfacePressure(Field, frozen=True):
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
         """Return the faces and caps, which are the same at any position."""
-        return self._kernels.table(self.grouped, self.item_numbers, {}, place, acts)
+        from tissuec.forces.pooled_kernels import pool_table  # which costs time
+
+        return pool_table(self.grouped, traced_triangle(), place, acts)
 
 
 @cache
-def _traced_triangle() -> TracedItem:
+def traced_triangle() -> TracedItem:
     """Return a triangle; points for a group without sums follow its corners."""
     return TracedItem(_pressed, 3, {"weight": 1}, seen=2, changes=True)

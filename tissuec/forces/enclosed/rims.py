@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
-from tissuec.forces.carried_points import CarriedPoints
+from tissuec.forces.grouped_items import CarriedPoints
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 from tissuec.model.topology import pieces
 

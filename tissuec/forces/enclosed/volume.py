@@ -22,7 +22,7 @@ its surface count as faces of four corners, so that pressure acts on these as tr
 solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from typing import cast
 
@@ -34,10 +34,10 @@ from tissuec.autodiff import Number, Numbers, Vector
 from tissuec.core.arrays import counted_up, cross
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
-from tissuec.forces.carried_points import NO_POINTS, GroupedItems
 from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 from tissuec.forces.enclosed.rims import where_open
-from tissuec.geometry.edges import parallelograms
+from tissuec.forces.grouped_items import NO_POINTS, GroupedItems
+from tissuec.geometry.edges import parallelograms, volume
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.model.topology import springs_between
@@ -97,8 +97,9 @@ class Enclosure(KeptVolumes, frozen=True):
             )
         share = 1.0 if part.tetrahedra is None else 0.25
         corners, first, walls, walled = _surfaces(network, part)
-        drawn = share * _volumes(network.position, corners, first)
-        return cls(walls, walled, part.name, drawn, modulus, (), span, corners, first, share)
+        drawn = np.zeros(len(first) - 1)
+        found = cls(walls, walled, part.name, drawn, modulus, (), span, corners, first, share)
+        return replace(found, drawn=found.volumes(network.position))
 
     @property
     def block(self) -> FieldBlock:
@@ -111,20 +112,14 @@ class Enclosure(KeptVolumes, frozen=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        return self.share * _volumes(position, self.corners, self.first)
+        return self.share * self.sums(position)[0]
 
     @property
     def grouped(self) -> GroupedItems:
         """Return the faces, each cell seen from one of its nodes."""
         seen = self.corners[self.first[:-1], 0]
-        return GroupedItems(self.corners, self.first, seen, NO_POINTS)
-
-    @property
-    def group_numbers(self) -> Mapping[str, Floats]:
-        """Return the numbers of cells."""
-        shared = {"modulus": self.modulus, "share": self.share}
-        own = {name: np.full((1, 1), value) for name, value in shared.items()}
-        return {"drawn": self.drawn[None], **own}
+        own = {"drawn": self.drawn, "modulus": self.modulus, "share": self.share}
+        return GroupedItems(self.corners, self.first, seen, NO_POINTS, {}, own)
 
     def only(self, items: Indices) -> "Enclosure":
         """Return some cells, with the walls of all."""
@@ -165,8 +160,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
         raise ValueError(f"{part.name} has no surface")
     if len(loose):
         raise ValueError(f"the surface of {part.name} is open: {where_open(network, loose)}")
-    first = np.array([0, len(triangles)])
-    drawn = _volumes(network.position, triangles[:, [0, 1, 2, 2]], first)[0]
+    drawn = volume(network.position, triangles)
     if drawn < 0.0:
         triangles = triangles[:, ::-1]
     if drawn == 0.0 or not np.isfinite(drawn):
@@ -175,6 +169,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     walls = np.unique(springs_between(network.springs.ends, edges)[0])
     if (marks := network.skin_marks_of(part)) is not None:
         walls = np.append(walls, marks[marks >= 0])
+    first = np.array([0, len(triangles)])
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
 
@@ -250,12 +245,3 @@ def _patches(
 _TRIANGLE = [0, 1, 2, 2]  # as a face of four corners
 #: Corners of the face opposite each corner of a tetrahedron, in turn as seen from outside.
 _OPPOSITE = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
-
-
-def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
-    """Return the volumes within the faces of cells [m³], shape (…, cell)."""
-    origin = np.repeat(corners[first[:-1], 0], np.diff(first))
-    a, b, c, d = (position[..., corners[:, k], :] - position[..., origin, :] for k in range(4))
-    # In the order of faces in memory, so that a sum does not depend on how many there are.
-    parts = np.einsum("...k,...k->...", a + b + c + d, cross(c - a, d - b)) / 24.0
-    return np.add.reduceat(np.ascontiguousarray(parts), first[:-1], axis=-1)

@@ -1,10 +1,13 @@
 """Points that nodes carry, such as the middle of a cap: z = Σ A x + b; items between them."""
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec import Struct
 
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.graph import Number
 from tissuec.forces.matrices import assembled
 from tissuec.model.network import Floats, Indices
 
@@ -43,23 +46,6 @@ class CarriedPoints(Struct, frozen=True, eq=False):
         own = np.einsum("nij,...nj->...ni", self.parts, position[..., self.nodes, :])
         first = np.searchsorted(self.point, np.arange(self.count))
         return np.add.reduceat(own, first, axis=-2) + self.fixed
-
-    def slopes(self, number: Indices, size: int) -> "csr_matrix":
-        """Return the derivative of the points by free coordinates, shape (3 point, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
-        """
-        from scipy.sparse import csr_matrix
-
-        own = number[self.nodes]
-        moves = own >= 0
-        rows = 3 * self.point[moves, None, None] + np.arange(3)[:, None]
-        columns = 3 * own[moves, None, None] + np.arange(3)
-        values = self.parts[moves]
-        row, column = (np.broadcast_to(each, values.shape).ravel() for each in (rows, columns))
-        return csr_matrix((values.ravel(), (row, column)), shape=(3 * self.count, 3 * size))
 
     def joined(self, other: "CarriedPoints") -> "CarriedPoints":
         """Return these points, and others after them."""
@@ -101,8 +87,8 @@ class CarriedPoints(Struct, frozen=True, eq=False):
 
         Args:
             corners: As of ``inputs``, of any shape, which is also that of the result.
-            number: As of ``slopes``, shape (node,).
-            size: As of ``slopes``.
+            number: As of ``follow``, shape (node,).
+            size: As of ``follow``.
         """
         return np.where(corners < 0, size - 1 - corners, number[np.maximum(corners, 0)])
 
@@ -110,12 +96,20 @@ class CarriedPoints(Struct, frozen=True, eq=False):
         """Return the derivative of nodes and points, shape (3 (size + point), 3 size).
 
         Args:
-            number: As of ``slopes``, shape (node,).
-            size: As of ``slopes``.
+            number: Of each node among those that may move, -1 for others, shape (node,).
+            size: Number of nodes that may move.
         """
         from scipy.sparse import csr_matrix, identity, vstack
 
-        return csr_matrix(vstack([identity(3 * size), self.slopes(number, size)]))
+        own = number[self.nodes]
+        moves = own >= 0
+        rows = 3 * self.point[moves, None, None] + np.arange(3)[:, None]
+        columns = 3 * own[moves, None, None] + np.arange(3)
+        values = self.parts[moves]
+        row, column = (np.broadcast_to(each, values.shape).ravel() for each in (rows, columns))
+        shape = 3 * self.count, 3 * size
+        points = csr_matrix((values.ravel(), (row, column)), shape=shape)
+        return csr_matrix(vstack([identity(3 * size), points]))
 
     def assembled(
         self, blocks: Floats, corners: Indices, number: Indices, size: int
@@ -125,7 +119,7 @@ class CarriedPoints(Struct, frozen=True, eq=False):
         Args:
             blocks: In any unit, shape (item, corner, 3, corner, 3).
             corners: As of ``inputs``.
-            number, size: As of ``slopes``.
+            number, size: As of ``follow``.
         """
         from scipy.sparse import csr_matrix
 
@@ -151,18 +145,56 @@ class GroupedItems(NamedTuple):
         first: Where each group begins among them and, last, where all end, shape (group + 1,).
         seen: The node or point from which a group is seen, shape (group,).
         points: That nodes carry.
+        numbers: Of items, in SI units, shape (), (item,), or (component, item or 1).
+        of_groups: Numbers of groups, alike.
     """
 
     corners: Indices
     first: Indices
     seen: Indices
     points: CarriedPoints
+    numbers: Mapping[str, Floats | float]
+    of_groups: Mapping[str, Floats | float]
 
     @property
     def owner(self) -> Indices:
         """Return the group of each item, shape (item,)."""
         return np.repeat(np.arange(len(self.seen)), np.diff(self.first))
 
-    def carried(self, *vectors: str) -> tuple[str, ...]:
-        """Return the vectors, if nodes carry any points; else none."""
-        return vectors if self.points.count else ()
+    @property
+    def carries(self) -> bool:
+        """Return whether nodes carry any points."""
+        return self.points.count > 0
+
+    def inputs(self, position: Floats) -> dict[str, Floats]:
+        """Return the inputs of items but λ, shape (…, item) or (1,) each.
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        corners = np.column_stack([self.corners, self.seen[self.owner]])
+        return inputs(self.numbers) | self.points.inputs("x", corners, position)
+
+    def each(self, outputs: Sequence[Number], values: Mapping[str, Floats]) -> Floats:
+        """Return numbers of items in any unit, shape (item, output).
+
+        Args:
+            values: Of all inputs, shape (item,) or (1,).
+        """
+        found = (np.broadcast_to(one, len(self.corners)) for one in evaluate(outputs, values))
+        return np.stack(list(found), axis=-1)
+
+
+def as_rows(numbers: Mapping[str, Floats | float]) -> dict[str, Floats]:
+    """Return numbers in SI units, shape (component, n) each, n being 1 for those of all.
+
+    Args:
+        numbers: Shape (), (n,) or (component, n).
+    """
+    return {name: np.atleast_2d(np.asarray(each, float)) for name, each in numbers.items()}
+
+
+def inputs(numbers: Mapping[str, Floats | float]) -> dict[str, Floats]:
+    """Return numbers as inputs of a graph, in SI units, shape (n,) each; as for ``as_rows``."""
+    rows = as_rows(numbers).items()
+    return {f"p.{name}.{k}": row for name, own in rows for k, row in enumerate(own)}
