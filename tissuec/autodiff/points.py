@@ -183,6 +183,61 @@ class TracedPoint:
         flat = [each for numbers in self.stored for each in numbers]
         return viscous - dot(gradient(self.state.energy, flat), self.rates)
 
+    # --- for learning ---------------------------------------------------------------------
+
+    def of(self, names: Sequence[str]) -> list[Number]:
+        """Return the components of some numbers."""
+        return [
+            self.graph.input(f"p.{name}.{k}")
+            for name in names
+            for k in range(self.widths[name])
+        ]
+
+    def _also(self, letter: str) -> list[list[Number]]:
+        """Return inputs beside T - 1, the numbers of each tensor."""
+        return [
+            [self.graph.input(f"{letter}.{tensor}.{k}") for k in range(len(numbers))]
+            for tensor, numbers in enumerate(self.stored)
+        ]
+
+    def pulled(self, learnt: Sequence[str]) -> list[Number]:
+        """Return the derivatives of -P : W + h · dT/dt + b r by F, Ḟ, T and some numbers.
+
+        The inputs "w.k", "h.t.k" and "share" are W, h and b.
+
+        Args:
+            learnt: Names of the numbers.
+        """
+        graph = self.graph
+        weights = [graph.input(f"w.{k}") for k in range(len(self.f))]
+        work = graph.input("share") * self.pooled - dot(weights, self.stress)
+        for rate, weight in zip(self.state.rates, self._also("h"), strict=True):
+            work = work + dot(weight, [rate.rows[i][j] for i, j in self.places])
+        stored = [each for numbers in self.stored for each in numbers]
+        return gradient(work, [*self.f, *self.rate, *stored, *self.of(learnt)])
+
+    def _changes(self, learnt: Sequence[str]) -> dict[Number, Number]:
+        """Return the inputs that are changes of what a point depends on."""
+        stored = [each for numbers in self.stored for each in numbers]
+        every = [*self.f, *self.rate, *stored, *self.of(learnt), self.swell, self.mean]
+        return {each: self.graph.input(f"d{each.operation.detail}") for each in every}
+
+    def pushed(self, learnt: Sequence[str]) -> list[Number]:
+        """Return the changes of P and of all dT/dt.
+
+        The inputs "df.k", "dg.k", "dt.t.k", "dp.name.k" and "dswell" are changes of what these
+        depend on.
+
+        Args:
+            learnt: Names of the numbers that change.
+        """
+        return along([*self.stress, *self.rates], self._changes(learnt))
+
+    def pushed_mean(self, learnt: Sequence[str]) -> tuple[Number, Number]:
+        """Return the changes of U'(M), by "dmean" and numbers, and of r."""
+        changes = self._changes(learnt)
+        return along([self.slope_of_mean], changes)[0], along([self.pooled], changes)[0]
+
     # --- second derivatives -------------------------------------------------------------------
 
     @property
@@ -208,6 +263,12 @@ class TracedPoint:
     def viscous_moduli(self) -> list[Number]:
         """Return ∂²D/∂Ḟ∂Ḟ, the lower half of it by rows."""
         return list(hessian(self.dissipation, self.rate).values())
+
+    @cached_property
+    def viscous_by_strain(self) -> list[Number]:
+        """Return ∂²D/∂Ḟ∂F, row by row."""
+        columns = [along(gradient(self.dissipation, self.rate), {each: 1.0}) for each in self.f]
+        return [entry for row in zip(*columns, strict=True) for entry in row]
 
     @cached_property
     def tangents(self) -> list[Number]:

@@ -1,7 +1,7 @@
 """Fields: effects that depend on the positions of nodes, each with a kernel of its own."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -181,6 +181,17 @@ class Field(Effect, frozen=True):
         """Return the exact derivatives, or why there are none, as the end of a sentence."""
         return "has no exact derivatives"
 
+    def column(self, name: str) -> Floats | float:
+        """Return a column that ``derivatives`` names, in SI units.
+
+        It is a number, or has the shape (item, …).
+        """
+        return getattr(self, name)
+
+    def with_columns(self, columns: Mapping[str, Any]) -> Self:
+        """Return the field with other columns, by name, in SI units."""
+        return replace(self, **columns)
+
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int
     ) -> "tuple[coo_matrix, coo_matrix] | None":
@@ -194,6 +205,15 @@ class Field(Effect, frozen=True):
             size: Number of nodes that may move.
         """
         return None
+
+    def damping_derivatives(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return ``damping_matrices`` without anything left out, for learning.
+
+        They are by positions [N/m] and by velocities [N s/m], shape (3 size, 3 size) each.
+        """
+        return self.damping_matrices(position, velocity, number, size)
 
     def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the items that no longer act because they have lost a spring, ascending.

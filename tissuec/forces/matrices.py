@@ -26,7 +26,6 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.forces.effects import Resisting
 from tissuec.model.network import Floats, Indices
@@ -162,14 +161,14 @@ def without_negative(matrices: Floats) -> Floats:
 class ForceDerivatives(NamedTuple):
     """How the forces of a field depend on positions, velocities and its own numbers."""
 
-    columns: tuple[str, ...]  # fields of the field: numbers, or arrays with a row for each item
+    columns: tuple[str, ...]  # each a number, or an array with a row for each item
     pull_back: Callable[..., None]
     push_forward: Callable[..., None]
 
 
 def numbers_of(field: Any, columns: tuple[str, ...]) -> Floats:
     """Return the numbers of a field, in SI units, shape (number,)."""
-    parts = [np.ravel(getattr(field, name)) for name in columns]
+    parts = [np.ravel(field.column(name)) for name in columns]
     return np.concatenate([np.zeros(0), *parts])
 
 
@@ -183,7 +182,7 @@ def with_numbers(field: Any, columns: tuple[str, ...], numbers: Floats) -> Any:
     found: dict[str, Any] = {}
     start = 0
     for name in columns:
-        old: Floats | float = getattr(field, name)
+        old: Floats | float = field.column(name)
         size = np.size(old)
         part = numbers[start : start + size]
         if isinstance(old, np.ndarray):
@@ -191,21 +190,26 @@ def with_numbers(field: Any, columns: tuple[str, ...], numbers: Floats) -> Any:
         else:
             found[name] = float(part[0])
         start += size
-    return replace(field, **found)
+    return field.with_columns(found)
 
 
-def places_of(field: Any, columns: tuple[str, ...], lost: Indices) -> Indices:
+def places_of(
+    field: Any, columns: tuple[str, ...], lost: Indices, kept: tuple[str, ...]
+) -> Indices:
     """Return which numbers of a field are left when it loses some of its items, shape (n,).
 
     Args:
         columns: Names of its columns.
         lost: Indices of the items, shape (item,).
+        kept: The columns that are left.
     """
     parts = [np.zeros(0, dtype=np.int64)]
     start = 0
     for name in columns:
-        value = np.asarray(getattr(field, name))
+        value = np.asarray(field.column(name))
         numbers = start + np.arange(value.size).reshape(value.shape)
-        parts.append((np.delete(numbers, lost, axis=0) if value.ndim else numbers).ravel())
+        if name in kept:
+            left = np.delete(numbers, lost, axis=0) if value.ndim else numbers
+            parts.append(left.ravel())
         start += value.size
     return np.concatenate(parts)

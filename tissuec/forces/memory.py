@@ -26,7 +26,7 @@ from tissuec.forces.matrices import assembled
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import coo_matrix, csr_matrix
 
 # Time of the derivatives of what a hidden node keeps, and of eliminating it in a solution [s].
 TANGENT_SECONDS, ELIMINATION_SECONDS = 2.5e-5, 4e-7
@@ -51,6 +51,45 @@ class MemoryTangents(NamedTuple):
     giving: Floats
     by_position: Floats
     pull: Floats
+
+    def matrices(self, size: int) -> "tuple[csr_matrix, csr_matrix]":
+        """Return the derivatives of rates by positions, and of rates and forces by variables.
+
+        Hidden nodes are nodes of 1 kg.
+
+        Args:
+            size: Number of all nodes.
+
+        Returns:
+            [1/s²] and [1/s] for hidden nodes, [N s/m] for others, shape (3 size, 3 size).
+        """
+        nodes = 3 * self.nodes[..., None] + np.arange(3)
+        rows = self.slots[:, :, None], nodes.reshape(len(nodes), -1, 1)
+        columns = np.swapaxes(rows[0], 1, 2), np.swapaxes(rows[1], 1, 2)
+        flat = (len(nodes), self.slots.shape[1], -1)
+        return (
+            _summed([(self.by_position.reshape(flat), rows[0], columns[1])], size),
+            _summed(
+                [
+                    (-self.giving, rows[0], columns[0]),
+                    (self.pull.reshape(len(nodes), -1, flat[1]), rows[1], columns[0]),
+                ],
+                size,
+            ),
+        )
+
+
+def _summed(parts: "list[tuple[Floats, Indices, Indices]]", size: int) -> "csr_matrix":
+    """Return a matrix of all nodes from entries, and their rows and columns, -1 for none."""
+    from scipy.sparse import coo_matrix, csr_matrix
+
+    found = csr_matrix((3 * size, 3 * size))
+    for values, *places in parts:
+        row, column = (np.broadcast_to(each, values.shape) for each in places)
+        has = (row >= 0) & (column >= 0)
+        entries = values[has], (row[has], column[has])
+        found = found + csr_matrix(coo_matrix(entries, shape=found.shape))
+    return found
 
 
 class Condensed:

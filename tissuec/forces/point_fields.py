@@ -6,9 +6,9 @@ from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``solids.elements`` an
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -18,16 +18,18 @@ from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.items import recorded, room_for
+from tissuec.compiled.loops.items import LoopText, recorded, room_for
 from tissuec.compiled.loops.points import (
     PointTable,
     force_loop,
     matrix_loop,
     mean_loop,
+    pull_loop,
+    push_loop,
     record_loop,
 )
 from tissuec.forces.element_fields import MaterialField, young_of
-from tissuec.forces.matrices import BlockPattern, whole, without_negative
+from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
 from tissuec.forces.memory import MemoryTangents
 from tissuec.forces.solids.element_limits import BreakableElements, measures_of
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
@@ -56,6 +58,10 @@ class PointField(MaterialField, frozen=True):
         recalled: Velocities of all nodes, of which those of hidden ones tell what elements
             remember, shape (…, node, 3); energies, matrices and stresses include it. Without,
             they are those without branches and before any flow.
+        constants: Of laws, which have variables in their places; see ``points_derivatives``;
+            shape (element, constant).
+        stretches: F0 of solids, row by row, where it is not part of ∂N/∂X, shape (element, 9);
+            without, shape (element, 0).
     """
 
     directions: ClassVar[int] = 3
@@ -67,6 +73,8 @@ class PointField(MaterialField, frozen=True):
     branches: Branches | None
     yielding: ElementYield | None
     recalled: Floats | None
+    constants: Floats
+    stretches: Floats
 
     # --- what elements have -------------------------------------------------------------------
 
@@ -113,6 +121,15 @@ class PointField(MaterialField, frozen=True):
         """Return ∂N/∂X [1/m], shape (element, point, node, direction)."""
         gradients, _, row = self.measures
         return gradients[row]
+
+    @property
+    def with_stretches(self) -> Self:
+        """Return the elements with ``stretches``.
+
+        Raises:
+            ValueError: The prestretch changes more than ∂N/∂X.
+        """
+        raise ValueError("the prestretch changes volumes")
 
     def deformations(self, position: Floats) -> Floats:
         """Return F, with prestretch, at all points, shape (…, element, point, 3, direction).
@@ -370,7 +387,7 @@ class PointField(MaterialField, frozen=True):
         self, names: tuple[str, ...], place: Indices
     ) -> Callable[[Floats], Floats]:  # fmt: skip
         """Return the function that finds what limits are of; see ``element_limits``."""
-        kind = self._kind._replace(branches=0, is_yielding=False, is_viscous=False)
+        kind = self.kind._replace(branches=0, is_yielding=False, is_viscous=False)
         point, count, still = self.traced(kind), self.item_count, np.zeros(0)
         if "energy" in names and point.graph.has("array", [point.state.energy]):
             return self._measuring_energy(names, place)
@@ -399,34 +416,97 @@ class PointField(MaterialField, frozen=True):
 
         return measure
 
+    # --- for learning -------------------------------------------------------------------------
+
+    @property
+    def derivatives(self) -> ForceDerivatives:
+        """Return the derivatives of forces by positions, velocities and numbers."""
+        kind, names = self.kind, tuple(name for name in self.kind.widths if name != "law")
+        shape = self.nodes.shape[1], self.points
+        pull, push = (
+            derivative_kernel(each, self.traced, kind, names, *shape)
+            for each in (pull_loop, push_loop)
+        )
+        return ForceDerivatives(names, pull, push)
+
+    def column(self, name: str) -> Floats:
+        """Return numbers of the elements, shape (element, number); see ``Field``."""
+        return self._columns(self.kind)[name]
+
+    def with_columns(self, columns: Mapping[str, Floats]) -> Self:
+        """Return elements with other numbers; see ``Field``."""
+        own = {name: each[:, 0] for name, each in columns.items()}
+        found = self._with_volumetric(own)
+        found |= {name: own[name] for name in ("shear", "viscosity") if name in own}
+        if "constant" in columns:
+            found["constants"] = columns["constant"]
+        if "stretch" in columns:
+            found["stretches"] = columns["stretch"]
+        if "along" in columns:
+            found["fibres"] = SolidFibres(
+                columns["along"].reshape(self.fibres.along.shape),
+                own["fibre_stiffness"], own["fibre_stiffening"], own["dispersion"],
+            )  # fmt: skip
+        with np.errstate(divide="ignore"):  # what never relaxes or flows
+            if self.branches is not None:
+                shear, pace = columns["branch_shear"].T, columns["branch_pace"].T
+                found["branches"] = replace(self.branches, shear=shear, time=1.0 / pace)
+            if self.yielding is not None:
+                limit, viscosity = own["yield_stress"], 1.0 / own["yield_pace"]
+                found["yielding"] = replace(self.yielding, limit=limit, viscosity=viscosity)
+        return replace(self, **found)
+
+    @abstractmethod
+    def _with_volumetric(self, numbers: Mapping[str, Floats]) -> dict[str, Any]:
+        """Return the attributes that follow from the numbers of ``volumetric``."""
+
+    def damping_derivatives(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of viscous forces, all of them; see ``Field``."""
+        if not self.is_damped:
+            return None
+        slow = self._slow(position, number, size)
+        by_strain = self._sum(
+            lambda own: own._between_nodes(own._viscous_by_strain(position, velocity)),
+            number, size,
+        )  # fmt: skip
+        return by_strain, slow
+
+    def _viscous_by_strain(self, position: Floats, velocity: Floats) -> Floats:
+        """Return ∂²D/∂Ḟ∂F, shape (element, point, 3 directions, 3 directions)."""
+        flat = self._recorded("viscous_by_strain", position, velocity)
+        return flat.reshape(*flat.shape[:2], 3 * self.directions, 3 * self.directions)
+
     # --- for the engine -----------------------------------------------------------------------
 
     @property
     def kernel(self) -> GeneratedKernel:
         """Return the loop that adds forces, rates and powers."""
-        return force_kernel(self.traced, self._kind, self.nodes.shape[1], self.points)
+        return force_kernel(self.traced, self.kind, self.nodes.shape[1], self.points)
 
     @property
-    def _kind(self) -> SolidKind:
+    def kind(self) -> SolidKind:
         """Return the kind of the points, of which forces are."""
         laws = tuple(self.laws[int(k)] for k in np.unique(self.law).tolist())
         branches = 0 if self.branches is None else len(self.branches.slot)
         return SolidKind(
             laws or self.laws[:1], self.fibres.along.shape[1], branches,
             self.yielding is not None, self.is_damped, self.directions,
+            self.constants.shape[1], self.stretches.size > 0,
         )  # fmt: skip
 
     @property
     def _present(self) -> SolidKind:
         """Return the kind of the points, of which energies and matrices are."""
-        kind = self._kind
+        kind = self.kind
         if self.recalled is None:
             kind = kind._replace(branches=0, is_yielding=False)
         return kind
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
-        kind, slots = self._kind, self._slots
+        kind, slots = self.kind, self._slots
         moved = np.where(slots >= 0, 3 * place[np.maximum(slots, 0) // 3], -1)
         return self._table(kind, place[self.nodes], moved)
 
@@ -456,6 +536,10 @@ class PointField(MaterialField, frozen=True):
         found = {"shear": self.shear} | self.volumetric()
         if len(kind.laws) > 1:
             found["law"] = np.unique(self.law, return_inverse=True)[1].astype(float)
+        if kind.constants:
+            found["constant"] = self.constants
+        if kind.is_stretched:
+            found["stretch"] = self.stretches
         if kind.is_viscous:
             found["viscosity"] = self.viscosity
         if kind.families:
@@ -507,20 +591,23 @@ class PointField(MaterialField, frozen=True):
         numbers = self.traced(self._present).state.seen[name]
         return evaluate(numbers, self._values(position)) if numbers else []
 
-    def _recorded(self, name: str, position: Floats) -> Floats:
+    def _recorded(self, name: str, position: Floats, velocity: Floats | None = None) -> Floats:
         """Return numbers of each point in a state, shape (element, point, number)."""
         kind, count = self._present, self.item_count
         kernel, size = record_kernel(self.traced, kind, name, self.nodes.shape[1], self.points)
         room = room_for((self.points, size), count)
-        self._run(kernel, position, room, self._table(kind, self.nodes, self._slots))
+        table = self._table(kind, self.nodes, self._slots)
+        self._run(kernel, position, room, table, velocity)
         return recorded(room, count)
 
     def _run(
-        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: PointTable
-    ) -> None:
+        self, kernel: GeneratedKernel, position: Floats, room: Floats, table: PointTable,
+        velocity: Floats | None = None,
+    ) -> None:  # fmt: skip
         """Run a loop that writes numbers of elements in a state."""
         # Nodes may be numbered among some of all, unlike the hidden ones.
-        velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
+        if velocity is None:
+            velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
         state = (np.ravel(each).astype(float) for each in (position, velocity))
         kernel(0.0, *state, room.reshape(-1), table)
 
@@ -563,4 +650,15 @@ def matrix_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> 
     """Return the kernel that adds the matrices of elements to the blocks of a matrix."""
     return GeneratedKernel(
         "points_matrices", lambda name: matrix_loop(name, traced(kind), nodes, points)
+    )
+
+
+@cache
+def derivative_kernel(
+    loop: Callable[..., LoopText], traced: Tracing, kind: SolidKind, learnt: tuple[str, ...],
+    nodes: int, points: int,
+) -> GeneratedKernel:  # fmt: skip
+    """Return the kernel of ``pull_loop`` or ``push_loop``."""
+    return GeneratedKernel(
+        f"points_{loop.__name__}", lambda name: loop(name, traced(kind), learnt, nodes, points)
     )

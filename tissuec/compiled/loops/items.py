@@ -511,7 +511,11 @@ def pull_loop(
 def places_of_numbers(
     loop: ItemLoop, widths: Mapping[str, int], learnt: Mapping[str, bool], item: str = "%item"
 ) -> list[str]:
-    """Return where the numbers of an item are among all learnt ones."""
+    """Return where the numbers of an item are among all learnt ones.
+
+    Args:
+        learnt: By name of a number, whether it is the same one for all items.
+    """
     code, found, start = loop.code, list[str](), "0"
     for name, is_shared in learnt.items():
         width = widths[name]

@@ -11,6 +11,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.autodiff.derivatives import gradient
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.items import (
@@ -21,6 +22,7 @@ from tissuec.compiled.loops.items import (
     at_corners,
     blocked,
     filled,
+    places_of_numbers,
 )
 from tissuec.kernels.records import Floats, Integers
 
@@ -114,20 +116,15 @@ class _Points(ItemLoop):
 
     def begin(self, outputs: Sequence[Number]) -> None:
         """Write what comes before the points that outputs are of: F of all, and its mean."""
-        code, point, rows = self.code, self.point, 3 * self.nodes
+        code, point = self.code, self.point
         pooled, slope = point.pooled, point.slope_of_mean
         self.values, _ = self.inputs([*outputs, pooled, slope, *point.scales], {}, [])
-        self._at, self._forms, sums = map(
-            self.room_of, (rows, self.components * self.points, 2)
-        )
-        self.sums = sums
+        self._forms, sums = map(self.room_of, (self.components * self.points, 2))
+        self.sums, self._at = sums, self.gathered("x")
         needed = point.graph.inputs_of(outputs)
         self._pools = point.is_pooled and not needed.isdisjoint(("mean", "swell"))
-        self._flow = self.room_of(rows) if any(each.startswith("g.") for each in needed) else ""
-        for corner, place in enumerate(self.places()):
-            for room, vector in ((self._at, "x"), (self._flow, "v")):
-                for axis, value in enumerate(self.gather(vector, place) if room else ()):
-                    self.put(value, room, 3 * corner + axis)
+        has_flow = any(each.startswith("g.") for each in needed)
+        self._flow = self.gathered("v") if has_flow else ""
         code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
         code.line("%row = load i64, ptr %own.key, align 8")
         if not self._pools:
@@ -149,6 +146,14 @@ class _Points(ItemLoop):
         mean = code.add(f"fdiv {code.kind} {self.read(sums, 1)}, {self.read(sums, 0)}")
         self.values["mean"] = mean
         (self.values["swell"],) = code.write([slope], self.values)
+
+    def gathered(self, vector: str) -> str:
+        """Return the address of a vector at the nodes of the elements, which is kept."""
+        room = self.room_of(3 * self.nodes)
+        for corner, place in enumerate(self.places()):
+            for axis, value in enumerate(self.gather(vector, place)):
+                self.put(value, room, 3 * corner + axis)
+        return room
 
     def at_point(self, q: str) -> tuple[list[list[str]], str, dict[str, str]]:
         """Return ∂N/∂X of the nodes at a point, its volume, and the values of all inputs."""
@@ -238,7 +243,21 @@ class _Points(ItemLoop):
 
     def tensors_at(self, q: str, values: Mapping[str, str]) -> dict[str, str]:
         """Return the numbers of T - 1 of all tensors at a point."""
-        code, found = self.code, dict[str, str]()
+        found = dict[str, str]()
+        for tensor, numbers in enumerate(self.kept_at(q, "v")):
+            scaled = self.times(values[f"p.inverse_rate.{tensor}"], numbers)
+            found |= {f"t.{tensor}.{k}": value for k, value in enumerate(scaled)}
+        return found
+
+    def kept_at(self, q: str, vector: str, change: str = "") -> list[list[str]]:
+        """Return the components of a vector at the hidden nodes of a point, by tensors.
+
+        Without a tensor, they have any value.
+
+        Args:
+            change: Which of the changes of a vector that has several; see ``push_loop``.
+        """
+        code, found = self.code, list[list[str]]()
         own = code.add(f"mul i64 {q}, {self.kept_numbers}") if self.point.tensors else ""
         for tensor in range(self.point.tensors):
             places: list[str] = []
@@ -247,16 +266,29 @@ class _Points(ItemLoop):
                 test = code.add(f"icmp slt i64 {slot}, 0")
                 there = code.add(f"add i64 {slot}, {own}")
                 places.append(code.add(f"select i1 {test}, i64 0, i64 {there}"))
-            numbers = self.gather("v", places)
+            if change:
+                every = range(self.kept_numbers)
+                found.append([self.strided(vector, places, k, change) for k in every])
+                continue
+            numbers = self.gather(vector, places)
             if self.kept_numbers > len(numbers):
                 more = [code.add(f"add i64 {place}, 3") for place in places]
-                numbers += self.gather("v", more)
-            scaled = self.times(values[f"p.inverse_rate.{tensor}"], numbers)
-            found |= {f"t.{tensor}.{k}": value for k, value in enumerate(scaled)}
+                numbers += self.gather(vector, more)
+            found.append(numbers)
         return found
 
-    def give(self, name: str, q: str, room: str) -> None:
-        """Add stored rates to those of the hidden nodes of each lane."""
+    def rates_of(self, values: Mapping[str, str]) -> list[str]:
+        """Return the rates of tensors, 0 where there is no tensor."""
+        code, zero, found = self.code, self.code.constant(0.0), list[str]()
+        for tensor in range(self.point.tensors):
+            rate, inverse = (values[f"p.{name}.{tensor}"] for name in ("rate", "inverse_rate"))
+            test = code.add(f"fcmp ogt {code.kind} {inverse}, {zero}")
+            choice = f"select {code.condition} {test}, {code.kind} {rate}"
+            found.append(code.add(f"{choice}, {code.kind} {zero}"))
+        return found
+
+    def give(self, name: str, q: str, room: str, vector: str = "f", change: str = "") -> None:
+        """Add stored numbers to a vector at the hidden nodes of each lane."""
         code, own = self.code, self.code.add(f"mul i64 {q}, {self.kept_numbers}")
         for tensor in range(self.point.tensors):
             loop = f"{name}.{tensor}"
@@ -266,12 +298,41 @@ class _Points(ItemLoop):
                 code.line(f"%{loop}.has = icmp sge i64 {slot}, 0")
                 code.line(f"br i1 %{loop}.has, label %{loop}.some, label %{loop}.end")
                 code.label(f"{loop}.some")
-                base = code.address("%f", code.add(f"add i64 {slot}, {own}"))
+                first = code.add(f"add i64 {slot}, {own}")
                 for k in range(self.kept_numbers):
                     value = self.kept(room, self.kept_numbers * tensor + k, lane)
-                    self.add_to(code.address(base, k), value)
+                    self.add_to(self.component(vector, first, k, change), value)
 
             self.repeat(loop, "%active", write)
+
+    # --- changes ----------------------------------------------------------------------------
+
+    def component(self, vector: str, place: str, axis: int, change: str = "") -> str:
+        """Return where a component of a vector is, or one of its changes."""
+        code = self.code
+        at = code.add(f"add i64 {place}, {axis}")
+        if change:
+            at = code.add(f"add i64 {code.add(f'mul i64 {at}, %room.shape')}, {change}")
+        return code.address(f"%{vector}", at)
+
+    def strided(self, vector: str, places: Sequence[str], axis: int, change: str) -> str:
+        """Return one of the changes of a component of a vector, by lanes."""
+        code, found = self.code, "poison"
+        for lane, place in enumerate(places):
+            value = code.load(self.component(vector, place, axis, change), "double")
+            found = code.add(f"insertelement {code.kind} {found}, double {value}, i64 {lane}")
+        return found
+
+    def scatter_change(self, room: str, vector: str, change: str) -> None:
+        """Add stored values of the present lane to one of the changes at its nodes."""
+        code = self.code
+        first = code.add(f"mul i64 %item, {self.nodes}")
+        for corner in range(self.nodes):
+            at = code.address("%places", code.add(f"add i64 {first}, {corner}"), "i64")
+            node = code.load(at, "i64")
+            for axis in range(3):
+                place = self.component(vector, node, axis, change)
+                self.add_to(place, self.kept(room, 3 * corner + axis))
 
 
 def force_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
@@ -420,6 +481,162 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
 
     loop.each_lane(write)
     return loop.text(name, ("x", "v", "out"), PointTable)
+
+
+def pull_loop(
+    name: str, point: TracedPoint, learnt: Sequence[str], nodes: int, points: int
+) -> LoopText:
+    """Return the loop ``pull_back`` of ``forces.matrices``.
+
+    With W = Σ w_a ⊗ ∂N_a/∂X and A = Σ w ∂r/∂F : W, the derivatives of Σ weight · f are those of
+    -P : W + h · dT/dt - A U''/V r at all points, and -A ∂U'/∂p.
+
+    Args:
+        name: Of the function.
+        point: Of the elements.
+        learnt: Names of numbers.
+        nodes, points: Of each element.
+    """
+    loop, outputs = _Points(point, nodes, points), point.pulled(learnt)
+    code, numbers, kept = loop.code, point.of(learnt), loop.kept_numbers * point.tensors
+    by_mean = gradient(point.slope_of_mean, numbers)
+    loop.begin([*outputs, *by_mean, point.bend_of_mean])
+    weights, turned = loop.gathered("load"), loop.room_of(1)
+    by_x, by_v, by = map(loop.room_of, (3 * nodes, 3 * nodes, max(1, len(numbers))))
+    by_kept = loop.room_of(max(1, kept))
+    for room, rows in ((turned, 1), (by_x, 3 * nodes), (by_v, 3 * nodes), (by, len(numbers))):
+        loop.clear(room, rows)
+
+    share = _share_of_mean(loop, weights, turned) if point.is_pooled else code.constant(0.0)
+
+    def pull(q: str) -> None:
+        slopes, weight, values = loop.at_point(q)
+        given = {f"w.{k}": one for k, one in enumerate(loop.gradient_of(weights, slopes))}
+        rates = loop.rates_of(values)
+        for tensor, heavy in enumerate(loop.kept_at(q, "load")):
+            for k, one in enumerate(loop.times(rates[tensor], heavy)):
+                given[f"h.{tensor}.{k}"] = code.add(f"fdiv {code.kind} {one}, {weight}")
+        written = loop.times(weight, code.write(outputs, values | given | {"share": share}))
+        of_f, of_rate, of_kept, of_numbers = _split(written, *[loop.components] * 2, kept)
+        loop.push(by_x, of_f, slopes)
+        loop.push(by_v, of_rate, slopes)
+        for k, each in enumerate(of_numbers):
+            loop.add_up(each, by, k)
+        for k, each in enumerate(of_kept):
+            inverse = values[f"p.inverse_rate.{k // loop.kept_numbers}"]
+            loop.put(loop.times(inverse, [each])[0], by_kept, k)
+        if kept:
+            loop.give("give", q, by_kept, "by_v")
+
+    loop.each_point("pull", pull)
+    for k, each in enumerate(code.write(by_mean, loop.values) if point.is_pooled else ()):
+        loop.add_up(
+            code.add(f"fneg {code.kind} {loop.times(loop.read(turned, 0), [each])[0]}"), by, k
+        )
+
+    def write() -> None:
+        loop.scatter(by_x, at_corners("by_x", nodes))
+        loop.scatter(by_v, at_corners("by_v", nodes))
+        every = dict.fromkeys(learnt, False)
+        loop.scatter(by, [("by", at) for at in places_of_numbers(loop, point.widths, every)])
+
+    loop.each_lane(write)
+    return loop.text(name, ("x", "v", "load", "by_x", "by_v", "by"), PointTable)
+
+
+def _share_of_mean(loop: _Points, weights: str, turned: str) -> str:
+    """Return -A U''/V of ``pull_loop``, and store A.
+
+    Args:
+        weights: Where the weights of the nodes are.
+        turned: Where A is stored.
+    """
+    code, point = loop.code, loop.point
+
+    def turn(q: str) -> None:
+        slopes, weight, values = loop.at_point(q)
+        rise = loop.inner(code.write(point.pooling, values), loop.gradient_of(weights, slopes))
+        loop.add_up(loop.times(weight, [rise])[0], turned, 0)
+
+    loop.each_point("turn", turn)
+    (bend,) = code.write([point.bend_of_mean], loop.values)
+    (share,) = loop.times(bend, [code.add(f"fneg {code.kind} {loop.read(turned, 0)}")])
+    return code.add(f"fdiv {code.kind} {share}, {loop.read(loop.sums, 0)}")
+
+
+def push_loop(
+    name: str, point: TracedPoint, learnt: Sequence[str], nodes: int, points: int
+) -> LoopText:
+    """Return the loop ``push_forward`` of ``forces.matrices``; see ``pull_loop``."""
+    loop, outputs = _Points(point, nodes, points), point.pushed(learnt)
+    code, kept = loop.code, loop.kept_numbers * point.tensors
+    numbers = [str(each.operation.detail) for each in point.of(learnt)]
+    of_mean, of_pooled = point.pushed_mean(learnt)
+    loop.begin([*outputs, of_mean, of_pooled])
+    dx, dv, df = (loop.room_of(3 * nodes) for _ in range(3))
+    grown, rates = loop.room_of(1), loop.room_of(max(1, kept))
+
+    def change(m: str) -> None:
+        for corner, places in enumerate(loop.places()):
+            for axis in range(3):
+                for vector, room in (("dx", dx), ("dv", dv)):
+                    loop.put(loop.strided(vector, places, axis, m), room, 3 * corner + axis)
+        given = _changes_of_numbers(loop, learnt, numbers, m)
+        loop.clear(df, 3 * nodes)
+        loop.clear(grown, 1)
+
+        def grow(q: str) -> None:
+            slopes, weight, values = loop.at_point(q)
+            values |= {f"df.{k}": one for k, one in enumerate(loop.gradient_of(dx, slopes))}
+            (rise,) = code.write([of_pooled], values | given)
+            loop.add_up(loop.times(weight, [rise])[0], grown, 0)
+
+        if point.is_pooled:
+            loop.each_point("grow", grow)
+            mean = code.add(
+                f"fdiv {code.kind} {loop.read(grown, 0)}, {loop.read(loop.sums, 0)}"
+            )
+            (given["dswell"],) = code.write([of_mean], loop.values | given | {"dmean": mean})
+
+        def push(q: str) -> None:
+            slopes, weight, values = loop.at_point(q)
+            for letter, room in (("df", dx), ("dg", dv)):
+                form = loop.gradient_of(room, slopes)
+                values |= {f"{letter}.{k}": one for k, one in enumerate(form)}
+            for tensor, moved in enumerate(loop.kept_at(q, "dv", m)):
+                scaled = loop.times(values[f"p.inverse_rate.{tensor}"], moved)
+                values |= {f"dt.{tensor}.{k}": one for k, one in enumerate(scaled)}
+            stress, faster = _split(code.write(outputs, values | given), loop.components)
+            minus = code.add(f"fneg {code.kind} {weight}")
+            loop.push(df, loop.times(minus, stress), slopes)
+            every = loop.rates_of(values)
+            for k, each in enumerate(faster):
+                loop.put(loop.times(every[k // loop.kept_numbers], [each])[0], rates, k)
+            if kept:
+                loop.give("give", q, rates, "df", m)
+
+        loop.each_point("push", push)
+        loop.each_lane(lambda: loop.scatter_change(df, "df", m))
+
+    loop.repeat("changes", "%room.shape", change)
+    return loop.text(name, ("x", "v", "dx", "dv", "dn", "df", "room"), PointTable)
+
+
+def _changes_of_numbers(
+    loop: _Points, learnt: Sequence[str], numbers: Sequence[str], change: str
+) -> dict[str, str]:
+    """Return one of the changes of the numbers of the elements, by the names of inputs."""
+    code, found, lanes = loop.code, [""] * len(numbers), list[list[str]]()
+    for lane in range(LANES):
+        item = code.add(f"add i64 %first, {lane}")
+        test, last = code.add(f"icmp ult i64 {item}, %size"), code.add("sub i64 %size, 1")
+        item = code.add(f"select i1 {test}, i64 {item}, i64 {last}")
+        lanes.append(
+            places_of_numbers(loop, loop.point.widths, dict.fromkeys(learnt, False), item)
+        )
+    for k, places in enumerate(zip(*lanes, strict=True)):
+        found[k] = loop.strided("dn", places, 0, change)
+    return {f"d{name}": value for name, value in zip(numbers, found, strict=True)}
 
 
 def _entries(nodes: int) -> list[tuple[int, int, int, int]]:

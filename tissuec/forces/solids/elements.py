@@ -36,7 +36,8 @@ acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept.
 and yielding are in ``solids.solid_point``.
 """
 
-from typing import ClassVar, NamedTuple, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -61,7 +62,17 @@ _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
 _MAKING = 85.0  # of the matrix, over one of them without tensors
 _BRANCH_SECONDS = 85e-9  # and for each branch, or where it yields
-_COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
+_COLUMNS = (
+    "nodes",
+    "row",
+    "shear",
+    "bulk",
+    "local",
+    "viscosity",
+    "law",
+    "constants",
+    "stretches",
+)
 _PARTS = ("fibres", "prestretch", "limits", "branches", "yielding")
 
 
@@ -175,10 +186,12 @@ class SolidElements(PointField, frozen=True):
             walls = np.append(walls, material.limits.marks)
             walled = np.append(walled, np.arange(len(nodes)))
         law, laws = numbered_laws(material.law, material.laws)
+        none = np.zeros((len(nodes), 0))
         return cls(
             walls, walled, nodes, name, material.limits, laws, material.shear,
-            material.viscosity, law, fibres, branches, yielding, None, shape, drawn, row,
-            material.bulk - local, local, prestretch, span,
+            material.viscosity, law, fibres, branches, yielding, None,
+            none, none, shape, drawn, row, material.bulk - local, local,
+            prestretch, span,
         )  # fmt: skip
 
     @property
@@ -236,6 +249,20 @@ class SolidElements(PointField, frozen=True):
     def volumetric(self) -> dict[str, Floats]:
         """Return the moduli of volume; see ``PointField``."""
         return {"bulk": self.bulk, "local": self.local}
+
+    def _with_volumetric(self, numbers: Mapping[str, Floats]) -> dict[str, Any]:
+        return {"bulk": numbers["bulk"], "local": numbers["local"]}
+
+    @property
+    def with_stretches(self) -> Self:
+        """Return the elements with ``stretches``; see ``PointField``."""
+        stretch = np.broadcast_to(np.eye(3), (self.item_count, 3, 3))
+        if self.prestretch is not None:
+            stretch = self.prestretch.deformation
+        gradients = self.steepness @ np.linalg.inv(stretch)[:, None]
+        drawn = Measures(gradients, self.weights)
+        every, flat = np.arange(self.item_count), stretch.reshape(-1, 9).copy()
+        return replace(self, drawn=drawn, row=every, stretches=flat)
 
     @property
     def is_prestressed(self) -> bool:

@@ -54,6 +54,7 @@ from tissuec.autodiff import Number, Numbers, Tensor
 from tissuec.autodiff.points import PLACES, PointState, TracedPoint
 from tissuec.laws.derivatives import energy
 from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid_constants import constant_name
 from tissuec.laws.tracing import traced
 
 #: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
@@ -72,6 +73,8 @@ class SolidKind(NamedTuple):
         is_yielding: Whether any element yields.
         is_viscous: Whether any is viscous.
         directions: Of the strain of a point: 3, or 2 in a wall.
+        constants: Of laws that are numbers of elements.
+        is_stretched: Whether the prestretch F0 of solids is a number of elements.
     """
 
     laws: tuple[SolidLaw, ...]
@@ -80,6 +83,8 @@ class SolidKind(NamedTuple):
     is_yielding: bool
     is_viscous: bool
     directions: int = 3
+    constants: int = 0
+    is_stretched: bool = False
 
     @property
     def tensors(self) -> int:
@@ -94,6 +99,10 @@ class SolidKind(NamedTuple):
             found["bulk"] = 1
         if len(self.laws) > 1:
             found["law"] = 1
+        if self.constants:
+            found["constant"] = self.constants
+        if self.is_stretched:
+            found["stretch"] = 9
         if self.is_viscous:
             found["viscosity"] = 1
         if self.families:
@@ -111,6 +120,9 @@ def traced_point(kind: SolidKind) -> TracedPoint:
     """Return a point of elements; tensors are Cp where any yields, and then Ci of branches."""
 
     def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
+        if kind.is_stretched:
+            stretch = Tensor(p.stretch[k : k + 3] for k in (0, 3, 6))
+            f, rate = f @ stretch, rate @ stretch
         return _point(kind, f, rate, tensors, p)
 
     return TracedPoint(point, _mean_volume, kind.widths, kind.tensors)
@@ -160,7 +172,7 @@ def in_series(
         i1, i2: Isochoric invariants of the elastic strain.
         held: tr(C' A) of branches.
     """
-    found = p.shear * _law(kind.laws, i1, i2, p)
+    found = p.shear * _law(kind, i1, i2, p)
     for k, each in enumerate(held):
         found = found + 0.5 * one_of(p.branch_shear, k) * (each - 3.0)
     return found
@@ -274,9 +286,11 @@ def carried(
     return [found[0], *(a + b for a, b in zip(relaxing, found[1:], strict=True))]
 
 
-def _law(laws: Sequence[SolidLaw], i1: Number, i2: Number, p: Numbers) -> Number:
+def _law(kind: SolidKind, i1: Number, i2: Number, p: Numbers) -> Number:
     """Return the energy of the law of an element, over its shear modulus."""
-    each = [traced(energy(law), {"i1": i1, "i2": i2}) for law in laws]
+    laws, values = kind.laws, {"i1": i1, "i2": i2}
+    values |= {constant_name(k): one_of(p.constant, k) for k in range(kind.constants)}
+    each = [traced(energy(law), values) for law in laws]
     found = each[0]
     for number, other in enumerate(each[1:], start=1):
         if laws[number] != laws[0]:

@@ -32,7 +32,8 @@ Green's strain and B = cof C Ė,
 Branches that relax and yielding are in ``surfaces.plane_point``.
 """
 
-from typing import ClassVar, NamedTuple, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -57,6 +58,7 @@ _SECONDS = 2.5e-8  # of one evaluation of a triangle
 _TENSOR_SECONDS = 4e-9  # and for each tensor that it remembers
 _COLUMNS = (
     "nodes", "gradients", "weight", "area", "thickness", "shear", "bulk", "viscosity", "law",
+    "constants", "stretches",
 )  # fmt: skip
 _PARTS = ("fibres", "limits", "branches", "yielding")
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
@@ -156,11 +158,12 @@ class Membranes(PointField, frozen=True):
         if material.limits is not None:
             walls = np.append(walls, material.limits.marks)
             walled = np.append(walled, np.arange(len(nodes)))
+        none = np.zeros((len(nodes), 0))
         made = cls(
             walls, walled, nodes, name, material.limits, laws, material.shear,
             material.viscosity, law, fibres, material.branches, material.yielding, None,
-            gradients @ longer, material.thickness * area, area, material.thickness,
-            material.bulk, bool((material.prestretch != 1.0).any()), span,
+            none, none, gradients @ longer, material.thickness * area, area,
+            material.thickness, material.bulk, bool((material.prestretch != 1.0).any()), span,
         )  # fmt: skip
         thinner = made.thinner(position)
         return replace(made, weight=made.weight / (np.linalg.det(longer) * thinner))
@@ -215,6 +218,9 @@ class Membranes(PointField, frozen=True):
     def volumetric(self) -> dict[str, Floats]:
         """Return the modulus of volume; see ``PointField``."""
         return {"local": self.bulk}
+
+    def _with_volumetric(self, numbers: Mapping[str, Floats]) -> dict[str, Any]:
+        return {"bulk": numbers["local"]}
 
     def thinner(self, position: Floats) -> Floats:
         """Return the stretch λ of the thickness, shape (…, triangle).

@@ -76,7 +76,8 @@ class Plates(PotentialField, frozen=True):
 
     at_once: ClassVar[int] = 1024
     item_potential = staticmethod(_plate)
-    columns = ("stiffness", "delay", "drawn", "squares", "hinged")
+    learnt = ("stiffness", "delay")
+    columns = (*learnt, "drawn", "squares", "hinged")
 
     name: str
     stiffness: Floats

@@ -1,6 +1,6 @@
 """Solids whose energy depends on powers or logarithms of their principal stretches."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
@@ -36,15 +36,19 @@ class Ogden(Struct, frozen=True):
     third_exponent: _Exponent = 2.0
     third_share: _Share = 0.0
 
+    #: How sums over stretches are computed depends on them.
+    numbers: ClassVar = ("exponent", "second_exponent", "third_exponent")
+
     def __post_init__(self) -> None:
-        for name in ("exponent", "second_exponent", "third_exponent"):
+        for name in self.numbers:
             if abs(getattr(self, name)) < LEAST:
                 written = name.replace("_", " ")
                 raise ValueError(
                     f'"{written}" must be at least {LEAST} or at most -{LEAST}; '
                     "the limit of 0 is the law hencky"
                 )
-        if self.second_share + self.third_share > 1.0:
+        both: float | Formula = self.second_share + self.third_share
+        if not isinstance(both, Formula) and both > 1.0:
             raise ValueError('"second share" and "third share" are more than 1 together')
 
     def energy(self) -> Formula:

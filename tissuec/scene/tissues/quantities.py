@@ -23,7 +23,7 @@ SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
 #: Keys of quantities of matter that others depend on.
 YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
 FIBRE_MODULUS, RETARDATION_TIME = "fibre modulus", "retardation time"
-SHEAR_MODULUS = "shear modulus"
+SHEAR_MODULUS, DENSITY = "shear modulus", "density"
 BREAKING_FORCE = "breaking force"
 BREAKING_STRAIN, STRENGTH, TOUGHNESS = "breaking strain", "strength", "toughness"
 #: Of the law of matter that stiffens when it is stretched.
