@@ -28,7 +28,7 @@ from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import LowRankFactor, Stiffness
-from tissuec.model.blocks import FieldBlock
+from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.motion import EndMotion
@@ -96,6 +96,8 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}
         fields = present_fields(leg, values).items()
         state.blocks = {name: FieldBlock(name, "", field, None) for name, field in fields}
+        if leg.planes is not None:
+            state.put(FieldBlock(SYMMETRY, SYMMETRY, leg.planes, None))
         state.position[:] = before + self.way
         state.velocity[:] = 0.0
         _settle(state, self.chosen, self.places)

@@ -15,7 +15,13 @@ from tissuec.engine.execution.event_queue import SAME, ActionQueue
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule, Leg, leg_of
+from tissuec.learn.derivatives.event_schedule import (
+    AFTER,
+    ArrayChange,
+    EventSchedule,
+    Leg,
+    leg_of,
+)
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping
 from tissuec.learn.parameters.numbers import NumberOrder
@@ -71,6 +77,9 @@ class EventRecorder:
                 action.apply(state, queue)
             state.let_leak()
             state.place_held()
+            if abs(queue.next - stop) <= SAME * stop:
+                # What is measured at the time of an event shows what is after it.
+                stop *= 1.0 + AFTER
             until = min(queue.next, breaks[0].time if breaks else inf, stop)
             until = _before_knots(state, until)
             set_anew = (state.velocity != before).any(axis=1) | thrown

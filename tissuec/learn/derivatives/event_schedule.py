@@ -5,7 +5,7 @@ it stays as it is, so that the motion is a smooth function of the numbers of the
 and conditions come at the times at which the engine finds them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,9 +17,17 @@ from numpy.typing import NDArray
 from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.forces.acting.load import Load
+from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.matrices import with_numbers
 from tissuec.kernels.derivative_records import ActingFields, Links, SpringMemory, Values
+from tissuec.learn.derivatives.planes import (
+    add_nothing,
+    project_changes,
+    project_weights,
+    pull_nothing,
+    push_nothing,
+)
 from tissuec.learn.parameters.numbers import (
     NO_MEMORY,
     ActingNumbers,
@@ -27,12 +35,16 @@ from tissuec.learn.parameters.numbers import (
     NumberOrder,
     acting_numbers,
     derivatives_of,
+    hidden_nodes,
     memory_of,
+    named_fields,
     numbers,
     remembering,
 )
 from tissuec.mechanics.state import PrescribedMotion, State
-from tissuec.model.network import SPRINGS, Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network
+
+AFTER = 1e-9  # of the time of a last event: what follows, to show what is after it
 
 
 class ArrayChange(NamedTuple):
@@ -71,6 +83,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         changes: What the script made of arrays, by name.
         fields: What acts beside springs, by name; its own numbers do not count.
         numbers: Of these fields.
+        planes: Of symmetry; None without any.
         remembers: Whether what springs remember changes; at rest, it does not.
     """
 
@@ -89,6 +102,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     changes: Mapping[str, ArrayChange]
     fields: Fields
     numbers: ActingNumbers
+    planes: SymmetryPlanes | None
     remembers: bool
     _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict[bytes, PrescribedPaths])
 
@@ -140,7 +154,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         moves = free.copy()
         if self.remembers:
             springs = springs[~remembering(network)[springs]]
-            moves[network.remembering(SPRINGS)] = False
+            moves[hidden_nodes(network)] = False
         low, high = network.springs.ends[springs].astype(np.int64).T
         inverse = np.where(free, 1.0 / values.mass, 0.0)
         return Links(
@@ -202,7 +216,8 @@ class EventSchedule(Struct, frozen=True, eq=False):
     def until(self, time: float) -> "EventSchedule":
         """Return the part of this before a time [s], which is later than 0 s."""
         near = 1e-12 * self.stop
-        kept = [leg for leg in self.legs if leg.start < time - near]
+        kept = [leg for leg in self.legs if leg.start <= time + near]
+        time = max(time, kept[-1].start * (1.0 + AFTER))
         if kept[-1].stop > time + near:
             kept[-1] = replace(kept[-1], stop=time, _paths={})
         return EventSchedule(tuple(kept))
@@ -232,10 +247,13 @@ def leg_of(
         set_anew: Which free nodes were given their velocities by events, shape (node,).
     """
     held, network = state.held, state.network
-    remembers = remembers and network.springs.inelastic is not None
+    acting = named_fields(state)
+    if not remembers:
+        acting = {name: field.relaxed for name, field in acting.items()}
+    remembers = remembers and network.relaxes
     if remembers:
-        # What springs remember moves as nodes of 1 kg do, whatever the scene weighs.
-        hidden = network.remembering(SPRINGS)
+        # What is remembered moves as nodes of 1 kg do, whatever the scene weighs.
+        hidden = hidden_nodes(network)
         held[hidden] = False
         factor, more = changes.get("mass", ArrayChange(np.ones(len(held)), np.zeros(len(held))))
         factor, more = factor.copy(), more.copy()
@@ -255,8 +273,9 @@ def leg_of(
         tuple(state.motions.values()),
         tuple(state.loads.values()),
         dict(changes),
-        state.named_fields,
-        acting_numbers(state, order.fields),
+        acting,
+        acting_numbers(acting, state.alive, order.fields),
+        state.symmetry,
         remembers,
     )
 
@@ -279,7 +298,9 @@ def present_fields(leg: Leg, values: Values) -> dict[str, Field]:
     return found
 
 
-def acting_fields(leg: Leg, fields: Fields, x: Floats) -> ActingFields:
+def acting_fields(
+    leg: Leg, fields: Fields, x: Floats, planes: SymmetryPlanes | None = None
+) -> ActingFields:
     """Return the fields of a leg for compiled code.
 
     Args:
@@ -287,20 +308,28 @@ def acting_fields(leg: Leg, fields: Fields, x: Floats) -> ActingFields:
         fields: As ``present_fields`` returns them.
         x: Positions from which nodes move by no more than the reach of a field [m], shape
             (3 node,).
+        planes: Of symmetry, that act last.
     """
     place = np.arange(leg.network.node_count, dtype=np.int64)
     tables: list[RecordTable] = []
     calls: list[tuple[int, int, int]] = []
     counts = [0]
-    for one in fields.values():
+
+    def enter(one: Field, loops: Sequence[Callable[..., None]], count: int) -> None:
         acts = acts_of(one.changes, leg.start, leg.stop)
         table = RecordTable(one.table(place, acts, x.reshape(-1, 3)))
-        _, back, forward = derivatives_of(one)
-        loops = one.kernel, back, forward
         force, backwards, forwards = (kernel_address(loop, table) for loop in loops)
         calls.append((force, backwards, forwards))
         tables.append(table)
-        counts.append(len(numbers(one)))
+        counts.append(count)
+
+    if planes is not None:
+        enter(planes, (add_nothing, project_weights, push_nothing), 0)
+    for one in fields.values():
+        _, back, forward = derivatives_of(one)
+        enter(one, (one.kernel, back, forward), len(numbers(one)))
+    if planes is not None:
+        enter(planes, (planes.kernel, pull_nothing, project_changes), 0)
     addresses = np.array(calls, dtype=np.int64).reshape(-1, 3).T
     return ActingFields(
         *(np.ascontiguousarray(part) for part in addresses),

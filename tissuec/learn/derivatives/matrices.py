@@ -68,16 +68,27 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
     size = len(links.inverse)
     number, inverse = np.arange(size), sparse.diags(np.repeat(links.inverse, 3))
     position, velocity = at.x.reshape(-1, 3), at.v.reshape(-1, 3)
-    for field in act.fields:
+    for each in act.fields:
+        field = each.recalling(velocity)
         stiff, beside = field.split(time, position, number, size)
         by_x = by_x - inverse @ stiff
         wide.append(beside)
-        slow = field.damping_matrices(position, velocity, number, size)
+        slow = field.damping_derivatives(position, velocity, number, size)
         if slow is not None:
             by_x, by_v = by_x - inverse @ slow[0], by_v - inverse @ slow[1]
-    return AccelerationMatrices(
-        sparse.csr_matrix(by_x), sparse.csr_matrix(by_v), np.hstack(wide)
-    )
+        tangents = field.memory_tangents(position, velocity)
+        if tangents is not None:
+            kept, giving = tangents.matrices(size)
+            by_x, by_v = by_x + kept, by_v + inverse @ giving
+    beside = np.hstack(wide)
+    if (planes := act.leg.planes) is not None:
+        # Nodes on planes stay there, as if a stiffness held them.
+        within = planes.projection(number, size)
+        top = float(np.abs(by_x.data).max(initial=0.0)) or 1.0
+        across = sparse.identity(3 * size) - within
+        by_x, by_v = within @ by_x @ within - top * across, within @ by_v @ within
+        beside = within @ beside
+    return AccelerationMatrices(sparse.csr_matrix(by_x), sparse.csr_matrix(by_v), beside)
 
 
 def _between(links: Links, blocks: Floats) -> sparse.csr_matrix:

@@ -10,7 +10,7 @@ Backwards, from the last stage to the first, the derivatives α_i by a_i give μ
 ``pull_back`` of μ_i those by x_i and v_i, which belong to x, v and the stages before.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import factorial
 from typing import NamedTuple
 
@@ -44,6 +44,7 @@ from tissuec.learn.derivatives.matrices import (
 )
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.stepping import LegForces, Stepping, StepStates
+from tissuec.learn.parameters.elements import elements_of
 from tissuec.learn.parameters.numbers import starting_state
 from tissuec.mechanics.stiffness import LowRankFactor
 from tissuec.model.inelastic import VISCOSITY
@@ -139,9 +140,10 @@ class ExplicitStepping(ByTableau):
             yield
 
 
-ITERATIONS = 40
-SLOW = 0.1  # contraction from which S is made anew
+ITERATIONS = 60
+SLOW = 0.4  # contraction from which S is made anew, which takes as long as many rounds
 ROUNDING = 4.0 * np.finfo(float).eps
+NOISE = 1e4  # times rounding: what forces that cancel leave of steps
 
 
 class Unsolved(Diverged):
@@ -194,8 +196,7 @@ class ImplicitStepping(ByTableau):
                 else:
                     dues.a[i] = own * own * dues.x[i] + own * dues.v[i]
                 if own != 0.0:
-                    factor = self._factorised(act, state(i, stages), own, time)
-                    dues.a[i] = factor.solve_transposed(dues.a[i])
+                    dues.a[i] = self._pulled(act, state(i, stages), own, time, dues.a[i])
                 pull_back(act.forces, time, state(i, stages), state(i, dues), by)
             leave_step(row, act.forces, steps, dues, due)
 
@@ -227,10 +228,22 @@ class ImplicitStepping(ByTableau):
             moved = NodeState(x, v, known[i])
             combine_stage(i, row, act.forces, steps, change, known, moved)
             time = time_of(i, row, steps)
-            push_forward(act.forces, time, state(i, stages), seeds, moved)
-            if own != 0.0:
-                factor = self._factorised(act, state(i, stages), own, time)
-                moved.a[:] = factor.solve(moved.a.reshape(stages.x.shape[1], -1)).ravel()
+            at = state(i, stages)
+
+            def image(
+                a: Floats, at: NodeState = at, own: float = own, time: float = time,
+                x: Floats = x, v: Floats = v,
+            ) -> Floats:  # fmt: skip
+                there = NodeState(x + own * own * a, v + own * a, np.empty_like(a))
+                push_forward(act.forces, time, at, seeds, there)
+                return there.a
+
+            moved.a[:] = known[i - 1] if i else 0.0
+            if own == 0.0:
+                moved.a[:] = image(moved.a)
+            else:
+                size = ROUNDING * np.abs(x).max(initial=0.0) / (own * own)
+                self._find(act, lambda _, at=at: at, own, time, image, moved.a, size)
             x += own * own * moved.a
             v += own * moved.a
         change.x[:], change.v[:] = x, v
@@ -256,26 +269,71 @@ class ImplicitStepping(ByTableau):
         Args:
             at: x and v, and a guess of a; then the solution.
         """
-        found, before = np.empty_like(at.a), np.inf
+
+        def there(a: Floats) -> NodeState:
+            return NodeState(at.x + own * own * a, at.v + own * a, np.empty_like(a))
+
+        def image(a: Floats) -> Floats:
+            found = there(a)
+            acceleration(act.forces, time, load, found)
+            return found.a
+
+        size = ROUNDING * np.abs(at.x).max() / (own * own)
+        self._find(act, there, own, time, image, at.a, size)
+        at.x[:] += own * own * at.a
+        at.v[:] += own * at.a
+
+    def _pulled(
+        self, act: LegForces, at: NodeState, own: float, time: float, due: Floats
+    ) -> Floats:
+        """Return S⁻ᵀ times derivatives by accelerations, shape (3 node,)."""
+        aside, found = Values(*(np.zeros_like(each) for each in act.forces.values)), due.copy()
+
+        def image(a: Floats) -> Floats:
+            by = NodeState(np.zeros_like(a), np.zeros_like(a), a.copy())
+            pull_back(act.forces, time, at, by, aside)
+            return due + own * own * by.x + own * by.v
+
+        least = ROUNDING * np.abs(due).max(initial=0.0)
+        self._find(act, lambda _: at, own, time, image, found, least, transposed=True)
+        return found
+
+    def _find(
+        self, act: LegForces, there: Callable[[Floats], NodeState], own: float, time: float,
+        image: Callable[[Floats], Floats], found: Floats, least: float, *,
+        transposed: bool = False,
+    ) -> None:  # fmt: skip
+        """Find what is its own image, by Newton's method with a kept S; raises Unsolved.
+
+        Args:
+            there: Returns the state in which S is made anew.
+            image: Of accelerations, or of derivatives by them, shape (3 node,), or with several
+                changes of each component.
+            found: A guess; then the solution.
+            least: Size of steps that are rounding.
+            transposed: Whether the derivative of the image is that of Sᵀ.
+        """
+        before, is_exact = np.inf, False
         for _ in range(ITERATIONS):
-            there = NodeState(at.x + own * own * at.a, at.v + own * at.a, found)
-            acceleration(act.forces, time, load, there)
-            factor = self._factor
+            left, factor = image(found) - found, self._factor
             if factor is None or not self._is_made_for(act, own):
-                factor = self._made(act, there, own, time)
-            step = factor.solve(found - at.a)
-            at.a[:] += step
-            size, scale = np.abs(step).max(initial=0.0), np.abs(at.a).max(initial=0.0)
-            noise = ROUNDING * (scale + np.abs(at.x).max() / (own * own))
-            if size <= noise or (size < 1e-9 * scale and size >= before):
-                at.x[:] += own * own * at.a
-                at.v[:] += own * at.a
+                factor = self._made(act, there(found), own, time)
+            solve = factor.solve_transposed if transposed else factor.solve
+            count = len(act.forces.links.inverse) * 3
+            step = solve(left.reshape(count, -1)).reshape(left.shape)
+            found += step
+            size, scale = np.abs(step).max(initial=0.0), np.abs(found).max(initial=0.0)
+            if size <= ROUNDING * scale + least:
+                return
+            # What is left is rounding where steps no longer become shorter, or S is exact.
+            left_is_small = size <= 1e-9 * scale + NOISE * least
+            if (left_is_small and 2.0 * size >= before) or (is_exact and size <= 1e-6 * scale):
                 return
             if not np.isfinite(size):
                 break
-            if size > SLOW * before:
-                there = NodeState(at.x + own * own * at.a, at.v + own * at.a, found)
-                self._made(act, there, own, time)
+            is_exact = size > SLOW * before
+            if is_exact:
+                self._made(act, there(found), own, time)
             before = size
         raise Unsolved(time)
 
@@ -305,6 +363,7 @@ class ImplicitStepping(ByTableau):
 FINE = 1 / 15_000
 YIELDING = 4.0  # times as fine where springs yield: steps do not end where they begin to
 MOST = 50_000  # explicit steps above which a method is implicit
+MOST_OF_ELEMENTS = 3_000  # the same, of elements
 
 
 class ChosenMethod(NamedTuple):
@@ -333,14 +392,17 @@ def choose(
     facts = measured_facts(state)
     rate = facts["omega"] * max(1.0, 2.0 * facts["zeta"])
     rate = max(rate, state.acting.giving(state.position))
+    has_elements = bool(elements_of(network))
     if name == AUTOMATIC:
-        explicit = duration * rate / swing(INTEGRATORS["dop853"].order) <= MOST
+        most = MOST_OF_ELEMENTS if has_elements else MOST
+        explicit = duration * rate / swing(INTEGRATORS["dop853"].order) <= most
         explicit |= network.springs.inelastic is not None or network.contact is not None
         name = "dop853" if explicit else "esdirk43"
     member = INTEGRATORS[name]
     if step is None:
         if member.implicit:
-            step = duration / (160 * 5 ** (4 / member.order))
+            # Elements have larger errors by their sizes, and steps cost more.
+            step = duration / ((20 if has_elements else 160) * 5 ** (4 / member.order))
         else:
             step = swing(member.order) / rate if rate else duration / 20
             if (

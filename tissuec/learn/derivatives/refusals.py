@@ -12,6 +12,7 @@ from msgspec.structs import fields
 
 from tissuec.compiler.compile import Compiled
 from tissuec.forces.fields import Field
+from tissuec.learn.derivatives.planes import refusal_by_planes
 from tissuec.learn.parameters.blocks import ParameterBlock
 from tissuec.learn.parameters.numbers import derivatives_of, every_field, preserves
 from tissuec.learn.parameters.parametrisation import Parametrisation
@@ -41,8 +42,8 @@ def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
         return reason
     if shaping.stiffens_by_words:
         return "words change the stiffening of tissues"
-    if closed := shaping.compiled_constants:
-        return f"the {closed[0]} has no exact derivatives"
+    if shaping.refusal:
+        return f"the {shaping.refusal} has no exact derivatives"
     if shaping.moves and any(isinstance(e.action, Inflate) for e in plan.every_event):
         return "start positions change the volumes that are inflated"
     if (
@@ -91,6 +92,8 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
     for name, field in every_field(plan, network).items():
         if isinstance(field.derivatives, str):
             return f"{name} {field.derivatives}"
+    if reason := refusal_by_planes(plan, network):
+        return reason
     names = [action.group.name for action in preserves(plan)]
     if len(set(names)) < len(names):
         return "a volume is preserved by one pressure after another"

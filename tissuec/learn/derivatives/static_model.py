@@ -162,7 +162,8 @@ class StaticModel:
         """Return the derivatives of Σ weights · predictions, from the last row to the first."""
         order = self.shaping.order
         every = list(self._measured(theta))
-        if not all(balanced.resistance.sound for balanced, _ in every):
+        free = [balanced for balanced, _ in every if len(balanced.stand.free)]
+        if not all(balanced.resistance.sound for balanced in free):
             # What is undetermined along a mechanism is found by forward derivatives only.
             return self.jacobian(theta).T @ weights
         due, direct = np.zeros(order.sizes["position"]), np.zeros(order.size)

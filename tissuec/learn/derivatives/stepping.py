@@ -75,7 +75,7 @@ def act_on(
     fields = present_fields(leg, values)
     if reach is not None:
         fields = {name: field.within(reach) for name, field in fields.items()}
-    acting = acting_fields(leg, fields, x)
+    acting = acting_fields(leg, fields, x, leg.planes)
     forces = Forces(laws, leg.links(values), values, acting, leg.memory)
     return LegForces(leg, tabulated(forces), tuple(fields.values()))
 

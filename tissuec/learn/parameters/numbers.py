@@ -15,11 +15,12 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field
 from tissuec.forces.matrices import ForceDerivatives, numbers_of, places_of
 from tissuec.kernels.derivative_records import Seeds, Sparse, SpringMemory, Values
 from tissuec.model.inelastic import Inelastic
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Indices, Network
 from tissuec.script.verbs.preserve import Preserve
 
 if TYPE_CHECKING:
@@ -72,8 +73,14 @@ def preserves(plan: "Plan") -> Iterator[Preserve]:
 
 
 def every_field(plan: "Plan", network: Network) -> Fields:
-    """Return all fields that act at any time."""
-    return starting_state(plan, network).named_fields
+    """Return all fields that act at any time, but for planes of symmetry."""
+    return named_fields(starting_state(plan, network))
+
+
+def named_fields(state: "State") -> dict[str, Field]:
+    """Return the fields of a state but for planes of symmetry, which have no numbers."""
+    every = state.named_fields
+    return {name: one for name, one in every.items() if not isinstance(one, SymmetryPlanes)}
 
 
 def derivatives_of(field: Field) -> ForceDerivatives:
@@ -97,18 +104,20 @@ def numbered(fields: Fields) -> Iterator[tuple[str, Field, slice]]:
         start = stop
 
 
-def acting_numbers(state: "State", fields: Fields) -> ActingNumbers:
-    """Return which numbers of all fields those of the fields of a state are.
+def acting_numbers(acting: Fields, alive: NDArray[np.bool_], fields: Fields) -> ActingNumbers:
+    """Return which numbers of all fields those of acting ones are.
 
     Args:
+        acting: Fields without what is lost; at rest, without what has relaxed.
+        alive: False for springs that were cut or broke, shape (spring,).
         fields: All fields, whole.
     """
-    acting = state.named_fields
     places, total = [np.zeros(0, dtype=np.int64)], 0
     for name, field, part in numbered(fields):
         if name in acting:
-            lost = field.lost_items(state.alive)
-            places.append(part.start + places_of(field, derivatives_of(field).columns, lost))
+            lost, kept = field.lost_items(alive), derivatives_of(acting[name]).columns
+            own = places_of(field, derivatives_of(field).columns, lost, kept)
+            places.append(part.start + own)
         total = part.stop
     return ActingNumbers(np.concatenate(places), total)
 
@@ -142,6 +151,11 @@ def remembering(network: Network) -> NDArray[np.bool_]:
     if network.springs.inelastic is None:
         return np.zeros(network.spring_count, dtype=bool)
     return network.springs.inelastic.remembers
+
+
+def hidden_nodes(network: Network) -> Indices:
+    """Return the nodes that keep what springs and elements remember, shape (node,)."""
+    return np.concatenate([network.remembering(name) for name in (SPRINGS, ELEMENTS)])
 
 
 def memory_of(network: Network, springs: Indices) -> SpringMemory:

@@ -18,10 +18,12 @@ from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact.build import contact_of
+from tissuec.core.errors import CompileError
 from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import Entries, ParameterBlock, Prior, block_of
+from tissuec.learn.parameters.elements import OpenElements, elements_of, opened, with_open
 from tissuec.learn.parameters.numbers import Fields, NumberOrder, every_field, numbered
 from tissuec.learn.parameters.substitution import Compilations, Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
@@ -32,6 +34,8 @@ from tissuec.script.verbs.end import without_end
 
 SIGMA = 0.5  # of words, in the numbers that move them
 REACH, DIFFERENCE = 2.0, 10.0  # of logarithms, and of differences in units of their scale
+
+MOVED = 1e-3  # of a parameter: what changes with it is seen then
 
 Given = dict[Number, float]
 
@@ -66,6 +70,8 @@ class Parametrisation:
         size: How many there are.
         order: Of the numbers of the net.
         laws: Of the net, with variables for what is learnt of them.
+        refusal: Name of a number of tissues whose effect has no exact derivatives; "" if there
+            is none.
     """
 
     def __init__(
@@ -98,15 +104,25 @@ class Parametrisation:
             (block.places[number], block.adjust.what): Variable(constant_name(k))
             for k, (block, number) in enumerate(self._constants)
         }
+        self._elements, self.refusal = self._open(compiled)
+        network = with_open(compiled.network, self._elements)
         self.order = NumberOrder.of(
-            compiled.network, len(self._constants), _derived_fields(compiled)
+            network, len(self._constants), _derived_fields(replace(compiled, network=network))
         )
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
         self.laws, self._law = shaped.springs.laws, shaped.springs.law
         self._entries = Entries(self.blocks, self._parts)
-        first, _ = self._tissues(np.zeros(self.size))
-        self._compilations = Compilations(compiled, self.order, variables, first)
-        start = self._with_laws(compiled.network, np.zeros(self.size))
+        first = self._tissues(np.zeros(self.size))
+        closed = {
+            (place, block.adjust.what)
+            for block in self.blocks
+            if block.is_constant and not block.is_variable
+            for place in block.places
+        }
+        self._compilations = Compilations(
+            compiled, self.order, variables, first, closed, self._elements
+        )
+        start = self._with_laws(network, np.zeros(self.size))
         self.compiled = replace(compiled, network=start)
 
     @property
@@ -125,10 +141,9 @@ class Parametrisation:
         return any(block.array == "position" for block in self.blocks if not block.places)
 
     @property
-    def compiled_constants(self) -> tuple[str, ...]:
-        """Return the names of constants of laws that have no exact derivatives."""
-        closed = (one for one in self.blocks if one.is_constant and not one.is_variable)
-        return tuple(name for block in closed for name in block.names)
+    def _has_closed(self) -> bool:
+        """Return whether laws are compiled with some of the constants that are learnt."""
+        return any(one.is_constant and not one.is_variable for one in self.blocks)
 
     @property
     def stiffens_by_words(self) -> bool:
@@ -219,7 +234,7 @@ class Parametrisation:
         Raises:
             CompileError: The numbers make no scene.
         """
-        given, _ = self._tissues(theta)
+        given = self._tissues(theta)
         vector = self._compilations.vector(given).copy()
         self.order.array(vector, "constants")[:] = [
             block.value(theta[self._part(block)])[number] for block, number in self._constants
@@ -241,7 +256,15 @@ class Parametrisation:
     def _part(self, block: ParameterBlock) -> slice:
         return self._parts[self.blocks.index(block)]
 
-    def _tissues(self, theta: Floats) -> tuple[Given, Given]:
+    def _tissues(self, theta: Floats) -> Given:
+        """Return the numbers that are compiled: of tissues and forces, and closed constants."""
+        given, constants = self._numbers(theta)
+        variables = {
+            (block.places[number], block.adjust.what) for block, number in self._constants
+        }
+        return given | {key: one for key, one in constants.items() if key not in variables}
+
+    def _numbers(self, theta: Floats) -> tuple[Given, Given]:
         """Return the numbers of tissues and forces, and the constants of laws."""
         given: Given = {}
         constants: Given = {}
@@ -256,13 +279,50 @@ class Parametrisation:
 
     def _recompiled(self, theta: Floats) -> Compiled:
         """Return the scene with its numbers, also those of single entries."""
-        found = recompiled(self._written, *self._tissues(theta))
+        found = recompiled(self._written, *self._numbers(theta))
         plain = NumberOrder.of(found.network, 0)
         vector = self._entries.put(plain, plain.vector(found.network), theta)
         network = found.network
-        if not self.compiled_constants:  # with which laws were compiled, too
+        if not self._has_closed:  # with which laws were compiled, too
             network = self._with_laws(network, theta)
-        return replace(found, network=plain.network(vector, network))
+        network = with_open(plain.network(vector, network), self._elements)
+        return replace(found, network=network)
+
+    def _open(self, compiled: Compiled) -> tuple[OpenElements, str]:
+        """Return elements with variables for what is learnt of their laws.
+
+        Also, the name of the first number whose effect on them has no exact derivatives; "" if
+        there is none.
+        """
+        before, every = compiled.network, Given()
+        blocks = [block for block in self.blocks if block.places and not block.is_of_force]
+        if not elements_of(before):
+            closed = (one for one in blocks if one.is_constant and not one.is_variable)
+            return {}, next((one.names[0] for one in closed), "")
+        for count, block in enumerate(blocks, start=1):
+            moved = block.value(np.full(len(block.names), MOVED * count))
+            outside = (moved < block.adjust.low) | (moved > block.adjust.high)
+            moved = np.where(outside, block.value(np.full(len(moved), -MOVED * count)), moved)
+            own = {
+                (place, block.adjust.what): float(value)
+                for place, value in zip(block.places, moved, strict=True)
+            }
+            every |= own
+            try:
+                after = self._moved(compiled, own)
+                opened(before, after)
+            except (ValueError, CompileError):
+                return {}, block.names[0]
+            is_closed = block.is_constant and not block.is_variable
+            if is_closed and after.springs.laws != before.springs.laws:
+                return {}, block.names[0]
+        return opened(before, self._moved(compiled, every)), ""
+
+    def _moved(self, compiled: Compiled, given: Given) -> Network:
+        names = {block.adjust.what for block in self.blocks if block.is_constant}
+        constants = {key: value for key, value in given.items() if key[1] in names}
+        rest = {key: value for key, value in given.items() if key not in constants}
+        return recompiled(compiled, rest, constants).network
 
     def _with_laws(self, network: Network, theta: Floats) -> Network:
         """Return a net with numbers in ``laws``, each spring with the law that it has there.
@@ -297,11 +357,11 @@ class Parametrisation:
 
     def _of_tissues(self, theta: Floats) -> sparse.csr_matrix:
         """Return the derivative by numbers of tissues and forces, and by words."""
-        given, _ = self._tissues(theta)
+        given = self._tissues(theta)
         factors = self._entries.factors(self.order, theta)
         found = sparse.lil_matrix((self.order.size, self.size))
         for block, part in zip(self.blocks, self._parts, strict=True):
-            if block.group is not None or block.is_constant:
+            if block.group is not None or (block.is_constant and block.is_variable):
                 continue
             slopes = block.slope(theta[part])
             for k, (place, slope) in enumerate(zip(block.places, slopes, strict=True)):

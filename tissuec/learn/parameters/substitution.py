@@ -7,7 +7,7 @@ two tissues decides, in shares that relax, or where a retardation time is learnt
 Young's modulus; what a force makes of its numbers may be anything.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import Any
 
 from msgspec import Struct
@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.learning.laws import with_constants
 from tissuec.core.names import key_of
+from tissuec.learn.parameters.elements import OpenElements, elements_of, with_open
 from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder, every_field
 from tissuec.model.inelastic import TIMES, VISCOSITY
 from tissuec.model.network import Floats
@@ -23,6 +24,8 @@ from tissuec.scene.model import Body, Joint, Region, Scene, Tissue, WrittenForce
 from tissuec.scene.reading.entries import entries_of
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import (
+    DENSITY,
+    FIBRE_MODULUS,
     POISSONS_RATIO,
     RETARDATION_TIME,
     SHARES,
@@ -162,6 +165,8 @@ def recompiled(compiled: Compiled, given: Numbers, constants: Numbers) -> Compil
     return replace(found, plan=without_end(found.plan))
 
 
+#: Numbers of matter in which those of elements are linear, each by itself.
+_LINEAR = {YOUNGS_MODULUS, FIBRE_MODULUS, DENSITY}
 STEP = 2.0**-20  # of a number, by which what is linear in it is derived
 
 
@@ -171,14 +176,18 @@ class Compilations:
     Args:
         compiled: The scene as one experiment has it.
         variables: Constants of laws that may change, as variables of formulas.
-        first: Numbers of tissues and forces at the beginning.
+        first: Numbers at the beginning, of tissues, forces and laws of elements.
+        constants: Which of them are of laws.
+        elements: That have laws with variables.
     """
 
     def __init__(
-        self, compiled: Compiled, order: NumberOrder, variables: Numbers, first: Numbers
-    ):
+        self, compiled: Compiled, order: NumberOrder, variables: Numbers, first: Numbers,
+        constants: Set[Number], elements: OpenElements,
+    ):  # fmt: skip
         self._compiled, self._order = compiled, order
         self._variables, self._first = variables, first
+        self._constants, self._elements = constants, elements
         # Which of two tissues is the softer decides for all of their springs.
         bodies = compiled.scene.bodies.values()
         rules = {body.interface for body in bodies}
@@ -192,6 +201,8 @@ class Compilations:
         self._is_linear &= words.isdisjoint({POISSONS_RATIO, *TIMES, VISCOSITY})
         self._is_linear &= compiled.network.hinges is None
         self._is_linear &= all(isinstance(place, UsePlace) for place, _ in first)
+        if elements_of(compiled.network):
+            self._is_linear &= words <= _LINEAR and compiled.network.contact is None
         self._columns: dict[Number, Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None
@@ -239,6 +250,9 @@ class Compilations:
 
     def _made(self, given: Numbers) -> Floats:
         """Return the numbers of a net that is compiled."""
-        found = recompiled(self._compiled, given, self._variables)
-        fields = every_field(found.plan, found.network) if self._order.fields else NO_FIELDS
-        return self._order.vector(found.network, fields)
+        own = {key: value for key, value in given.items() if key in self._constants}
+        rest = {key: value for key, value in given.items() if key not in own}
+        found = recompiled(self._compiled, rest, {**self._variables, **own})
+        network = with_open(found.network, self._elements)
+        fields = every_field(found.plan, network) if self._order.fields else NO_FIELDS
+        return self._order.vector(network, fields)
