@@ -1,6 +1,7 @@
 """Graphs evaluated by NumPy: for many states at once, and to find what is not finite."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -74,22 +75,31 @@ def _evaluated(
     Args:
         known: Values by place, which are taken over.
     """
-    graph: Graph = outputs[0].graph
     found: dict[int, Any] = dict(known or {})
+    places = tuple(each.place for each in outputs)
     with np.errstate(all="ignore"):
-        for place in graph.reached(outputs, known=found):
-            name, arguments, detail = graph.operations[place]
+        for place, name, what, taken in _steps(outputs[0].graph, places, frozenset(found)):
             if name == "constant":
-                found[place] = detail
+                found[place] = what
             elif name == "input":
-                found[place] = values[cast(str, detail)]
+                found[place] = values[what]
             elif name == "unknown":
-                own = {each: found[each] for each in arguments}
-                found[place] = _sought(cast(Iteration, detail), own)
+                found[place] = _sought(what, {each: found[each] for each in taken})
             else:
-                taken = graph.arguments_of(place, by_rules=False)
-                function = detail if name == "array" else _OPERATIONS[name]
-                found[place] = cast(Any, function)(*(found[each] for each in taken))
+                found[place] = what(*[found[each] for each in taken])
+    return found
+
+
+@lru_cache(maxsize=512)
+def _steps(
+    graph: Graph, outputs: tuple[int, ...], known: frozenset[int]
+) -> list[tuple[int, str, Any, tuple[int, ...]]]:
+    """Return the operations that lead to outputs: place, name, what is done, and with what."""
+    found: list[tuple[int, str, Any, tuple[int, ...]]] = []
+    for place in graph.reached([Number(graph, each) for each in outputs], known=known):
+        name, _, detail = graph.operations[place]
+        taken = graph.arguments_of(place, by_rules=False)
+        found.append((place, name, _OPERATIONS.get(name, detail), taken))
     return found
 
 

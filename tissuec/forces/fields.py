@@ -36,6 +36,12 @@ class Items(NamedTuple):
     places: Indices
     first: Indices
 
+    @classmethod
+    def of(cls, nodes: Indices) -> "Items":
+        """Return items that have equally many nodes each, of shape (item, node)."""
+        count, width = nodes.shape
+        return cls(nodes.ravel(), width * np.arange(count + 1))
+
 
 class Field(Effect, frozen=True):
     """An effect that depends on the positions of nodes and has a kernel of its own."""

@@ -28,14 +28,15 @@ from tissuec.compiled.loops.points import (
     push_loop,
     record_loop,
 )
-from tissuec.forces.element_fields import MaterialField, young_of
+from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
 from tissuec.forces.memory import MemoryTangents
-from tissuec.forces.solids.element_limits import BreakableElements, measures_of
+from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits, measures_of
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
 from tissuec.forces.solids.solid_point import SolidKind
 from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -46,10 +47,16 @@ NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
 Tracing = Callable[[SolidKind], TracedPoint]
 
 
-class PointField(MaterialField, frozen=True):
-    """Elements around points.
+class PointField(ElementField, frozen=True):
+    """Elements that follow laws of solids; one that loses an edge or breaks is removed.
+
+    ``walls`` are the springs along edges, followed by the marks of ``limits``.
 
     Attributes:
+        columns, parts: Attributes with a row for each element, and others of all elements.
+        name: Of the body.
+        limits: At which they break; None where nothing may break.
+        laws: That they follow.
         shear, viscosity: μ [Pa] and η [Pa s], shape (element,).
         law: Number of the law, shape (element,).
         fibres: Families of fibres, without stress; there may be none.
@@ -66,6 +73,13 @@ class PointField(MaterialField, frozen=True):
 
     directions: ClassVar[int] = 3
     traced: ClassVar[Tracing]
+    columns: ClassVar[tuple[str, ...]] = (
+        "nodes", "shear", "viscosity", "law", "constants", "stretches",
+    )  # fmt: skip
+    parts: ClassVar[tuple[str, ...]] = ("fibres", "limits", "branches", "yielding")
+    name: str
+    limits: ElementLimits | None
+    laws: tuple[SolidLaw, ...]
     shear: Floats
     viscosity: Floats
     law: Indices
@@ -77,6 +91,46 @@ class PointField(MaterialField, frozen=True):
     stretches: Floats
 
     # --- what elements have -------------------------------------------------------------------
+
+    def only(self, items: Indices) -> Self:
+        """Return some elements, by indices of shape (n,), with the walls of all."""
+        some: dict[str, Any] = {name: getattr(self, name)[items] for name in self.columns}
+        for name in self.parts:
+            part = getattr(self, name)
+            some[name] = part and part.some(items)
+        return replace(self, **some)
+
+    @property
+    @abstractmethod
+    def faces(self) -> Indices:
+        """Return the triangles of the surface of each element, shape (element, triangle, 3)."""
+
+    @property
+    @abstractmethod
+    def node_volumes(self) -> Floats:
+        """Return the drawn volume of each node of each element [m³], shape (element, node)."""
+
+    @abstractmethod
+    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return the stress of each element times the volumes of its nodes, and these volumes.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Σ w σ [J], shape (element, node, 3, 3), and Σ w [m³], shape (element, node).
+        """
+
+    @abstractmethod
+    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return equivalent plastic strains times the volumes of nodes, and these volumes.
+
+        Args:
+            velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones are read.
+
+        Returns:
+            [m³], shape (element, node) both.
+        """
 
     @property
     @abstractmethod
@@ -142,19 +196,27 @@ class PointField(MaterialField, frozen=True):
 
     @property
     def young(self) -> Floats:
-        """Return Young's modulus at rest; see ``MaterialField``."""
+        """Return Young's modulus at rest, without fibres [Pa], shape (element,)."""
         return young_of(self.shear, self.bulk_modulus)
 
     @property
     def fibre_lines(self) -> tuple[Floats, Floats]:
-        """Return slopes and volumes along fibres; see ``MaterialField``."""
+        """Return ∂N/∂X · a of families of fibres at points, and the volumes of these.
+
+        They refer to the shape without stress; shapes (element, line, node) [1/m] and (element,
+        line) [m³], a line being a family at a point.
+        """
         slopes = np.einsum("eqak,efk->eqfa", self.steepness, self.fibres.along)
         shape = (self.item_count, -1, self.nodes.shape[1])
         count = self.fibres.along.shape[1]
         return slopes.reshape(shape), np.repeat(self.weights, count, axis=1)
 
     def invariants(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return both isochoric invariants, shape (element, point); see ``MaterialField``."""
+        """Return both isochoric invariants, shape (element, point).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
         first, second = self.seen("invariants", position)
         return first, second
 
@@ -178,6 +240,10 @@ class PointField(MaterialField, frozen=True):
                 total += volume * evaluate([point.of_mean], values)[0][..., 0]
             found[..., part] = total
         return found
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        return self.energies(position).sum(axis=-1)
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -240,6 +306,37 @@ class PointField(MaterialField, frozen=True):
         found = self._recorded("elastic_stress", position)
         return found.reshape(*found.shape[:2], 3, self.directions)
 
+    def around(self, nodes: Indices) -> tuple[Self, Indices]:
+        """Return the elements at some nodes, and all nodes of these.
+
+        Args:
+            nodes: Indices, shape (n,).
+
+        Returns:
+            The elements, with the places of their nodes among the second, which are ascending.
+        """
+        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
+        used, place = np.unique(own.nodes, return_inverse=True)
+        return replace(own, nodes=place.reshape(own.nodes.shape)), used
+
+    def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return sums of stress over the shares of nodes, and these shares.
+
+        The mean stress of a node is the first divided by the second, without viscous stress.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Σ w σ [J], shape (node, 3, 3), and Σ w [m³], shape (node,).
+        """
+        total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
+        for _, own in self.in_blocks():
+            stress, share = own.stress_shares(position)
+            np.add.at(volume, own.nodes, share)
+            np.add.at(total, own.nodes, stress)
+        return total, volume
+
     # --- bounds -------------------------------------------------------------------------------
 
     @property
@@ -269,6 +366,22 @@ class PointField(MaterialField, frozen=True):
         joined = np.bincount(self.nodes.ravel(), each.ravel(), len(mass))
         return float(np.sqrt(2.0 * (joined / mass).max()))
 
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
+        return float(self.rigidity.sum())
+
+    def noise(self, time: float, position: Floats) -> float:
+        """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
+        # Places are rounded to a part of their size, and not to one of the size of elements.
+        size = float(np.abs(position[self.nodes]).max(initial=0.0))
+        each = self.rigidity * self.steepest * (1.0 + size * self.steepest)
+        return float(each.max(initial=0.0))
+
+    @property
+    def stiffest(self) -> float:
+        """Return about the largest stiffness of an element [N/m]."""
+        return float((self.rigidity * self.steepest**2).max(initial=0.0))
+
     # --- memory -------------------------------------------------------------------------------
 
     @property
@@ -277,9 +390,36 @@ class PointField(MaterialField, frozen=True):
         return tuple(each for each in (self.branches, self.yielding) if each is not None)
 
     @property
+    def remembers(self) -> bool:
+        """Return whether any element relaxes or yields."""
+        return bool(self.stored_tensors)
+
+    @property
+    def hidden(self) -> Indices:
+        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate(
+            [none, *(each.nodes(self.points) for each in self.stored_tensors)]
+        )
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
+        if not self.remembers:
+            super().add_forces(time, position, velocity, to)
+            return
+        hidden = self.hidden
+        before = to[..., hidden, :]
+        super().add_forces(time, position, velocity, to)
+        to[..., hidden, :] = before
+
+    @property
     def yields(self) -> NDArray[np.bool_]:
         """Return which elements yield, shape (element,)."""
-        return super().yields if self.yielding is None else self.yielding.keeps[0]
+        if self.yielding is None:
+            return np.zeros(self.item_count, dtype=bool)
+        return self.yielding.keeps[0]
 
     @property
     def loss(self) -> str:
@@ -370,6 +510,13 @@ class PointField(MaterialField, frozen=True):
             self.branches.keep(velocity, self.branches.filled(numbers), items)
 
     # --- limits -------------------------------------------------------------------------------
+
+    @property
+    def joining_springs(self) -> Indices:
+        """Return the springs along the edges of elements, shape (n,)."""
+        if self.limits is None:
+            return self.walls
+        return self.walls[~np.isin(self.walls, self.limits.marks)]
 
     @property
     def breakable(self) -> BreakableElements | None:

@@ -19,7 +19,6 @@ from tissuec.autodiff.potentials import PotentialFunction, TracedItem
 from tissuec.autodiff.tracing import place_of
 from tissuec.forces.effects import Resisting
 from tissuec.forces.element_fields import ElementField
-from tissuec.forces.fields import Items
 from tissuec.forces.matrices import ForceDerivatives, whole, without_negative
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
@@ -215,11 +214,6 @@ class PotentialField(ElementField, frozen=True):
     def kernel(self) -> Callable[..., None]:
         """Return the loop that adds forces and powers."""
         return self._kernels.forces
-
-    def items(self, place: Indices) -> Items:
-        """Return the nodes of the items."""
-        corners = self.nodes.shape[1]
-        return Items(place[self.nodes].ravel(), corners * np.arange(self.item_count + 1))
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "ItemTable":
         """Return the items with other numbers of nodes."""

@@ -34,7 +34,7 @@ from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import BREAKING_STRAIN, LIMITS
 
 if TYPE_CHECKING:
-    from tissuec.forces.element_fields import MaterialField
+    from tissuec.forces.point_fields import PointField
     from tissuec.forces.solids.element_limits import ElementLimits
 
 CRUSHING = "crushing force"
@@ -99,7 +99,7 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
         blocks: Of elements.
     """
     fields = (b.field for b in blocks if b.kind in ("elements", "membranes"))
-    able = [cast("MaterialField", field) for field in fields if field.limits is not None]
+    able = [cast("PointField", field) for field in fields if field.limits is not None]
     if not able:
         return None
     found = np.full(len(skin), -1)

@@ -166,8 +166,7 @@ class Activation(WalledField, frozen=True):
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the elements."""
-        count = self.nodes.shape[1]
-        return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
+        return Items.of(place[self.nodes])
 
     def only(self, items: Indices) -> Self:
         """Return some elements, by indices of shape (n,), with the walls of all."""

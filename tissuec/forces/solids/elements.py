@@ -45,7 +45,6 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces.element_fields import numbered_laws
-from tissuec.forces.fields import Items
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
@@ -62,18 +61,6 @@ _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
 _MAKING = 85.0  # of the matrix, over one of them without tensors
 _BRANCH_SECONDS = 85e-9  # and for each branch, or where it yields
-_COLUMNS = (
-    "nodes",
-    "row",
-    "shear",
-    "bulk",
-    "local",
-    "viscosity",
-    "law",
-    "constants",
-    "stretches",
-)
-_PARTS = ("fibres", "prestretch", "limits", "branches", "yielding")
 
 
 class SolidMaterial(NamedTuple):
@@ -126,6 +113,8 @@ class SolidElements(PointField, frozen=True):
     """
 
     at_once: ClassVar[int] = 512
+    columns: ClassVar[tuple[str, ...]] = (*PointField.columns, "row", "bulk", "local")
+    parts: ClassVar[tuple[str, ...]] = (*PointField.parts, "prestretch")
     traced: ClassVar[Tracing] = staticmethod(traced_point)
     shape: ElementShape
     drawn: Measures
@@ -201,20 +190,6 @@ class SolidElements(PointField, frozen=True):
             f"the {self.shape.name} elements of {self.name}", "elements", self, self.span
         )
 
-    def only(self, items: Indices) -> Self:
-        """Return some elements, by indices of shape (n,), with the walls of all."""
-        some = {name: getattr(self, name)[items] for name in _COLUMNS}
-        parts = {
-            name: part and part.some(items)
-            for name, part in ((name, getattr(self, name)) for name in _PARTS)
-        }
-        return replace(self, **parts, **some)
-
-    def items(self, place: Indices) -> Items:
-        """Return the nodes of the elements."""
-        count = self.nodes.shape[1]
-        return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
-
     @property
     def faces(self) -> Indices:
         """Return the triangles of the surface of each element, shape (element, triangle, 3)."""
@@ -275,7 +250,7 @@ class SolidElements(PointField, frozen=True):
         return self.bulk + self.local
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
+        """Return stress times the volumes of nodes, and these; see ``PointField``."""
         piola, f = self.piola(position), self.deformations(position)
         volume = np.maximum(np.linalg.det(f), LEAST)[..., None, None]
         share = self._shares
@@ -283,7 +258,7 @@ class SolidElements(PointField, frozen=True):
         return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
 
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
+        """Return plastic strains times volumes of nodes, and these; see ``PointField``."""
         volume = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(volume), volume
@@ -292,7 +267,7 @@ class SolidElements(PointField, frozen=True):
 
     @property
     def node_volumes(self) -> Floats:
-        """Return the drawn volumes of nodes; see ``MaterialField``."""
+        """Return the drawn volumes of nodes; see ``PointField``."""
         return self._shares.sum(axis=1)
 
     @property

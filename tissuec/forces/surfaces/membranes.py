@@ -42,7 +42,6 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import cross
 from tissuec.core.source import Span
 from tissuec.forces.element_fields import numbered_laws
-from tissuec.forces.fields import Items
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
@@ -56,11 +55,6 @@ from tissuec.model.topology import springs_between
 
 _SECONDS = 2.5e-8  # of one evaluation of a triangle
 _TENSOR_SECONDS = 4e-9  # and for each tensor that it remembers
-_COLUMNS = (
-    "nodes", "gradients", "weight", "area", "thickness", "shear", "bulk", "viscosity", "law",
-    "constants", "stretches",
-)  # fmt: skip
-_PARTS = ("fibres", "limits", "branches", "yielding")
 EDGES = np.array([[0, 1], [1, 2], [2, 0]])  # of a triangle
 
 
@@ -108,6 +102,9 @@ class Membranes(PointField, frozen=True):
     """
 
     directions: ClassVar[int] = 2
+    columns: ClassVar[tuple[str, ...]] = (
+        *PointField.columns, "gradients", "weight", "area", "thickness", "bulk",
+    )  # fmt: skip
     traced: ClassVar[Tracing] = staticmethod(traced_point)
     gradients: Floats
     weight: Floats
@@ -173,19 +170,6 @@ class Membranes(PointField, frozen=True):
         """Return this as a block of a net."""
         return FieldBlock(f"the triangles of {self.name}", "membranes", self, self.span)
 
-    def only(self, items: Indices) -> Self:
-        """Return some triangles, by indices of shape (n,), with the walls of all."""
-        some = {name: getattr(self, name)[items] for name in _COLUMNS}
-        parts = {
-            name: part and part.some(items)
-            for name, part in ((name, getattr(self, name)) for name in _PARTS)
-        }
-        return replace(self, **parts, **some)
-
-    def items(self, place: Indices) -> Items:
-        """Return the nodes of the triangles."""
-        return Items(place[self.nodes].ravel(), 3 * np.arange(self.item_count + 1))
-
     @property
     def faces(self) -> Indices:
         """Return the triangles themselves, shape (triangle, 1, 3)."""
@@ -231,7 +215,7 @@ class Membranes(PointField, frozen=True):
         return self.seen("thickness", position)[0][..., 0]
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return stress times the volumes of nodes, and these; see ``MaterialField``."""
+        """Return stress times the volumes of nodes, and these; see ``PointField``."""
         share, f = self.node_volumes, self.deformations(position)
         right = f.swapaxes(-1, -2) @ f
         # The ratio of areas has a lower bound.
@@ -242,11 +226,11 @@ class Membranes(PointField, frozen=True):
 
     @property
     def node_volumes(self) -> Floats:
-        """Return the drawn volumes of nodes; see ``MaterialField``."""
+        """Return the drawn volumes of nodes; see ``PointField``."""
         return np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
 
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return plastic strains times volumes of nodes, and these; see ``MaterialField``."""
+        """Return plastic strains times volumes of nodes, and these; see ``PointField``."""
         share = self.node_volumes
         if self.yielding is None:
             return np.zeros_like(share), share

@@ -104,7 +104,7 @@ class OnTriangles(Field, frozen=True):
 
     def items(self, place: Indices) -> Items:
         """Return the corners of the triangles."""
-        return Items(place[self.skin.corners].ravel(), 3 * np.arange(len(self.skin) + 1))
+        return Items.of(place[self.skin.corners])
 
     def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the triangles that are torn, ascending; ``alive`` as in ``Field``."""
