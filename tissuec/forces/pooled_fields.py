@@ -156,21 +156,27 @@ class PooledField(WalledField, frozen=True):
         from scipy.sparse import csc_matrix, diags, hstack
 
         ways = self.slopes_of_sums(position, number, size)
-        bend = whole(np.stack(self._in_groups(self.pool.bend, time, position), axis=-1))
         found = [csc_matrix((3 * size, 0))], [csc_matrix((3 * size, 0))]
-        for k in range(len(ways)):
-            pivot = bend[:, k, k]
-            slope = np.divide(
-                bend[:, k], pivot[:, None], out=np.zeros_like(bend[:, k]),
-                where=pivot[:, None] != 0.0,
-            )  # fmt: skip
-            bend = bend - pivot[:, None, None] * slope[:, :, None] * slope[:, None, :]
-            parts = [way @ diags(slope[:, j]) for j, way in enumerate(ways) if j >= k]
+        for pivot, slope in self._pivots(time, position):
+            parts = [way @ diags(slope[:, j]) for j, way in enumerate(ways)]
             column = csc_matrix(sum(parts[1:], parts[0]) @ diags(np.sqrt(np.abs(pivot))))
             for sign, part in zip((1.0, -1.0), found, strict=True):
                 part.append(column[:, sign * pivot > 0.0])
         positive, negative = (csc_matrix(hstack(part)) for part in found)
         return positive, negative
+
+    def _pivots(self, time: float, position: Floats) -> list[tuple[Floats, Floats]]:
+        """Return D and L of ∂²U/∂s∂s = Σ D L Lᵀ, shapes (group,) and (group, sum)."""
+        bend = whole(np.stack(self._in_groups(self.pool.bend, time, position), axis=-1))
+        found = list[tuple[Floats, Floats]]()
+        for k in range(bend.shape[-1]):
+            pivot, column = bend[:, k, k], bend[:, k]
+            slope, is_some = np.zeros_like(column), pivot[:, None] != 0.0
+            np.divide(column, pivot[:, None], out=slope, where=is_some)
+            slope[:, :k] = 0.0
+            bend = bend - pivot[:, None, None] * slope[:, :, None] * slope[:, None, :]
+            found.append((pivot, slope))
+        return found
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -210,11 +216,26 @@ class PooledField(WalledField, frozen=True):
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the columns of positive pivots as an operator [N/m]; see ``Effect``."""
-        count = len(position)
-        ways, _ = self.columns(time, position, np.arange(count), count)
+        pool, items, values = self.pool, self.grouped, self.grouped.inputs(position)
+        points, owner, shape = items.points, items.owner, (*items.corners.shape, 3)
+        every = (items.each(gradient(each, pool.item.x), values) for each in pool.shares)
+        sides = np.stack([each.reshape(shape) for each in every])
+        parts = self._pivots(time, position)
+        firm = sum(np.einsum("g,gk,gl->gkl", np.maximum(d, 0.0), own, own) for d, own in parts)
+        still = points.and_nodes(np.zeros_like(position))
 
         def resist(moved: Floats, to: Floats) -> None:
-            to += (ways @ (ways.T @ moved.ravel())).reshape(-1, 3)
+            corners, wide = (
+                (points.and_nodes(moved) - still)[items.corners],
+                np.zeros_like(still),
+            )
+            swell = np.einsum("kicx,icx->ki", sides, corners)
+            sums = np.stack([np.bincount(owner, each, len(items.seen)) for each in swell], -1)
+            slopes = np.einsum("gkl,gl->gk", firm, sums)
+            np.add.at(wide, items.corners, np.einsum("ik,kicx->icx", slopes[owner], sides))
+            to += wide[: len(to)]
+            given = np.einsum("nij,ni->nj", points.parts, wide[::-1][points.point])
+            np.add.at(to, points.nodes, given)
 
         return resist
 
