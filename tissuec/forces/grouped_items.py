@@ -111,6 +111,17 @@ class CarriedPoints(Struct, frozen=True, eq=False):
         points = csr_matrix((values.ravel(), (row, column)), shape=shape)
         return csr_matrix(vstack([identity(3 * size), points]))
 
+    def give(self, vectors: Floats, to: Floats) -> None:
+        """Add what acts on nodes and points to what acts on nodes, in any unit.
+
+        Args:
+            vectors: In the order of ``and_nodes``, shape (node + point, 3).
+            to: Shape (node, 3).
+        """
+        to += vectors[: len(to)]
+        given = np.einsum("nij,ni->nj", self.parts, vectors[::-1][self.point])
+        np.add.at(to, self.nodes, given)
+
     def assembled(
         self, blocks: Floats, corners: Indices, number: Indices, size: int
     ) -> "csr_matrix":
@@ -181,8 +192,13 @@ class GroupedItems(NamedTuple):
         Args:
             values: Of all inputs, shape (item,) or (1,).
         """
-        found = (np.broadcast_to(one, len(self.corners)) for one in evaluate(outputs, values))
-        return np.stack(list(found), axis=-1)
+        # Many of a matrix are equal, or zero.
+        single = {each.place: each for each in outputs}
+        rows = {place: k for k, place in enumerate(single)}
+        found = np.empty((len(rows), len(self.corners)))
+        for row, one in zip(found, evaluate(list(single.values()), values), strict=True):
+            row[:] = one
+        return found[[rows[each.place] for each in outputs]].T
 
 
 def as_rows(numbers: Mapping[str, Floats | float]) -> dict[str, Floats]:

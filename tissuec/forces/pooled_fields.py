@@ -9,7 +9,7 @@ The matrix has a column for each pivot of ∂²U/∂s∂s, which couples all nod
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 LARGE = 96  # unknowns that a group acts on: its part of a sparse matrix would fill it
 
 
-class PooledField(WalledField, frozen=True):
+class PooledField(WalledField, frozen=True, dict=True):
     """A field whose groups of items store energies.
 
     Attributes:
@@ -48,7 +48,7 @@ class PooledField(WalledField, frozen=True):
     group_energy: ClassVar[WholeFunction]
     learnt: ClassVar[tuple[str, ...]] = ()
 
-    @property
+    @cached_property
     @abstractmethod
     def grouped(self) -> GroupedItems:
         """Return the items."""
@@ -233,9 +233,7 @@ class PooledField(WalledField, frozen=True):
             sums = np.stack([np.bincount(owner, each, len(items.seen)) for each in swell], -1)
             slopes = np.einsum("gkl,gl->gk", firm, sums)
             np.add.at(wide, items.corners, np.einsum("ik,kicx->icx", slopes[owner], sides))
-            to += wide[: len(to)]
-            given = np.einsum("nij,ni->nj", points.parts, wide[::-1][points.point])
-            np.add.at(to, points.nodes, given)
+            points.give(wide, to)
 
         return resist
 
@@ -276,11 +274,15 @@ class PooledField(WalledField, frozen=True):
         nodes = np.where(items.corners < 0, items.corners.max(axis=1)[:, None], items.corners)
         return Items(place[nodes].ravel(), nodes.shape[1] * items.first)
 
+    @cached_property
+    def _made(self) -> "dict[bytes, PoolTable]":
+        return {}
+
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
         """Return the items with other numbers of nodes."""
         from tissuec.forces.pooled_kernels import pool_table  # which costs time
 
-        return pool_table(self.grouped, self.pool.item, place, acts)
+        return pool_table(self._made, self.grouped, self.pool.item, place, acts)
 
     @property
     def derivatives(self) -> ForceDerivatives | str:

@@ -57,16 +57,27 @@ def kernels_of(
 
 
 def pool_table(
-    items: GroupedItems, item: TracedItem, place: Indices, acts: BoundaryConditions
-) -> loops.PoolTable:
+    made: dict[bytes, loops.PoolTable], items: GroupedItems, item: TracedItem, place: Indices,
+    acts: BoundaryConditions,
+) -> loops.PoolTable:  # fmt: skip
     """Return the table of items.
 
     Args:
+        made: Tables by places of nodes, to which a new one is added.
         item: Potential of one, as it was traced.
         place, acts: As for ``Field.table``; shape (node,).
     """
+    key = place.tobytes()
+    if key not in made:
+        made[key] = _made(items, item, place)
+    return made[key].at(acts)
+
+
+def _made(items: GroupedItems, item: TracedItem, place: Indices) -> loops.PoolTable:
+    """Return the table of items, without the terms of the amount."""
     groups = np.arange(len(items.seen))
-    where, carried, points = place, ItemTable.of(groups[:0, None], np.zeros((12, 0))), 0
+    none = ItemTable.of(groups[:0, None], np.zeros((12, 0)))
+    where, carried, points = place, none, 0
     if items.carries:
         where, carried, points = _carried(items, place)
     seen = where[items.seen]
@@ -76,8 +87,8 @@ def pool_table(
         names = (str(each.operation.detail) for each in item.numbers)
         values = dict(zip(names, columns, strict=True))
         columns = np.concatenate([columns, np.stack(evaluate(constants, values))])
-    return loops.PoolTable.of(
-        acts, carried, points, ItemTable.of(nodes, columns),
+    return loops.PoolTable(
+        none, carried, points, ItemTable.of(nodes, columns),
         ItemTable.of(np.column_stack([groups, seen]), _columns(items.of_groups, len(groups))),
     )  # fmt: skip
 

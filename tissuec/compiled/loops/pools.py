@@ -59,17 +59,11 @@ class PoolTable(NamedTuple):
     items: ItemTable
     groups: ItemTable
 
-    @classmethod
-    def of(cls, acts: BoundaryConditions, carried: ItemTable, points: int, items: ItemTable,
-           groups: ItemTable) -> Self:  # fmt: skip
-        """Return a table; arguments as the attributes.
-
-        Args:
-            acts: Of its only one, the first component is the amount.
-        """
+    def at(self, acts: BoundaryConditions) -> Self:
+        """Return the same with the terms of other acts, of which there is one."""
         columns = terms_of(acts)
         none = np.zeros((columns.shape[1], 0), dtype=np.int64)
-        return cls(ItemTable.of(none, columns), carried, points, items, groups)
+        return self._replace(acts=ItemTable.of(none, columns))
 
 
 class Pass(NamedTuple):

@@ -17,6 +17,7 @@ weight but no inertia. A pump that increases Vt does the work p - ρ g · c per 
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -150,7 +151,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         order = np.argsort(cavity, kind="stable")
         return corners[order], weight[order], cavity[order]
 
-    @property
+    @cached_property
     def grouped(self) -> GroupedItems:
         """Return the triangles.
 

@@ -13,7 +13,7 @@ and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:10
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -48,7 +48,7 @@ def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
     return Potential(0.0, supply=share * autodiff.dot(turned, v[0] + v[1] + v[2]))
 
 
-class SurfacePressure(Field, frozen=True):
+class SurfacePressure(Field, frozen=True, dict=True):
     """A pressure on faces; its items are the faces, followed by the caps.
 
     Attributes:
@@ -133,9 +133,10 @@ class SurfacePressure(Field, frozen=True):
         values |= rims.middles.inputs("x", rims.fans, position)
         values["a.0"] = self.pressure(time)
         pushes = np.stack(evaluate(item.forces, values), axis=-1).reshape(-1, 3, 3)
-        every, found = np.arange(count), np.zeros((count + rims.count, 3))
-        np.subtract.at(found, rims.middles.numbers(rims.fans, every, count), pushes)
-        return (rims.middles.follow(every, count).T @ found.ravel()).reshape(-1, 3)
+        wide, found = np.zeros((count + rims.count, 3)), np.zeros_like(position)
+        np.subtract.at(wide, rims.fans, pushes)
+        rims.middles.give(wide, found)
+        return found
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -204,7 +205,7 @@ class SurfacePressure(Field, frozen=True):
 
     # --- for the engine -----------------------------------------------------------------------
 
-    @property
+    @cached_property
     def grouped(self) -> GroupedItems:
         """Return the triangles of faces and caps as one group, of which there are no sums."""
         corners = np.concatenate([self.faces.triples.corners, self.caps.fans])
@@ -243,11 +244,15 @@ class SurfacePressure(Field, frozen=True):
         faces, caps = items[items < count], items[items >= count] - count
         return replace(self, faces=self.faces.some(faces), caps=self.caps.some(caps))
 
+    @cached_property
+    def _made(self) -> "dict[bytes, PoolTable]":
+        return {}
+
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
         """Return the faces and caps, which are the same at any position."""
         from tissuec.forces.pooled_kernels import pool_table  # which costs time
 
-        return pool_table(self.grouped, traced_triangle(), place, acts)
+        return pool_table(self._made, self.grouped, traced_triangle(), place, acts)
 
 
 @cache

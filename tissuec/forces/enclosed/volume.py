@@ -23,6 +23,7 @@ solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import combinations
 from typing import cast
 
@@ -114,7 +115,7 @@ class Enclosure(KeptVolumes, frozen=True):
         """
         return self.share * self.sums(position)[0]
 
-    @property
+    @cached_property
     def grouped(self) -> GroupedItems:
         """Return the faces, each cell seen from one of its nodes."""
         seen = self.corners[self.first[:-1], 0]
