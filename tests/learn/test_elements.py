@@ -134,7 +134,9 @@ def test_derivatives_are_those_of_predictions(name, fit, more, tmp_path):
     assert model.name.startswith("exact derivatives")
     theta = np.zeros(len(CASES[name][3]) + 1)
     model.freeze(theta)
-    found, step = model.jacobian(theta), 1e-3
+    # Within small steps, few points begin to flow, where derivatives jump.
+    found, step = model.jacobian(theta), 1e-5 if name == "flow" else 1e-3
+    numbers = ["Young's modulus", *CASES[name][3]]
     for k, direction in enumerate(np.eye(len(theta))):
 
         def at(part, way=direction):
@@ -142,7 +144,7 @@ def test_derivatives_are_those_of_predictions(name, fit, more, tmp_path):
 
         expected = (8.0 * (at(1) - at(-1)) - at(2) + at(-2)) / (12.0 * step)
         largest = np.abs(expected).max()
-        if "displacement" in fit and name == "branches" and k > 1:
+        if "displacement" in fit and numbers[k].startswith("relax"):
             assert found[:, k] == pytest.approx(0.0, abs=1e-12)  # at rest all has relaxed
         else:  # numbers of compiled scenes have derivatives by differences, to 1e-8
             assert found[:, k] == pytest.approx(expected, abs=1e-6 * largest)
