@@ -21,7 +21,7 @@ PROCESSORS = {
     "znver3": (*_AVX2, "sse4a"),
     "skylake-avx512": (*_AVX2, *_AVX512),
 }
-LIBRARY = ("palpation", "rupture", "sterilisation", "suture")
+LIBRARY = ("indentation", "liver", "palpation", "rupture", "sterilisation", "suture")
 
 
 def features():

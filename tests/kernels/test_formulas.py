@@ -85,4 +85,4 @@ def test_a_formula_of_another_kind_is_refused():
 
     law = Law("unknown", C * E + Unknown("x"), LINEAR.viscous)
     with pytest.raises(KeyError):
-        compiled_laws.translated((LINEAR, law))
+        compiled_laws.address("pull", (LINEAR, law))

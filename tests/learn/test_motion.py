@@ -14,7 +14,6 @@ from tissuec.engine.integrators.dirk import Dirk
 from tissuec.engine.integrators.explicit import Explicit
 from tissuec.engine.integrators.tableaus import runge_kutta
 from tissuec.learn.derivatives.event_recording import EventRecorder
-from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.motion import Motion
 from tissuec.learn.parameters.numbers import NETWORK, STATE, NumberOrder, every_field
@@ -70,8 +69,7 @@ def motion_of(
     fields = every_field(scene.plan, network)
     order = NumberOrder.of(network, 0, fields)
     vector = order.vector(network, fields)
-    laws = compiled_laws(network.springs.laws, 0)
-    chosen = choose(name, step, network, plan=scene.plan, duration=stop, laws=laws)
+    chosen = choose(name, step, network, plan=scene.plan, duration=stop)
     schedule = EventRecorder(scene.plan, chosen.stepping, order, step).schedule(
         network, vector, stop
     )

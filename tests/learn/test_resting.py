@@ -10,7 +10,6 @@ from tissuec.core.errors import CompileError
 from tissuec.engine.execution.run import run
 from tissuec.learn.derivatives import finite_differences
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
-from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.derivatives.static_model import StaticModel
@@ -65,9 +64,8 @@ def model(tmp_path):
         (fit_problem,) = compiled.fit_problems
         experiment = read_experiment(fit_problem.data[0], fit_problem, compiled.network)
         shaping = Parametrisation(compiled, fit_problem)
-        laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
-        looks = tuple(look_of(one.fit, one.nodes, laws) for one in experiment.series)
-        found = StaticModel(shaping, experiment.series, looks, fit_problem.axis, laws)
+        looks = tuple(look_of(one.fit, one.nodes) for one in experiment.series)
+        found = StaticModel(shaping, experiment.series, looks, fit_problem.axis)
         found.freeze(np.zeros(shaping.size))
         return found, Problem(
             fit_problem, [FittedExperiment(experiment, found)], shaping.size, []

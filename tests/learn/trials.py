@@ -12,7 +12,6 @@ from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
-from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.motion import Motion
 from tissuec.learn.derivatives.observables import look_of
@@ -134,7 +133,6 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
     """Return a model with exact derivatives, what happens being found already."""
     asked = replace(fit_problem(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
     shaping = Parametrisation(compiled, asked)
-    laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
     stop = max(one.times[-1] for one in all_series)
     network = compiled.network
     chosen = choose(
@@ -143,9 +141,8 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
         network,
         plan=compiled.plan,
         duration=stop,
-        laws=laws,
     )
-    looks = tuple(look_of(one.fit, one.nodes, laws) for one in all_series)
+    looks = tuple(look_of(one.fit, one.nodes) for one in all_series)
     model = DynamicModel(shaping, tuple(all_series), looks, *chosen)
     model.freeze(np.zeros(shaping.size))
     return model

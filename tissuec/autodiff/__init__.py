@@ -20,7 +20,7 @@ from tissuec.autodiff.functions import (
     where,
 )
 from tissuec.autodiff.graph import Number, TracingError
-from tissuec.autodiff.potentials import Numbers, Potential
+from tissuec.autodiff.potentials import Numbers, Potential, StatedForces
 from tissuec.autodiff.tensors import (
     TINY,
     Tensor,
@@ -38,8 +38,8 @@ from tissuec.autodiff.tensors import (
 from tissuec.autodiff.unknowns import Least, least
 
 __all__ = [
-    "TINY", "Angle", "Least", "Number", "Numbers", "Potential", "Tensor", "TracingError",
-    "Vector", "along", "cos", "cross", "determinant", "deviator", "dot", "exp", "gradient",
-    "hessian", "in_arrays", "largest", "least", "log", "maximum", "minimum", "norm", "ruled",
-    "sin", "sqrt", "square", "symmetric_part", "trace", "where",
+    "TINY", "Angle", "Least", "Number", "Numbers", "Potential", "StatedForces", "Tensor",
+    "TracingError", "Vector", "along", "cos", "cross", "determinant", "deviator", "dot", "exp",
+    "gradient", "hessian", "in_arrays", "largest", "least", "log", "maximum", "minimum", "norm",
+    "ruled", "sin", "sqrt", "square", "symmetric_part", "trace", "where",
 ]  # fmt: skip

@@ -119,7 +119,14 @@ def along(outputs: Sequence[Number], changes: Mapping[Number, Operand]) -> list[
 
 def hessian(output: Number, inputs: Sequence[Number]) -> dict[tuple[int, int], Number]:
     """Return the second derivatives of a number by their places (i, j), i >= j, row by row."""
-    slopes, found = gradient(output, inputs), dict[tuple[int, int], Number]()
+    return lower_half(gradient(output, inputs), inputs)
+
+
+def lower_half(
+    slopes: Sequence[Number], inputs: Sequence[Number]
+) -> dict[tuple[int, int], Number]:
+    """Return the derivatives of slopes that have a potential, as ``hessian`` does."""
+    found = dict[tuple[int, int], Number]()
     for j, each in enumerate(inputs):
         column = along(slopes[j:], {each: 1.0})
         found |= {(i, j): entry for i, entry in enumerate(column, start=j)}

@@ -8,7 +8,8 @@ follow, with the operations of ``derivatives``,
 
 and the derivatives of Σ w·f by everything, or the changes of f with everything. A force that
 follows from neither, such as a pressure that turns with a face, is stated by the power L that
-it supplies from outside at any velocities, by which it adds ∂L/∂v to f.
+it supplies from outside at any velocities, by which it adds ∂L/∂v to f. Where E has no formula,
+such as for a spring whose law is any curve, the function states the forces.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tissuec.autodiff.derivatives import along, gradient, hessian
+from tissuec.autodiff.derivatives import along, gradient, lower_half
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, TracingError
 from tissuec.autodiff.tensors import Vector, dot
@@ -39,6 +40,20 @@ class Potential(NamedTuple):
     energy: Operand
     dissipation: Operand = 0.0
     supply: Operand = 0.0
+
+
+class StatedForces(NamedTuple):
+    """Forces of an item, in the place of potentials from which they follow.
+
+    Attributes:
+        elastic: -∂E/∂x of each corner [N].
+        braking: -∂D/∂v of each corner [N].
+        rates: Rates of internal variables.
+    """
+
+    elastic: Sequence[Vector]
+    braking: Sequence[Vector]
+    rates: Sequence[Operand] = ()
 
 
 class Numbers:
@@ -73,7 +88,7 @@ def _number(graph: Graph, name: str, width: int) -> Vector:
 
 #: Takes positions and velocities of the corners, and the numbers.
 PotentialFunction: TypeAlias = Callable[
-    [Sequence[Vector], Sequence[Vector], Numbers], Potential | Number
+    [Sequence[Vector], Sequence[Vector], Numbers], Potential | StatedForces | Number
 ]
 
 
@@ -82,7 +97,7 @@ class TracedItem:
 
     Args:
         function: The potential.
-        corners, widths, seen: As the attributes.
+        corners, widths, seen, slots: As the attributes.
         graph: An empty one.
         changes: Whether the numbers have an ``amount`` that changes in time.
 
@@ -91,25 +106,33 @@ class TracedItem:
         corners: Nodes of an item.
         seen: Further points of it, which count as fixed: no force acts on them.
         widths: By name, how many components a number of the item has.
+        slots: How many internal variables an item has. They are components of velocities, which
+            functions find as the number ``internal``.
         graph: All that follows.
         x, v: Components of positions and of velocities, node by node, shape (3 corner,).
+        internal: The internal variables, shape (slot,).
         numbers: Components of the numbers, one after the other.
-        potential: E, D and L.
+        potential: E, D and L, or the forces.
     """
 
     def __init__(
         self, function: PotentialFunction, corners: int, widths: Mapping[str, int],
-        graph: Graph | None = None, *, seen: int = 0, changes: bool = False,
+        graph: Graph | None = None, *, seen: int = 0, changes: bool = False, slots: int = 0,
     ):  # fmt: skip
         self.function, self.corners, self.widths = function, corners, dict(widths)
-        self.graph, self.seen = graph or Graph(), seen
+        self.graph, self.seen, self.slots = graph or Graph(), seen, slots
         points, rates = self._points("x", seen), self._points("v", seen)
         self.x, self.v = self._flat(points[:corners]), self._flat(rates[:corners])
+        self.internal = self._slots("v")
         self.numbers, given = numbers_in(self.graph, self.widths, changes=changes)
+        if slots:
+            vars(given)["internal"] = Vector(self.internal)
         self.potential = traced(function, lambda: self._checked(function(points, rates, given)))
 
-    def _checked(self, found: Potential | Operand) -> Potential:
-        """Return E and D of what a function has returned; raises TracingError of others."""
+    def _checked(self, found: Potential | StatedForces | Operand) -> Potential | StatedForces:
+        """Return what a function has returned; raises TracingError of other things."""
+        if isinstance(found, StatedForces):
+            return found
         if not isinstance(found, Potential):
             found = Potential(found)
         if any(not isinstance(each, Number | float | int) or isinstance(each, Inequality)
@@ -128,23 +151,37 @@ class TracedItem:
             for corner in range(self.corners + seen)
         ]
 
+    def _slots(self, name: str) -> list[Number]:
+        """Return components of a vector, which are named by their places behind all points."""
+        return [self.graph.input(f"{name}.slot.{place}") for place in self.places_of_slots]
+
+    @property
+    def places_of_slots(self) -> range:
+        """Return the places of the internal variables behind those of points."""
+        first = self.corners + self.seen
+        return range(first, first + self.slots)
+
     def _flat(self, points: Sequence[Vector]) -> list[Number]:
         return [each for point in points for each in point]
 
     @property
     def energy(self) -> Number:
         """Return E."""
-        return self.graph.number(self.potential.energy)
+        return self._stated("energy")
 
     @property
     def dissipation(self) -> Number:
         """Return D."""
-        return self.graph.number(self.potential.dissipation)
+        return self._stated("dissipation")
 
     @property
     def supply(self) -> Number:
         """Return L."""
-        return self.graph.number(self.potential.supply)
+        return self._stated("supply")
+
+    def _stated(self, name: str) -> Number:
+        """Return a potential; zero where forces are stated instead."""
+        return self.graph.number(getattr(self.potential, name, 0.0))
 
     @cached_property
     def is_held(self) -> bool:
@@ -163,16 +200,20 @@ class TracedItem:
     @property
     def is_damped(self) -> bool:
         """Return whether anything is dissipated."""
-        return self.dissipation.value != 0.0
+        return any(each.value != 0.0 for each in self.braking)
 
     @cached_property
     def braking(self) -> list[Number]:
         """Return ∂D/∂v, shape (3 corner,)."""
+        if isinstance(self.potential, StatedForces):
+            return self._flat([-each for each in self.potential.braking])
         return gradient(self.dissipation, self.v)
 
     @cached_property
     def stored(self) -> list[Number]:
         """Return ∂E/∂x, shape (3 corner,)."""
+        if isinstance(self.potential, StatedForces):
+            return self._flat([-each for each in self.potential.elastic])
         return gradient(self.energy, self.x)
 
     @cached_property
@@ -182,13 +223,17 @@ class TracedItem:
 
     @cached_property
     def forces(self) -> list[Number]:
-        """Return f, shape (3 corner,)."""
+        """Return f, and the rates of internal variables, shape (3 corner + slot,)."""
         parts = zip(self.pushing, self.stored, self.braking, strict=True)
-        return [c - (a + b) if c.value != 0.0 else -(a + b) for c, a, b in parts]
+        found = [c - (a + b) if c.value != 0.0 else -(a + b) for c, a, b in parts]
+        rates = self.potential.rates if isinstance(self.potential, StatedForces) else ()
+        return found + [self.graph.number(each) for each in rates]
 
     @cached_property
     def power(self) -> Number:
-        """Return the power that is dissipated, v·∂D/∂v [W]."""
+        """Return the power that is dissipated, v·∂D/∂v, but for internal variables [W]."""
+        if isinstance(self.potential, StatedForces):
+            return dot(self.v, self.braking)
         # It is dD(s v)/ds at s = 1.
         changes = dict(zip(self.v, self.v, strict=True))
         return along([self.dissipation], changes)[0]
@@ -196,7 +241,7 @@ class TracedItem:
     @cached_property
     def matrix(self) -> dict[tuple[int, int], Number]:
         """Return ∂²E/∂x∂x, the entries of its lower half."""
-        return hessian(self.energy, self.x)
+        return lower_half(self.stored, self.x)
 
     @cached_property
     def damping_by_position(self) -> list[Number]:
@@ -213,21 +258,21 @@ class TracedItem:
     @cached_property
     def damping_by_velocity(self) -> dict[tuple[int, int], Number]:
         """Return ∂²D/∂v∂v, the entries of its lower half."""
-        return hessian(self.dissipation, self.v)
+        return lower_half(self.braking, self.v)
 
     @cached_property
     def weights(self) -> list[Number]:
-        """Return the weights w of forces, shape (3 corner,)."""
-        return self._flat(self._points("w"))
+        """Return the weights w of forces and rates, shape (3 corner + slot,)."""
+        return [*self._flat(self._points("w")), *self._slots("w")]
 
     def pulled(self, learnt: Sequence[str]) -> list[Number]:
-        """Return the derivatives of w·f by x, by v, and by some numbers, one after the other.
+        """Return the derivatives of w·f by x, v, internal variables and some numbers in turn.
 
         Args:
             learnt: Names of the numbers.
         """
         work = dot(self.weights, self.forces)
-        return gradient(work, [*self.x, *self.v, *self.of(learnt)])
+        return gradient(work, [*self.x, *self.v, *self.internal, *self.of(learnt)])
 
     def pushed(self, learnt: Sequence[str]) -> tuple[list[Number], dict[str, Number]]:
         """Return the changes of f, and the inputs that are those of what it depends on.
@@ -235,7 +280,7 @@ class TracedItem:
         Args:
             learnt: Names of the numbers that change.
         """
-        changed = [*self.x, *self.v, *self.of(learnt)]
+        changed = [*self.x, *self.v, *self.internal, *self.of(learnt)]
         rates = {f"d{each.operation.detail}": each for each in changed}
         changes = {number: self.graph.input(name) for name, number in rates.items()}
         return along(self.forces, changes), {

@@ -23,7 +23,7 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     "iterative": ("assemble_iterative", "solve_iterative"),
     "rate": ("rate",),
     "derivatives": (
-        "acceleration", "begin_dues", "blocks", "combine_stage", "enter_stage", "leave_step",
+        "acceleration", "begin_dues", "combine_stage", "enter_stage", "leave_step",
         "pull_back", "push_forward", "step_back", "step_change", "step_forward", "weigh_stage",
     ),
     "raster": ("fill",),

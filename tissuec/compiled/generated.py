@@ -31,8 +31,7 @@ class GeneratedKernel:
     @cached_property
     def address(self) -> int:
         """Return where the function is in memory."""
-        found = self._write(self.name)
-        code = machine_code(self.name, _identity(found), lambda: _linked(found))
+        code = linked_code(self.name, self._write(self.name))
         return int(code.get_function_address(self.name))
 
     def __call__(self, time: float, *arguments: Any) -> None:
@@ -44,6 +43,15 @@ class GeneratedKernel:
         """
         *vectors, record = arguments
         kernel_on(self, record, len(vectors))(time, *vectors)
+
+
+def linked_code(name: str, found: "LoopText") -> Any:
+    """Return the functions of a text, with all that they call, from the cache or made.
+
+    Args:
+        name: For people who look into the cache.
+    """
+    return machine_code(name, _identity(found), lambda: _linked(found))
 
 
 def _identity(found: "LoopText") -> bytes:

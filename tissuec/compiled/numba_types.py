@@ -13,9 +13,7 @@ from numba.core.typing.templates import AttributeTemplate, Signature, infer_geta
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
 from tissuec.compiled.record_tables import Record, RecordField, RecordTable, layout, signature
-from tissuec.kernels.derivative_records import Laws, Values
 from tissuec.kernels.records import Net, Operations, Progress
-from tissuec.laws.partial import ARGUMENTS
 
 WORD = ir.IntType(64)
 NUMBER, WHOLE, NOTHING = types.float64, types.int32, types.none
@@ -135,12 +133,6 @@ OF_LAWS = {
     **dict.fromkeys(("pull", "side", "slope"), _SPRING),
     **dict.fromkeys(("brake", "brake_by_e", "brake_side", "brake_slope"), _DASHPOT),
 }
-_TABLES = RecordType(Laws), RecordType(Values)
-#: Laws with their derivatives, for learning; fields of ``kernels.derivative_records.Laws``.
-PARTIALS: dict[str, Signature] = {
-    name: NUMBER(*[WHOLE] * (2 if name == "by_constant" else 1), *[NUMBER] * len(of), *_TABLES)
-    for name, of in ARGUMENTS.items()
-}
 
 
 def as_compiled(function: Callable[..., Any]) -> Signature:
@@ -159,12 +151,6 @@ def caller(name: str, own: Signature) -> Callable[..., Any]:
     """
     place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
     return _caller(own, NET, place)
-
-
-@cache
-def partial_caller(name: str) -> Callable[..., Any]:
-    """Return a function that calls one of the given laws, in compiled code."""
-    return _caller(PARTIALS[name], _TABLES[0], layout(Laws)[0][name].place)
 
 
 @cache

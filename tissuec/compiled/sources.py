@@ -31,7 +31,6 @@ SOURCES = (
     "geometry/nearest.py",
     "kernels/*.py",
     "laws/code.py",
-    "laws/partial.py",
 )
 _DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 

@@ -14,21 +14,11 @@ Shared arguments:
     change: Changes of the state, shape (3 node change,).
 """
 
-from tissuec.forces.springs.branches_derivatives_kernel import (
-    add_memory,
-    pull_back_memory,
-    push_forward_memory,
-)
-from tissuec.forces.springs.springs_derivatives_kernel import (
-    add_springs,
-    pull_back_springs,
-    push_forward_springs,
-    sow,
-)
 from tissuec.kernels.derivative_records import (
     Forces,
     NodeState,
     Seeds,
+    Sparse,
     Values,
     call_force,
     call_pull_back,
@@ -46,8 +36,6 @@ def acceleration(forces: Forces, time: float, load: Floats, at: NodeState) -> No
     links, v, a = forces.links, at.v, at.a
     for i in range(a.size):
         a[i] = 0.0
-    add_springs(forces, at)
-    add_memory(forces, at)
     fields = forces.fields
     for k in range(fields.table.size):
         call_force(fields.force[k], fields.table[k], time, at.x, v, a, fields.power)
@@ -68,9 +56,7 @@ def pull_back(forces: Forces, time: float, at: NodeState, due: NodeState, by: Va
         at: With the accelerations that ``acceleration`` gave.
     """
     pull_back_nodes(forces, at, due, by)
-    pull_back_memory(forces, at, due, by)
     pull_back_fields(forces, time, at, due, by)
-    pull_back_springs(forces, at, due, by)
 
 
 def pull_back_nodes(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None:
@@ -91,15 +77,13 @@ def pull_back_nodes(forces: Forces, at: NodeState, due: NodeState, by: Values) -
 def pull_back_fields(
     forces: Forces, time: float, at: NodeState, due: NodeState, by: Values
 ) -> None:
-    """Add to ``due.x``, ``due.v`` and ``by`` what comes from fields."""
+    """Add to ``due.x``, ``due.v`` and ``by`` what comes from springs and fields."""
     fields, inverse = forces.fields, forces.links.inverse
-    if fields.table.size == 0:
-        return
     for node in range(inverse.size):
         for i in range(3 * node, 3 * node + 3):
             fields.weight[i] = inverse[node] * due.a[i]
     for k in range(fields.table.size):
-        table, own = fields.table[k], by.fields[fields.first[k] : fields.first[k + 1]]
+        table, own = fields.table[k], by.numbers[fields.first[k] : fields.first[k + 1]]
         call_pull_back(
             fields.pull_back[k], table, time, at.x, at.v, fields.weight, due.x, due.v, own
         )
@@ -115,15 +99,13 @@ def push_forward(
     """
     for i in range(change.a.size):
         change.a[i] = 0.0
-    push_forward_springs(forces, at, seeds, change)
-    push_forward_memory(forces, at, seeds, change)
     push_forward_fields(forces, time, at, seeds, change)
     push_forward_nodes(forces, at, seeds, change)
 
 
 def push_forward_nodes(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState) -> None:
     """Turn changes of forces into those of accelerations, ``change.a``."""
-    links, count = forces.links, seeds.total.size
+    links, count = forces.links, seeds.room.size
     for node in range(links.inverse.size):
         inverse, drag = links.inverse[node], links.drag[node]
         for i in range(3 * node, 3 * node + 3):
@@ -139,12 +121,22 @@ def push_forward_nodes(forces: Forces, at: NodeState, seeds: Seeds, change: Node
 def push_forward_fields(
     forces: Forces, time: float, at: NodeState, seeds: Seeds, change: NodeState
 ) -> None:
-    """Add the changes of the forces of fields to ``change.a``."""
-    count, total = seeds.total.size, seeds.total
-    fields = forces.fields
+    """Add the changes of the forces of springs and fields to ``change.a``."""
+    count, fields = seeds.room.size, forces.fields
     for k in range(fields.table.size):
-        numbers = seeds.fields[count * fields.first[k] : count * fields.first[k + 1]]
+        numbers = seeds.numbers[count * fields.first[k] : count * fields.first[k + 1]]
         call_push_forward(
             fields.push_forward[k], fields.table[k], time, at.x, at.v, change.x, change.v,
-            numbers, change.a, total,
+            numbers, change.a, seeds.room,
         )  # fmt: skip
+
+
+def sow(factor: float, row: int, matrix: Sparse, out: Floats) -> None:
+    """Add a multiple of a row of a matrix to a vector.
+
+    Args:
+        row: Index of the row.
+        out: Vector of the row's unit times that of ``factor``, shape (column,).
+    """
+    for z in range(matrix.rows[row], matrix.rows[row + 1]):
+        out[matrix.columns[z]] += factor * matrix.entries[z]

@@ -52,11 +52,15 @@ class PotentialField(ElementField, frozen=True):
         Raises:
             TracingError: The potential cannot be traced.
         """
-        widths = tuple(
+        return traced_item(type(self).item_potential, self.nodes.shape[1], self.widths)
+
+    @property
+    def widths(self) -> tuple[tuple[str, int], ...]:
+        """Return how many components each number of an item has."""
+        return tuple(
             (name, int(np.prod(np.shape(getattr(self, name))[1:], dtype=int)))
             for name in self.columns
         )
-        return traced_item(type(self).item_potential, self.nodes.shape[1], widths)
 
     def check(self, position: Floats) -> None:
         """Check that all that follows is finite where nodes are at rest.
@@ -88,21 +92,27 @@ class PotentialField(ElementField, frozen=True):
         """Return the numbers of the items, in SI units, shape (number, item)."""
         count, found = self.item_count, [np.zeros((0, self.item_count))]
         for name, width in self.traced.widths.items():
-            own = np.reshape(getattr(self, name), (-1, width))
-            found.append(np.broadcast_to(own, (count, width)).T)
+            if width:
+                own = np.reshape(getattr(self, name), (-1, width))
+                found.append(np.broadcast_to(own, (count, width)).T)
         return np.concatenate(found)
 
     @property
     def _kernels(self) -> "PotentialKernels":
         from tissuec.forces.potential_kernels import kernels_of  # which costs time
 
-        shared = tuple((name, np.ndim(getattr(self, name)) == 0) for name in self.learnt)
+        shared = tuple((name, self._is_shared(name)) for name in self.learnt)
         return kernels_of(type(self).__name__.lower(), self.traced, shared)
+
+    def _is_shared(self, name: str) -> bool:
+        """Return whether all items share a number: one without axes, or with a single row."""
+        shape = np.shape(getattr(self, name))
+        return not shape or shape[0] < self.item_count
 
     def only(self, items: Indices) -> Self:
         """Return some items, by indices of shape (n,), with the walls of all."""
         names = set(self.__struct_fields__).intersection(("nodes", *self.columns))
-        arrays = {name: getattr(self, name) for name in names if np.ndim(getattr(self, name))}
+        arrays = {name: getattr(self, name) for name in names if not self._is_shared(name)}
         return replace(self, **{name: array[items] for name, array in arrays.items()})
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
@@ -220,7 +230,12 @@ class PotentialField(ElementField, frozen=True):
         return self._table(place)
 
     def _table(self, place: Indices) -> "ItemTable":
-        return self._kernels.table(place[self.nodes], self._numbers())
+        return self._kernels.table(place[self.nodes], self._numbers(), self.internal_variables)
+
+    @property
+    def internal_variables(self) -> Indices | None:
+        """Return the components of velocities that items remember, shape (item, slot)."""
+        return None
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
@@ -240,14 +255,15 @@ def _flat(vectors: Floats) -> Floats:
 
 @cache
 def traced_item(
-    potential: PotentialFunction, corners: int, widths: tuple[tuple[str, int], ...]
-) -> TracedItem:
+    potential: PotentialFunction, corners: int, widths: tuple[tuple[str, int], ...],
+    slots: int = 0,
+) -> TracedItem:  # fmt: skip
     """Return ``TracedItem``, once for each; the arguments are its own.
 
     Raises:
         TracingError: The potential cannot be traced, or supplies power.
     """
-    found = TracedItem(potential, corners, dict(widths))
+    found = TracedItem(potential, corners, dict(widths), slots=slots)
     if found.supply.value != 0.0:
         raise TracingError(
             f"{place_of(potential)}: it supplies power, for which equilibria need more: write "

@@ -86,19 +86,20 @@ class PotentialKernels:
         loop = partial(loops.record_loop, item=self.item, outputs=outputs, constants=known)
         return self._named(what, loop), len(outputs)
 
-    def table(self, nodes: Indices, columns: Floats) -> ItemTable:
+    def table(self, nodes: Indices, columns: Floats, slots: Indices | None = None) -> ItemTable:
         """Return the table of items, with the constants that follow from their numbers.
 
         Args:
             nodes: Shape (item, corner).
             columns: Numbers of the items, in SI units, shape (number, item).
+            slots: Components of velocities that are internal variables, shape (item, slot).
         """
-        found = ItemTable.of(nodes, columns)
+        found = ItemTable.of(nodes, columns, slots)
         if not self.item.constants or not len(nodes):
             return found
         none = np.zeros(0)
         more = self.recorded("constants", none, none, found).T
-        return ItemTable.of(nodes, np.concatenate([columns, more]))
+        return ItemTable.of(nodes, np.concatenate([columns, more]), slots)
 
 
 @cache

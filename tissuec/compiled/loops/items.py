@@ -30,7 +30,8 @@ class ItemTable(NamedTuple):
 
     Attributes:
         size: Number of items.
-        places: Three times the nodes, item by item, filled up to whole blocks of lanes.
+        places: Three times the nodes, then the components of velocities that are internal
+            variables, item by item, filled up to whole blocks of lanes.
         numbers: Numbers of the items: block by block, and in each one number of all its lanes
             after the other.
     """
@@ -40,15 +41,20 @@ class ItemTable(NamedTuple):
     numbers: Floats
 
     @classmethod
-    def of(cls, nodes: NDArray[np.integer], columns: Floats) -> Self:
+    def of(
+        cls, nodes: NDArray[np.integer], columns: Floats, slots: Indices | None = None
+    ) -> Self:
         """Return a table.
 
         Args:
             nodes: Of the items, shape (item, corner).
             columns: Numbers of the items, in any unit, shape (number, item).
+            slots: Components of velocities that are internal variables, shape (item, slot).
         """
         every = filled(len(nodes))
         places = 3 * nodes[every].astype(np.int64)
+        if slots is not None:
+            places = np.hstack([places, slots[every]])
         return cls(len(nodes), places.ravel(), blocked(columns, every))
 
 
@@ -128,7 +134,7 @@ class ItemLoop:
     Attributes:
         graph: Of what is computed.
         code: Writes it, of all lanes.
-        corners: Nodes of an item.
+        corners: Nodes and internal variables of an item.
         room: Allocations in memory.
         first, active: The first item that is computed, and how many items are.
     """
@@ -143,7 +149,7 @@ class ItemLoop:
     @classmethod
     def of(cls, item: TracedItem, lanes: int) -> "ItemLoop":
         """Return a loop over items whose potential was traced."""
-        return cls(item.graph, item.numbers, item.corners + item.seen, lanes)
+        return cls(item.graph, item.numbers, item.corners + item.seen + item.slots, lanes)
 
     # --- reading ----------------------------------------------------------------------------
 
@@ -183,6 +189,17 @@ class ItemLoop:
             _shuffled(code, 4, low, high, range(8)) for low, high in zip(*fours, strict=True)
         ]
 
+    def gather_slot(self, vector: str, places: Sequence[str]) -> str:
+        """Return one component of a vector for each lane."""
+        code = self.code
+        numbers = [code.load(code.address(f"%{vector}", each), "double") for each in places]
+        if code.lanes == 1:
+            return numbers[0]
+        found = "poison"
+        for lane, number in enumerate(numbers):
+            found = code.add(f"insertelement {code.kind} {found}, double {number}, i64 {lane}")
+        return found
+
     def _transposed(self, rows: Sequence[str]) -> list[str]:
         """Return three vectors of four lanes from four rows of three components."""
         code, (a, b, c, d) = self.code, rows
@@ -216,6 +233,10 @@ class ItemLoop:
                     places = places or self.places()
                     for axis, value in enumerate(self.gather(vector, places[corner])):
                         values[f"{letter}.{corner}.{axis}"] = value
+                name = f"{letter}.slot.{corner}"
+                if name in needed:
+                    places = places or self.places()
+                    values[name] = self.gather_slot(vector, places[corner])
             for name in sorted(needed.intersection(("a.0", "a.1")) if letter == "a" else ()):
                 one = code.load(code.address(f"%{vector}", name[2:]), "double")
                 values[name] = code.in_all_lanes(one)
@@ -456,6 +477,12 @@ def at_corners(vector: str, corners: int) -> list[Target]:
     return [(vector, (corner, axis)) for corner in range(corners) for axis in range(3)]
 
 
+def at_places(vector: str, item: TracedItem) -> list[Target]:
+    """Return the components of a vector at the corners of an item, and in its slots."""
+    slots: list[Target] = [(vector, (place, 0)) for place in item.places_of_slots]
+    return at_corners(vector, item.corners) + slots
+
+
 def force_loop(
     name: str, item: TracedItem, lanes: int = LANES, vectors: Mapping[str, str] = STATE
 ) -> LoopText:
@@ -466,7 +493,7 @@ def force_loop(
         vectors: As those of ``ItemLoop.inputs``.
     """
     powers = [(k, p) for k, p in enumerate((item.supply, item.power)) if p.value != 0.0]
-    targets = [*at_corners("f", item.corners), *(("power", k) for k, _ in powers)]
+    targets = [*at_places("f", item), *(("power", k) for k, _ in powers)]
     return add_loop(
         name, ItemLoop.of(item, lanes), [*item.forces, *(p for _, p in powers)], vectors,
         targets, item.constants, more=("power",),
@@ -501,7 +528,7 @@ def pull_loop(
         learnt: By name of a number, whether it is the same one for all items.
         lanes: Items that are computed at a time.
     """
-    targets = [*at_corners("by_x", item.corners), *at_corners("by_v", item.corners)]
+    targets = [*at_corners("by_x", item.corners), *at_places("by_v", item)]
     return add_loop(
         name, ItemLoop.of(item, lanes), item.pulled(tuple(learnt)), STATE | {"w": "weight"},
         targets, item.constants, learnt=(item.widths, learnt),
@@ -624,8 +651,8 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
     outputs, rates = item.pushed(tuple(learnt))
     return change_loop(
         name, ItemLoop.of(item, 1), outputs, rates, STATE,
-        [*at_corners("dx", item.corners), *at_corners("dv", item.corners)],
-        at_corners("df", item.corners), item.constants, learnt=(item.widths, learnt),
+        [*at_corners("dx", item.corners), *at_places("dv", item)],
+        at_places("df", item), item.constants, learnt=(item.widths, learnt),
     )  # fmt: skip
 
 

@@ -28,7 +28,6 @@ from tissuec.compiled.numba_types import (
     as_compiled,
     caller,
     field_caller,
-    partial_caller,
 )
 from tissuec.compiled.sources import digest_of_sources
 from tissuec.compiled.team import CALLED_BY_THREADS

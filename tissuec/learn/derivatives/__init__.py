@@ -2,13 +2,12 @@
 
 Shared arguments:
     act: Everything that acts on a leg.
-    forces: Laws, springs and numbers that accelerations follow from.
+    forces: Nodes, and the loops of springs and fields that accelerations follow from.
     at: A state of all nodes.
     start: State at the beginning of a leg.
     state: State at the first time.
     plan: The plan of the experiment.
     network: The network.
-    laws: Laws of springs.
     times: Times of interest [s], ascending, shape (row,).
     x, v: Positions [m] and velocities [m/s] of all nodes, shape (3 node,).
     trail: States at all times.

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy import sparse
 
-from tissuec.kernels.derivative_records import Values
 from tissuec.learn.derivatives.event_recording import EventRecorder
 from tissuec.learn.derivatives.event_schedule import EventSchedule
 from tissuec.learn.derivatives.methods import ChosenMethod
@@ -51,7 +50,6 @@ class DynamicModel:
         self._schedule: EventSchedule | None = None
         self._motion: Motion | None = None
         self._known: tuple[bytes, Floats, SampledStates] | None = None
-        self._values: dict[int, Values] = {}  # of the last motion, by the number of a leg
 
     @property
     def motion(self) -> Motion:
@@ -117,16 +115,15 @@ class DynamicModel:
                 slope = pull(look, view, weight)
                 by_x[sample] += slope.x
                 by_v[sample] += slope.v
-                if slope.values is not None:
-                    order.add(direct, view.leg.past(slope.values))
+                if slope.numbers is not None:
+                    direct += slope.numbers
         direct += self.motion.backward(by_x, by_v)
         return np.asarray(self.shaping.change(theta).T @ direct)
 
     def jacobian(self, theta: Floats) -> Floats:
         """Return the derivatives of all predictions, by changes carried through the steps."""
         vector, samples = self._samples(theta)
-        order, change = self.shaping.order, self.shaping.change(theta)
-        found = np.zeros((self.size, self.shaping.size))
+        found, change = np.zeros((self.size, self.shaping.size)), self.shaping.change(theta)
         by_sample: dict[int, list[tuple[Observable, slice]]] = {}
         for look, slot, rows in self._rows():
             for row, sample in rows:
@@ -141,7 +138,7 @@ class DynamicModel:
             ) -> None:  # fmt: skip
                 view = self._view(vector, samples, sample)
                 for look, part in by_sample.get(sample, ()):
-                    found[part, columns] = push(look, view, tx, tv, order, some)
+                    found[part, columns] = push(look, view, tx, tv, some)
 
             self.motion.forward_with(vector, some, visit)
         return found
@@ -164,7 +161,6 @@ class DynamicModel:
         if self._known is None or self._known[0] != key:
             vector = self.shaping.vector(theta)
             self._known = None  # of the motion, only the last one is remembered
-            self._values = {}
             self._known = key, vector, self.motion.forward(vector)
         return self._known[1:]
 
@@ -178,9 +174,6 @@ class DynamicModel:
 
     def _view(self, vector: Floats, samples: SampledStates, sample: int) -> StateView:
         motion = self.motion
-        number = int(motion.leg_of[sample])
-        leg = motion.schedule.legs[number]
-        if number not in self._values:
-            self._values[number] = leg.present(self.shaping.order.values(vector))
+        leg = motion.schedule.legs[int(motion.leg_of[sample])]
         time = float(motion.times[sample])
-        return StateView(leg, self._values[number], samples.x[sample], samples.v[sample], time)
+        return StateView(leg, vector, samples.x[sample], samples.v[sample], time)

@@ -20,11 +20,10 @@ from scipy import sparse
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.failures import overloaded
-from tissuec.kernels.derivative_records import Values
 from tissuec.learn.derivatives.event_recording import note
-from tissuec.learn.derivatives.event_schedule import ArrayChange, Leg, leg_of, present_fields
+from tissuec.learn.derivatives.event_schedule import ArrayChange, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.learn.parameters.numbers import NETWORK, NumberOrder
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import LowRankFactor, Stiffness
@@ -75,12 +74,12 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         """Return when it is in the script [s]."""
         return self.leg.start
 
-    def balanced(self, network: Network, values: Values, before: Floats) -> Floats:
+    def balanced(self, network: Network, vector: Floats, before: Floats) -> Floats:
         """Return the places in equilibrium [m], shape (node, 3).
 
         Args:
             network: With numbers in its laws.
-            values: The numbers of this stand.
+            vector: All numbers in SI units, shape (number,).
             before: Places in the stand before [m], shape (node, 3).
 
         Raises:
@@ -89,13 +88,16 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         leg = self.leg
         state = State.start(network, gravity=leg.gravity, drag=0.0)
         state.time, state.alive = leg.start, leg.alive_springs
-        state.mass = values.mass
-        numbers = {name: getattr(values, name) for name in ("stiffness", "damping", "rest")}
-        state.springs = replace(state.springs, **numbers)
+        numbers = leg.changed(vector)
+        changed = {name: leg.order.array(numbers, name) for name in NETWORK}
+        state.mass = changed.pop("mass")
+        state.springs = replace(state.springs, **changed)
         state.holders = dict(leg.holders)
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}
-        fields = present_fields(leg, values).items()
-        state.blocks = {name: FieldBlock(name, "", field, None) for name, field in fields}
+        _, fields = leg.acting.with_numbers(leg.present(vector))
+        state.blocks = {
+            name: FieldBlock(name, "", field, None) for name, field in fields.items()
+        }
         if leg.planes is not None:
             state.put(FieldBlock(SYMMETRY, SYMMETRY, leg.planes, None))
         state.position[:] = before + self.way

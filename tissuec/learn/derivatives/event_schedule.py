@@ -20,7 +20,8 @@ from tissuec.forces.acting.load import Load
 from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.matrices import with_numbers
-from tissuec.kernels.derivative_records import ActingFields, Links, SpringMemory, Values
+from tissuec.forces.springs.spring_items import SpringItems, items_of
+from tissuec.kernels.derivative_records import ActingFields, Links, Values
 from tissuec.learn.derivatives.planes import (
     add_nothing,
     project_changes,
@@ -29,22 +30,20 @@ from tissuec.learn.derivatives.planes import (
     push_nothing,
 )
 from tissuec.learn.parameters.numbers import (
-    NO_MEMORY,
-    ActingNumbers,
     Fields,
     NumberOrder,
     acting_numbers,
     derivatives_of,
     hidden_nodes,
-    memory_of,
     named_fields,
     numbers,
-    remembering,
 )
 from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import Floats, Indices, Network
 
 AFTER = 1e-9  # of the time of a last event: what follows, to show what is after it
+
+_NONE: Indices = np.zeros(0, dtype=np.int64)
 
 
 class ArrayChange(NamedTuple):
@@ -68,6 +67,78 @@ class PrescribedPaths(NamedTuple):
     load: Floats
 
 
+class ActingForces(NamedTuple):
+    """What acts, with its numbers among all.
+
+    Attributes:
+        springs: Those that act.
+        fields: What acts beside them, by name; its own numbers do not count.
+        places: Of the numbers of springs in the vector of all, shape (n,).
+        places_of_fields: Of those of fields, shape (n,).
+    """
+
+    springs: tuple[SpringItems, ...]
+    fields: Fields
+    places: Indices
+    places_of_fields: Indices
+
+    @classmethod
+    def of(
+        cls, springs: tuple[SpringItems, ...], fields: Fields, places_of_fields: Indices,
+        order: NumberOrder,
+    ) -> "ActingForces":  # fmt: skip
+        """Return what acts; arguments are as the attributes.
+
+        Args:
+            order: Of all numbers.
+        """
+        count, found = order.sizes["rest"], [_NONE]
+        for one in springs:
+            own = order.places["memory"].start + one.springs[:, None] + count * one.memory_rows
+            constants = order.places["constants"]
+            found += [
+                *(order.places[name].start + one.springs for name in SPRING_ARRAYS),
+                own.ravel(), np.arange(constants.start, constants.stop),
+            ]  # fmt: skip
+        return cls(springs, fields, np.concatenate(found), places_of_fields)
+
+    def some(self, springs: NDArray[np.bool_], order: NumberOrder) -> "ActingForces":
+        """Return the same with some of the springs only.
+
+        Args:
+            springs: Those of the network that stay, shape (spring,).
+            order: Of all numbers.
+        """
+        kept = [(one, np.flatnonzero(springs[one.springs])) for one in self.springs]
+        some = tuple(one.only(items) for one, items in kept if len(items))
+        return ActingForces.of(some, self.fields, self.places_of_fields, order)
+
+    @property
+    def numbers(self) -> Indices:
+        """Return the places of all that acts, springs first, shape (number,)."""
+        return np.concatenate([self.places, self.places_of_fields])
+
+    def with_numbers(self, values: Values) -> tuple[tuple[SpringItems, ...], Fields]:
+        """Return springs and fields with the numbers of a leg."""
+        start, springs = 0, list[SpringItems]()
+        fields: dict[str, Field] = {}
+        for name, force in [*enumerate(self.springs), *self.fields.items()]:
+            stop = start + len(numbers(force))
+            made = with_numbers(
+                force, derivatives_of(force).columns, values.numbers[start:stop]
+            )
+            start = stop
+            if isinstance(name, int):
+                springs.append(made)
+            else:
+                fields[name] = made
+        return tuple(springs), fields
+
+
+#: What every spring has, in the order of the numbers of ``SpringItems``.
+SPRING_ARRAYS = ("stiffness", "damping", "rest")
+
+
 class Leg(Struct, frozen=True, eq=False, dict=True):
     """A stretch of time in which nothing but the state changes.
 
@@ -81,9 +152,9 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         drag: Of all nodes alike [N s/m].
         holders: Who holds which nodes.
         changes: What the script made of arrays, by name.
-        fields: What acts beside springs, by name; its own numbers do not count.
-        numbers: Of these fields.
+        acting: What acts.
         planes: Of symmetry; None without any.
+        order: Of all numbers.
         remembers: Whether what springs remember changes; at rest, it does not.
     """
 
@@ -100,9 +171,9 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     motions: tuple[PrescribedMotion, ...]
     loads: tuple[Load, ...]
     changes: Mapping[str, ArrayChange]
-    fields: Fields
-    numbers: ActingNumbers
+    acting: ActingForces
     planes: SymmetryPlanes | None
+    order: NumberOrder
     remembers: bool
     _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict[bytes, PrescribedPaths])
 
@@ -132,47 +203,58 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         """
         return {name: change.factor for name, change in self.changes.items()}
 
-    def present(self, values: Values) -> Values:
-        """Return the numbers that hold on this leg."""
-        changed = {
-            name: change.factor * getattr(values, name) + change.more
-            for name, change in self.changes.items()
-        }
-        own = values.fields[self.numbers.places]
-        return values._replace(**changed, fields=own)
+    def changed(self, vector: Floats) -> Floats:
+        """Return all numbers with what the script has changed, shape (number,)."""
+        found = vector.copy()
+        for name, change in self.changes.items():
+            part = self.order.array(found, name)
+            part[:] = change.factor * part + change.more
+        return found
 
-    def past(self, by: Values) -> Values:
-        """Return derivatives by the numbers of this leg as those by the first numbers."""
-        changed = {
-            name: change.factor * getattr(by, name) for name, change in self.changes.items()
-        }
-        return by._replace(**changed, fields=self.numbers.of_all(by.fields))
+    def present(self, vector: Floats, acting: ActingForces | None = None) -> Values:
+        """Return the numbers that hold on this leg.
+
+        Args:
+            vector: All numbers in SI units, shape (number,).
+            acting: Part of what acts.
+        """
+        found, numbers = self.changed(vector), (acting or self.acting).numbers
+        mass, drag = (self.order.array(found, name) for name in ("mass", "drag"))
+        return Values(mass, drag, found[numbers])
+
+    @property
+    def nothing(self) -> Values:
+        """Return zeros in the places of the numbers of this leg."""
+        sizes = len(self.held), len(self.held), len(self.acting.numbers)
+        return Values(*(np.zeros(size) for size in sizes))
+
+    def past(self, by: Values, acting: ActingForces | None = None) -> Floats:
+        """Return derivatives by the numbers of this leg as those by all numbers at 0 s.
+
+        Args:
+            acting: Part of what acts.
+        """
+        found = np.zeros(self.order.size)
+        np.add.at(found, (acting or self.acting).numbers, by.numbers)
+        for name in ("mass", "drag"):
+            self.order.array(found, name)[:] = getattr(by, name)
+        for name, factor in self.factors.items():
+            self.order.array(found, name)[:] *= factor
+        return found
 
     def links(self, values: Values) -> Links:
-        """Return the acting springs, with the masses of this leg."""
-        network, free, springs = self.network, ~self.held, self.alive
+        """Return the nodes, with the masses of this leg."""
+        free = ~self.held
         moves = free.copy()
         if self.remembers:
-            springs = springs[~remembering(network)[springs]]
-            moves[hidden_nodes(network)] = False
-        low, high = network.springs.ends[springs].astype(np.int64).T
-        inverse = np.where(free, 1.0 / values.mass, 0.0)
+            moves[hidden_nodes(self.network)] = False
         return Links(
-            np.ascontiguousarray(low),
-            np.ascontiguousarray(high),
-            springs.astype(np.int64),
-            network.springs.law[springs].astype(np.int64),
-            inverse,
+            np.where(free, 1.0 / values.mass, 0.0),
             (moves[:, None] * self.gravity).ravel(),
             np.where(moves, self.drag + values.drag, 0.0),
             self.loaded,
             self.driven,
         )
-
-    @property
-    def memory(self) -> SpringMemory:
-        """Return the springs that remember."""
-        return memory_of(self.network, self.alive) if self.remembers else NO_MEMORY
 
     def paths(self, times: Floats) -> PrescribedPaths:
         """Return prescribed positions and velocities at some times [s], shape (time,)."""
@@ -259,11 +341,15 @@ def leg_of(
         factor, more = factor.copy(), more.copy()
         factor[hidden], more[hidden] = 0.0, 1.0
         changes = {**changes, "mass": ArrayChange(factor, more)}
+    alive = np.flatnonzero(state.alive)
+    laws, constants = order.laws or network.springs.laws, order.sizes["constants"]
+    springs = tuple(items_of(network, alive, laws, constants, remember=remembers))
+    own = order.places["fields"].start + acting_numbers(acting, state.alive, order.fields)
     return Leg(
         state.time,
         stop,
         state.network,
-        np.flatnonzero(state.alive),
+        alive,
         held,
         held | set_anew,
         state.velocity.copy(),
@@ -273,39 +359,21 @@ def leg_of(
         tuple(state.motions.values()),
         tuple(state.loads.values()),
         dict(changes),
-        acting,
-        acting_numbers(acting, state.alive, order.fields),
+        ActingForces.of(springs, acting, own, order),
         state.symmetry,
+        order,
         remembers,
     )
 
 
-_NONE: Indices = np.zeros(0, dtype=np.int64)
-
-
-def present_fields(leg: Leg, values: Values) -> dict[str, Field]:
-    """Return the fields of a leg with their numbers, by name.
-
-    Args:
-        values: The numbers of this leg.
-    """
-    found: dict[str, Field] = {}
-    start = 0
-    for name, force in leg.fields.items():
-        columns, stop = derivatives_of(force).columns, start + len(numbers(force))
-        found[name] = with_numbers(force, columns, values.fields[start:stop])
-        start = stop
-    return found
-
-
 def acting_fields(
-    leg: Leg, fields: Fields, x: Floats, planes: SymmetryPlanes | None = None
+    leg: Leg, fields: Sequence[Field], x: Floats, planes: SymmetryPlanes | None = None
 ) -> ActingFields:
-    """Return the fields of a leg for compiled code.
+    """Return springs and fields for compiled code.
 
     Args:
         leg: The leg, without knots of what fields follow in between.
-        fields: As ``present_fields`` returns them.
+        fields: Those that act, with their numbers.
         x: Positions from which nodes move by no more than the reach of a field [m], shape
             (3 node,).
         planes: Of symmetry, that act last.
@@ -325,7 +393,7 @@ def acting_fields(
 
     if planes is not None:
         enter(planes, (add_nothing, project_weights, push_nothing), 0)
-    for one in fields.values():
+    for one in fields:
         _, back, forward = derivatives_of(one)
         enter(one, (one.kernel, back, forward), len(numbers(one)))
     if planes is not None:
@@ -335,7 +403,7 @@ def acting_fields(
         *(np.ascontiguousarray(part) for part in addresses),
         table=np.array([table.address for table in tables], dtype=np.int64),
         first=np.cumsum(counts),
-        weight=np.zeros(3 * len(place) if tables else 0),
+        weight=np.zeros(3 * len(place)),
         power=np.zeros(2),
         kept=tuple(tables),
     )

@@ -7,17 +7,12 @@ import numpy as np
 from scipy import sparse
 
 from tissuec.compiled.calls import Shipped
-from tissuec.compiled.laws import partial_address
-from tissuec.compiled.record_tables import tabulated
 from tissuec.engine.integrators import derivatives_kernel as steps
 from tissuec.forces import accelerations_derivatives_kernel as accelerations
-from tissuec.forces.springs import springs_derivatives_kernel as springs
-from tissuec.kernels.derivative_records import Laws, Links, NodeState
-from tissuec.laws import Law
-from tissuec.laws.partial import ARGUMENTS
+from tissuec.kernels.derivative_records import NodeState
 from tissuec.learn.derivatives.stepping import LegForces
 from tissuec.mechanics.stiffness import LowRankFactor
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats
 
 
 class AccelerationMatrices(NamedTuple):
@@ -59,13 +54,10 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
         act: Everything that acts.
         time: [s].
     """
-    links = act.forces.links
-    of_x, of_v = np.empty((2, len(links.low), 3, 3))
-    blocks(act.forces, at, of_x, of_v)
-    drag = sparse.diags(np.repeat(links.drag * links.inverse, 3))
-    by_x, by_v = _between(links, of_x), _between(links, of_v) - drag
+    links, size = act.forces.links, len(act.forces.links.inverse)
+    by_x = sparse.csr_matrix((3 * size, 3 * size))
+    by_v = -sparse.diags(np.repeat(links.drag * links.inverse, 3))
     wide = [np.zeros((len(at.x), 0))]
-    size = len(links.inverse)
     number, inverse = np.arange(size), sparse.diags(np.repeat(links.inverse, 3))
     position, velocity = at.x.reshape(-1, 3), at.v.reshape(-1, 3)
     for each in act.fields:
@@ -91,34 +83,11 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
     return AccelerationMatrices(sparse.csr_matrix(by_x), sparse.csr_matrix(by_v), beside)
 
 
-def _between(links: Links, blocks: Floats) -> sparse.csr_matrix:
-    """Return the matrix of what blocks between two nodes do to accelerations."""
-    low, high, inverse = links.low, links.high, links.inverse
-    axes = np.arange(3)
-    rows: list[Indices] = []
-    columns: list[Indices] = []
-    entries: list[Floats] = []
-    for at, by, sign in (
-        (low, low, -1.0),
-        (low, high, 1.0),
-        (high, low, 1.0),
-        (high, high, -1.0),
-    ):
-        shape = blocks.shape
-        rows.append(np.broadcast_to(3 * at[:, None, None] + axes[:, None], shape).ravel())
-        columns.append(np.broadcast_to(3 * by[:, None, None] + axes, shape).ravel())
-        entries.append((sign * inverse[at][:, None, None] * blocks).ravel())
-    size = 3 * len(inverse)
-    parts = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
-    return sparse.csr_matrix(sparse.coo_matrix(parts, shape=(size, size)))
-
-
 def _shipped(function: Callable[..., None]) -> Shipped:
     return Shipped(function, "derivatives")
 
 
 acceleration = _shipped(accelerations.acceleration)
-blocks = _shipped(springs.blocks)
 pull_back = _shipped(accelerations.pull_back)
 push_forward = _shipped(accelerations.push_forward)
 begin_dues = _shipped(steps.begin_dues)
@@ -129,15 +98,3 @@ step_back = _shipped(steps.step_back)
 step_change = _shipped(steps.step_change)
 step_forward = _shipped(steps.step_forward)
 weigh_stage = _shipped(steps.weigh_stage)
-
-
-def compiled_laws(laws: tuple[Law, ...], constants: int) -> Laws:
-    """Return laws as kernels call them.
-
-    Args:
-        laws: The first is the linear one.
-        constants: How many of their constants may change.
-    """
-    curved = len(laws) > 1
-    places = {name: partial_address(name, laws, constants) for name in ARGUMENTS if curved}
-    return tabulated(Laws(curved, **places))

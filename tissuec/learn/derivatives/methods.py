@@ -27,7 +27,7 @@ from tissuec.engine.integrators.derivatives_kernel import (
     time_of,
 )
 from tissuec.engine.method_choice import measured_facts
-from tissuec.kernels.derivative_records import Laws, NodeState, NodeStates, Seeds, Values
+from tissuec.kernels.derivative_records import NodeState, NodeStates, Seeds, Values
 from tissuec.learn.derivatives.matrices import (
     acceleration,
     begin_dues,
@@ -55,10 +55,10 @@ from tissuec.script.plan import AUTOMATIC, Plan
 class ByTableau:
     """The tableau of an integrator, and the beginning of a leg; see ``Stepping``."""
 
-    def __init__(self, name: str, laws: Laws):
+    def __init__(self, name: str):
         member = INTEGRATORS[name]
         assert member.tableau is not None, f"{name} has no tableau"
-        self.name, self.laws, self.tableau = name, laws, tabulated(member.tableau)
+        self.name, self.tableau = name, tabulated(member.tableau)
         # Between both ends of its steps, a cubic is as exact as a method of second order.
         self.lands = member.implicit or member.order > 2
         nodes = self.tableau.for_x[: self.tableau.result + 1, 0]
@@ -156,8 +156,8 @@ class Unsolved(Diverged):
 class ImplicitStepping(ByTableau):
     """Steps by a tableau whose stages are found one after the other."""
 
-    def __init__(self, name: str, laws: Laws):
-        super().__init__(name, laws)
+    def __init__(self, name: str):
+        super().__init__(name)
         self._own = np.diagonal(self.tableau.for_v[:, 1:])[: self.tableau.result + 1]
         self._factor: LowRankFactor | None = None
         self._factored: tuple[object, float] = (None, 0.0)
@@ -374,7 +374,7 @@ class ChosenMethod(NamedTuple):
 
 
 def choose(
-    name: str, step: float | None, network: Network, plan: Plan, *, duration: float, laws: Laws,
+    name: str, step: float | None, network: Network, plan: Plan, *, duration: float,
 ) -> ChosenMethod:  # fmt: skip
     """Return the method and step of a motion.
 
@@ -386,7 +386,6 @@ def choose(
         network: With numbers in its laws.
         plan: The plan of the experiment, with numbers in its forces.
         duration: Of the experiment [s].
-        laws: With variables for the constants that are learnt.
     """
     state = starting_state(plan, network)
     facts = measured_facts(state)
@@ -412,7 +411,7 @@ def choose(
                 step /= YIELDING
     step = min(step, duration) if np.isfinite(step) else duration
     stepping = ImplicitStepping if member.implicit else ExplicitStepping
-    return ChosenMethod(stepping(name, laws), step)
+    return ChosenMethod(stepping(name), step)
 
 
 def swing(order: int) -> float:

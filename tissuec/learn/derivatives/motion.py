@@ -17,7 +17,7 @@ from scipy import sparse
 
 from tissuec.core.units import TIME, show
 from tissuec.engine.integrators.derivatives_kernel import state as state_at
-from tissuec.kernels.derivative_records import NodeState, NodeStates, Seeds, Values
+from tissuec.kernels.derivative_records import NodeState, NodeStates, Seeds
 from tissuec.learn.derivatives.event_schedule import EventSchedule, Leg
 from tissuec.learn.derivatives.stepping import LegForces, Stepping, StepStates, act_on
 from tissuec.learn.parameters.numbers import NumberOrder
@@ -136,7 +136,7 @@ class Motion:
         due = NodeState(*np.zeros((3, by_x.shape[1])))
         assert self._last is not None, "forward comes first"
         act, trail = self._last
-        by = _nothing(act.forces.values)
+        by = act.leg.nothing
         for number in range(len(self.stretches) - 1, -1, -1):
             stretch = self.stretches[number]
             leg = self.schedule.legs[stretch.leg]
@@ -144,7 +144,7 @@ class Motion:
                 start = self._kept[number]
                 if act.leg is not leg:
                     act = self._act(self._vector, leg, start.x)
-                    by = _nothing(act.forces.values)
+                    by = act.leg.nothing
                 act, trail = self._run(self._vector, act, stretch, start)
             entering = _enter(trail.states, stretch.between, by_x, by_v)
             self.stepping.back(act, trail, entering, due, by)
@@ -153,7 +153,7 @@ class Motion:
             if stretch.first:
                 self.stepping.begin_back(act, state_at(0, trail.states), due, by)
                 due.v[np.repeat(leg.stopped, 3)], due.a[:] = 0.0, 0.0
-                order.add(gradient, leg.past(by))
+                gradient += leg.past(by)
         order.array(gradient, "position")[:] += due.x
         order.array(gradient, "velocity")[:] += due.v
         return gradient
@@ -182,7 +182,7 @@ class Motion:
         for stretch, act, trail in self._trails(vector, keep=False):
             leg = self.schedule.legs[stretch.leg]
             if stretch.first:
-                seeds = order.seeds(change, leg.factors, leg.numbers)
+                seeds = order.seeds(change, leg.factors, leg.acting.numbers)
                 tv[np.repeat(leg.stopped, 3)] = 0.0
                 self.stepping.begin_change(act, state_at(0, trail.states), seeds, moved)
             assert seeds is not None
@@ -266,8 +266,7 @@ class Motion:
     def _act(
         self, vector: Floats, leg: Leg, x: Floats, reach: float | None = None
     ) -> LegForces:
-        values = leg.present(self.order.values(vector))
-        return act_on(leg, self.stepping.laws, values, x, reach)
+        return act_on(leg, leg.present(vector), x, reach)
 
     def _change(
         self,
@@ -281,7 +280,7 @@ class Motion:
         """Carry changes to the end of a stretch; yield those of the samples on it."""
         rows = np.unique([*between.rows, *(between.rows + 1), len(trail.times) - 1])
         rows = rows[rows > 0]
-        tx, tv = (part.reshape(-1, seeds.total.size) for part in (moved.x, moved.v))
+        tx, tv = (part.reshape(-1, seeds.room.size) for part in (moved.x, moved.v))
         before = tx.copy(), tv.copy()
         changes = self.stepping.change(act, trail, seeds, moved, rows)
         for row, _ in zip(rows.tolist(), changes, strict=True):
@@ -347,10 +346,6 @@ def _farthest(trail: StepStates) -> float:
     """Return how far nodes are from where they are at first, at most [m]."""
     away = (trail.states.x - trail.states.x[0]).reshape(len(trail.times), -1, 3)
     return float(np.sqrt(np.square(away).sum(axis=2).max(initial=0.0)))
-
-
-def _nothing(values: Values) -> Values:
-    return Values(*(np.zeros_like(part) for part in values))
 
 
 def _last_finite(trail: StepStates) -> float:

@@ -8,18 +8,10 @@ from scipy import sparse
 
 from tissuec.compiled.record_tables import tabulated
 from tissuec.core.units import TIME, show
-from tissuec.kernels.derivative_records import (
-    Forces,
-    Laws,
-    Links,
-    NodeState,
-    SpringMemory,
-    Values,
-)
-from tissuec.learn.derivatives.event_schedule import Leg, acting_fields, present_fields
+from tissuec.kernels.derivative_records import Forces, Links, NodeState
+from tissuec.learn.derivatives.event_schedule import ActingForces, Leg, acting_fields
 from tissuec.learn.derivatives.matrices import acceleration, pull_back
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.parameters.numbers import NO_MEMORY, NumberOrder, memory_of, remembering
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import Fit
 from tissuec.script.measures import Subject
@@ -39,10 +31,10 @@ class Unseen(Diverged):
 
 
 class StateView(NamedTuple):
-    """A state, on a leg with its numbers; shape (3 node,)."""
+    """A state, shape (3 node,), on a leg, and all numbers, shape (number,)."""
 
     leg: Leg
-    values: Values
+    vector: Floats
     x: Floats
     v: Floats
     time: float = 0.0  # [s]
@@ -53,7 +45,7 @@ class ObservableDerivative(NamedTuple):
 
     x: Floats
     v: Floats
-    values: Values | None  # None where numbers do not enter
+    numbers: Floats | None  # shape (number,); None where they do not enter
 
 
 class Observable(Protocol):
@@ -91,16 +83,14 @@ def mixed(slopes: Iterable[ObservableDerivative], weights: Floats) -> Observable
     """
     pairs = list(zip(weights.tolist(), slopes, strict=True))
     x, v = np.zeros_like(pairs[0][1].x), np.zeros_like(pairs[0][1].v)
-    values: Values | None = None
+    numbers: Floats | None = None
     for weight, slope in pairs:
         x += weight * slope.x
         v += weight * slope.v
-        if slope.values is not None:
-            parts = [weight * part for part in slope.values]
-            if values is not None:
-                parts = [a + b for a, b in zip(values, parts, strict=True)]
-            values = Values(*parts)
-    return ObservableDerivative(x, v, values)
+        if slope.numbers is not None:
+            own = weight * slope.numbers
+            numbers = own if numbers is None else numbers + own
+    return ObservableDerivative(x, v, numbers)
 
 
 class Places:
@@ -228,13 +218,12 @@ class Size:
         return [mixed(self.look.slopes(view), vector / (np.linalg.norm(vector) or 1.0))]
 
 
-def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Observable | None:
+def look_of(fit: Fit, nodes: Indices | None) -> Observable | None:
     """Return the observable of a fit; None for a measure without derivatives.
 
     Args:
         fit: What is compared with data.
         nodes: Of positions, those that were measured, shape (node,).
-        laws: Laws of springs.
     """
     if fit.measure is None:
         assert nodes is not None
@@ -245,7 +234,7 @@ def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Observable | None:
             mean = Mean(first)
             return mean if fit.along is None else Along(mean, fit.along)
         case "force":
-            support = Support(first, laws)
+            support = Support(first)
             if fit.along is not None:
                 return Along(support, fit.along)
             return support if len(fit.columns) == 3 else Size(support)
@@ -272,7 +261,6 @@ def push(
     view: StateView,
     tx: Floats,
     tv: Floats,
-    order: NumberOrder,
     change: sparse.csr_matrix,
 ) -> Floats:
     """Return the derivatives of components by parameters, shape (component, change).
@@ -290,23 +278,18 @@ def push(
     slopes = look.slopes(view)
     moved = np.array([slope.x @ tx + slope.v @ tv for slope in slopes])
     for row, slope in enumerate(slopes):
-        if slope.values is not None:
-            direct = np.zeros(order.size)
-            order.add(direct, view.leg.past(slope.values))
-            moved[row] += change.T @ direct
+        if slope.numbers is not None:
+            moved[row] += change.T @ slope.numbers
     return moved
-
-
-_EMPTY: Indices = np.zeros(0, dtype=np.int64)
 
 
 class Support:
     """Minus the sum of the inner forces on some nodes, as ``force``."""
 
-    def __init__(self, subject: Subject, laws: Laws):
-        self.subject, self.laws = subject, laws
+    def __init__(self, subject: Subject):
+        self.subject = subject
         # By the identity of the leg, which is kept so that no other gets its number.
-        self._links: dict[int, tuple[Leg, Links, SpringMemory]] = {}
+        self._known: dict[int, tuple[Leg, Links, ActingForces]] = {}
 
     def at(self, view: StateView) -> Floats:
         """Return x, y and z [N]."""
@@ -315,43 +298,36 @@ class Support:
     def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the derivatives, by what a force on these nodes depends on."""
         forces, at = self._pulled(view)
-        nodes = np.flatnonzero(forces.links.inverse)
+        leg, nodes = view.leg, np.flatnonzero(forces.links.inverse)
+        _, acting = self._of(leg)
         found: list[ObservableDerivative] = []
         for axis in range(3):
             due = NodeState(*np.zeros((3, len(view.x))))
             due.a[3 * nodes + axis] = -1.0
-            by = Values(*(np.zeros_like(part) for part in view.values))
+            by = leg.nothing._replace(numbers=np.zeros(len(acting.numbers)))
             pull_back(forces, view.time, at, due, by)
             by.mass[:] = 0.0  # no mass is in a force
             by.drag[:] = 0.0  # nor is what acts from outside
-            found.append(ObservableDerivative(due.x, due.v, by))
+            found.append(ObservableDerivative(due.x, due.v, leg.past(by, acting)))
         return found
 
     def _pulled(self, view: StateView) -> tuple[Forces, NodeState]:
         """Return all forces, and the state with forces in place of accelerations."""
-        leg = view.leg
-        fields = acting_fields(leg, present_fields(leg, view.values), view.x)
-        links, memory = self._of(leg)
-        forces = tabulated(Forces(self.laws, links, view.values, fields, memory))
+        links, acting = self._of(view.leg)
+        springs, fields = acting.with_numbers(view.leg.present(view.vector, acting))
+        every = acting_fields(view.leg, [*springs, *fields.values()], view.x)
+        forces = tabulated(Forces(links, every))
         at = NodeState(view.x, view.v, np.empty_like(view.x))
         acceleration(forces, view.time, np.zeros(0), at)
         return forces, at
 
-    def _of(self, leg: Leg) -> tuple[Links, SpringMemory]:
-        """Return the springs that reach out of the nodes, each of which weighs 1 kg."""
-        if id(leg) not in self._links:
+    def _of(self, leg: Leg) -> tuple[Links, ActingForces]:
+        """Return the nodes, each of 1 kg, and the springs that reach out of them."""
+        if id(leg) not in self._known:
             inside = np.zeros(len(leg.held), dtype=bool)
             inside[nodes_of(self.subject, leg)] = True
-            ends = leg.network.springs.ends
-            alive = np.flatnonzero(leg.alive_springs & (inside[ends].sum(axis=1) == 1))
-            memory = memory_of(leg.network, alive) if leg.remembers else NO_MEMORY
-            if leg.remembers:
-                alive = alive[~remembering(leg.network)[alive]]
-            low, high = (np.ascontiguousarray(e) for e in ends[alive].astype(np.int64).T)
-            law = leg.network.springs.law[alive].astype(np.int64)
+            reach_out = inside[leg.network.springs.ends].sum(axis=1) == 1
             steady, drag = np.zeros(3 * len(inside)), np.zeros(len(inside))
-            links = Links(
-                low, high, alive, law, inside.astype(float), steady, drag, _EMPTY, _EMPTY
-            )
-            self._links[id(leg)] = leg, tabulated(links), tabulated(memory)
-        return self._links[id(leg)][1:]
+            links = Links(inside.astype(float), steady, drag, _NONE, _NONE)
+            self._known[id(leg)] = leg, links, leg.acting.some(reach_out, leg.order)
+        return self._known[id(leg)][1:]

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from tissuec.compiler.learning.displacements import rows_of
 from tissuec.core.units import LENGTH, show
-from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
+from tissuec.kernels.derivative_records import NodeState, Seeds, Values
 from tissuec.learn.derivatives.equilibria import (
     EquilibriumStage,
     StaticResponse,
@@ -42,11 +42,14 @@ class Equilibrium(Struct, eq=False, dict=True):
 
     stand: EquilibriumStage
     view: StateView
-    laws: Laws
+
+    @cached_property
+    def values(self) -> Values:
+        return self.stand.leg.present(self.view.vector)
 
     @cached_property
     def act(self) -> LegForces:
-        return act_on(self.stand.leg, self.laws, self.view.values, self.view.x)
+        return act_on(self.stand.leg, self.values, self.view.x)
 
     @cached_property
     def state(self) -> NodeState:
@@ -61,7 +64,7 @@ class Equilibrium(Struct, eq=False, dict=True):
     @cached_property
     def resistance(self) -> StaticResponse:
         by_x, _, wide = derivatives(self.act, self.stand.time, self.state)
-        mass, extent = self.view.values.mass, self.stand.leg.network.extent
+        mass, extent = self.values.mass, self.stand.leg.network.extent
         return StaticResponse(by_x, wide, mass, self.stand.free, extent)
 
     def move(self, tx: Floats, seeds: Seeds) -> None:
@@ -85,7 +88,7 @@ class Equilibrium(Struct, eq=False, dict=True):
         Args:
             due: By positions [1/m], shape (3 node,); changed.
         """
-        by = Values(*(np.zeros_like(part) for part in self.view.values))
+        by = self.stand.leg.nothing
         if not len(self.stand.free):
             return by
         entries, found = self.resistance.entries, NodeState(*np.zeros((3, len(due))))
@@ -122,9 +125,8 @@ class StaticModel:
         series: tuple[Series, ...],
         looks: tuple[Observable, ...],
         axis: DataAxis,
-        laws: Laws,
     ):
-        self.shaping, self.series, self.looks, self.laws = shaping, series, looks, laws
+        self.shaping, self.series, self.looks = shaping, series, looks
         self.slots, self.size = slots_of(series), len(measured(series))
         self.notes: tuple[str, ...] = ()
         self._times, self._rows = rows_of(shaping.compiled, series, axis)
@@ -171,9 +173,9 @@ class StaticModel:
             for look, part in parts:
                 slope = pull(look, balanced.view, weights[part])
                 due += slope.x
-                if slope.values is not None:
-                    order.add(direct, balanced.stand.leg.past(slope.values))
-            order.add(direct, balanced.stand.leg.past(balanced.back(due)))
+                if slope.numbers is not None:
+                    direct += slope.numbers
+            direct += balanced.stand.leg.past(balanced.back(due))
         order.array(direct, "position")[:] += due
         return np.asarray(self.shaping.change(theta).T @ direct)
 
@@ -195,7 +197,7 @@ class StaticModel:
             for balanced, parts in self._measured(theta):
                 self._move(balanced, some, tx)
                 for look, part in parts:
-                    found[part, columns] = push(look, balanced.view, tx, still, order, some)
+                    found[part, columns] = push(look, balanced.view, tx, still, some)
         return found
 
     def step_error(self, theta: Floats) -> Floats:
@@ -225,11 +227,10 @@ class StaticModel:
             places = order.array(vector, "position").reshape(-1, 3)
             is_frozen = self._theta is not None and np.array_equal(theta, self._theta)
             for stand in self._stands:
-                values = stand.leg.present(order.values(vector))
-                places = stand.places if is_frozen else stand.balanced(network, values, places)
+                places = stand.places if is_frozen else stand.balanced(network, vector, places)
                 still = np.zeros(places.size)
-                view = StateView(stand.leg, values, places.ravel(), still, stand.time)
-                found.append(Equilibrium(stand, view, self.laws))
+                view = StateView(stand.leg, vector, places.ravel(), still, stand.time)
+                found.append(Equilibrium(stand, view))
             self._known = key, found
         return self._known[1]
 
@@ -237,7 +238,7 @@ class StaticModel:
         """Carry changes of places from one equilibrium to the next."""
         try:
             leg = balanced.stand.leg
-            seeds = self.shaping.order.seeds(change, leg.factors, leg.numbers)
+            seeds = self.shaping.order.seeds(change, leg.factors, leg.acting.numbers)
             balanced.move(tx, seeds)
         except UnresistedMotion as failure:
             stand = balanced.stand

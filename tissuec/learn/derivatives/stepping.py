@@ -15,13 +15,12 @@ from tissuec.compiled.record_tables import RecordTable, tabulated
 from tissuec.forces.fields import Field
 from tissuec.kernels.derivative_records import (
     Forces,
-    Laws,
     NodeState,
     NodeStates,
     Seeds,
     Values,
 )
-from tissuec.learn.derivatives.event_schedule import Leg, acting_fields, present_fields
+from tissuec.learn.derivatives.event_schedule import Leg, acting_fields
 from tissuec.model.network import Floats, Indices
 
 
@@ -44,7 +43,7 @@ class StepStates(NamedTuple):
 
 
 class LegForces(Struct, frozen=True, eq=False):
-    """Everything that acts on a leg, with present numbers; ``fields`` as well as compiled."""
+    """Everything that acts on a leg, with present numbers; springs are among ``fields``."""
 
     leg: Leg
     forces: Forces
@@ -61,35 +60,30 @@ class LegForces(Struct, frozen=True, eq=False):
             raise_failure(table)
 
 
-def act_on(
-    leg: Leg, laws: Laws, values: Values, x: Floats, reach: float | None = None
-) -> LegForces:
+def act_on(leg: Leg, values: Values, x: Floats, reach: float | None = None) -> LegForces:
     """Return everything that acts on a leg, while nodes are near some places.
 
     Args:
-        laws: Laws of springs.
         values: Numbers in SI units as they are on this leg, shapes as in ``Values``.
         x: The places [m], shape (3 node,).
         reach: How far nodes may be from there [m]; None: as far as suits fields.
     """
-    fields = present_fields(leg, values)
+    springs, others = leg.acting.with_numbers(values)
+    fields: tuple[Field, ...] = (*springs, *others.values())
     if reach is not None:
-        fields = {name: field.within(reach) for name, field in fields.items()}
-    acting = acting_fields(leg, fields, x, leg.planes)
-    forces = Forces(laws, leg.links(values), values, acting, leg.memory)
-    return LegForces(leg, tabulated(forces), tuple(fields.values()))
+        fields = tuple(field.within(reach) for field in fields)
+    forces = Forces(leg.links(values), acting_fields(leg, fields, x, leg.planes))
+    return LegForces(leg, tabulated(forces), fields)
 
 
 class Stepping(Protocol):
     """A method of integration.
 
     Attributes:
-        laws: Of the springs, compiled.
         lands: Whether its steps are so large that they must end where one looks.
     """
 
     name: str
-    laws: Laws
     lands: bool
 
     def begin(self, act: LegForces, x: Floats, v: Floats) -> Floats:

@@ -10,7 +10,6 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError, Diagnostic, TissueError
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
-from tissuec.learn.derivatives.matrices import compiled_laws
 from tissuec.learn.derivatives.methods import choose
 from tissuec.learn.derivatives.model import Model
 from tissuec.learn.derivatives.motion import Diverged
@@ -177,8 +176,7 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         """Return the model of an experiment."""
         series, plan = experiment.series, self.shaping.compiled.plan
         fit_problem, shaping = self.fit_problem, self.shaping
-        laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
-        looks = [look_of(one.fit, one.nodes, laws) for one in series]
+        looks = [look_of(one.fit, one.nodes) for one in series]
         known = tuple(look for look in looks if look is not None)
         axis = fit_problem.axis if fit_problem.axis.nodes is not None else None
         reason = refusal(shaping, at_rest=axis is not None)
@@ -189,16 +187,10 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         if axis is not None:
             from tissuec.learn.derivatives.static_model import StaticModel
 
-            return StaticModel(shaping, series, known, axis, laws)
+            return StaticModel(shaping, series, known, axis)
         self._refuse_method()
         stop = experiment.duration or plan.simulation.duration
-        chosen = partial(
-            choose,
-            fit_problem.integrator,
-            fit_problem.step,
-            duration=stop,
-            laws=laws,
-        )
+        chosen = partial(choose, fit_problem.integrator, fit_problem.step, duration=stop)
         first = chosen(self.compiled.network, plan)
         return DynamicModel(shaping, series, known, *first, chosen)
 

@@ -8,7 +8,7 @@ damping, the numbers of fields and of what springs remember, and the places and 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -18,7 +18,8 @@ from scipy import sparse
 from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field
 from tissuec.forces.matrices import ForceDerivatives, numbers_of, places_of
-from tissuec.kernels.derivative_records import Seeds, Sparse, SpringMemory, Values
+from tissuec.kernels.derivative_records import Seeds, Sparse
+from tissuec.laws import Law
 from tissuec.model.inelastic import Inelastic
 from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Indices, Network
 from tissuec.script.verbs.preserve import Preserve
@@ -29,31 +30,6 @@ if TYPE_CHECKING:
 
 #: Fields by what messages call them.
 Fields = Mapping[str, Field]
-
-
-class ActingNumbers(NamedTuple):
-    """The numbers of the fields that act for a while.
-
-    Attributes:
-        places: Which of the numbers of all fields they are, shape (acting,).
-        total: How many numbers all fields have.
-    """
-
-    places: Indices
-    total: int
-
-    def of_all(self, values: Floats) -> Floats:
-        """Return the numbers of all fields, or derivatives by them, 0 for what does not act.
-
-        Args:
-            values: Of those that act, in any unit, shape (acting,).
-
-        Returns:
-            Shape (number,).
-        """
-        found = np.zeros(self.total)
-        found[self.places] = values
-        return found
 
 
 def starting_state(plan: "Plan", network: Network) -> "State":
@@ -104,28 +80,21 @@ def numbered(fields: Fields) -> Iterator[tuple[str, Field, slice]]:
         start = stop
 
 
-def acting_numbers(acting: Fields, alive: NDArray[np.bool_], fields: Fields) -> ActingNumbers:
-    """Return which numbers of all fields those of acting ones are.
+def acting_numbers(acting: Fields, alive: NDArray[np.bool_], fields: Fields) -> Indices:
+    """Return which numbers of all fields those of acting ones are, shape (n,).
 
     Args:
         acting: Fields without what is lost; at rest, without what has relaxed.
         alive: False for springs that were cut or broke, shape (spring,).
         fields: All fields, whole.
     """
-    places, total = [np.zeros(0, dtype=np.int64)], 0
+    places = [np.zeros(0, dtype=np.int64)]
     for name, field, part in numbered(fields):
         if name in acting:
             lost, kept = field.lost_items(alive), derivatives_of(acting[name]).columns
             own = places_of(field, derivatives_of(field).columns, lost, kept)
             places.append(part.start + own)
-        total = part.stop
-    return ActingNumbers(np.concatenate(places), total)
-
-
-_NONE: Indices = np.zeros(0, dtype=np.int64)
-NO_MEMORY = SpringMemory(
-    *[_NONE] * 4, slot=np.zeros((0, 1), dtype=np.int64), rate=np.zeros((0, 1)), springs=0
-)
+    return np.concatenate(places)
 
 
 def rows_of(inelastic: Inelastic | None) -> int:
@@ -146,37 +115,16 @@ def memory_numbers(inelastic: Inelastic | None) -> Floats:
     return np.concatenate(rows).ravel()
 
 
-def remembering(network: Network) -> NDArray[np.bool_]:
-    """Return which springs of a net remember anything, shape (spring,)."""
-    if network.springs.inelastic is None:
-        return np.zeros(network.spring_count, dtype=bool)
-    return network.springs.inelastic.remembers
-
-
 def hidden_nodes(network: Network) -> Indices:
     """Return the nodes that keep what springs and elements remember, shape (node,)."""
     return np.concatenate([network.remembering(name) for name in (SPRINGS, ELEMENTS)])
 
 
-def memory_of(network: Network, springs: Indices) -> SpringMemory:
-    """Return those of some springs that remember, given by numbers of shape (n,)."""
-    inelastic = network.springs.inelastic
-    if inelastic is None:
-        return NO_MEMORY
-    chosen = springs[inelastic.remembers[springs]].astype(np.int64)
-    low, high = network.springs.ends[chosen].astype(np.int64).T
-    return SpringMemory(
-        np.ascontiguousarray(low),
-        np.ascontiguousarray(high),
-        chosen,
-        network.springs.law[chosen].astype(np.int64),
-        np.ascontiguousarray(inelastic.slot[:, chosen].T.astype(np.int64)),
-        np.ascontiguousarray(inelastic.rate[:, chosen].T),
-        network.spring_count,
-    )
-
-
-VALUES = Values._fields
+#: Arrays of the vector, in its order.
+ARRAYS = (
+    "mass", "stiffness", "damping", "rest", "constants", "drag", "fields", "memory", "position",
+    "velocity",
+)  # fmt: skip
 NETWORK = ("mass", "stiffness", "damping", "rest")  # those that are arrays of the network
 STATE = ("position", "velocity")
 NO_FIELDS: Fields = MappingProxyType({})
@@ -188,25 +136,31 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
     Args:
         sizes: By name, in order.
         fields: All fields, each whole.
+        laws: Of springs, with variables for constants that may change.
     """
 
     sizes: Mapping[str, int]
     fields: Fields = NO_FIELDS
+    laws: tuple[Law, ...] = ()
 
     @classmethod
-    def of(cls, network: Network, constants: int, fields: Fields = NO_FIELDS) -> "NumberOrder":
+    def of(
+        cls, network: Network, constants: int, fields: Fields = NO_FIELDS,
+        laws: tuple[Law, ...] = (),
+    ) -> "NumberOrder":  # fmt: skip
         """Return the order for a network some constants of whose laws may change.
 
         Args:
             constants: How many.
             fields: All fields that have derivatives.
+            laws: As the attribute.
         """
         nodes, springs = network.node_count, network.spring_count
         own = sum(len(numbers(field)) for field in fields.values())
         state = 3 * nodes, 3 * nodes
         past = springs * rows_of(network.springs.inelastic)
         counts = (nodes, springs, springs, springs, constants, nodes, own, past, *state)
-        return cls(dict(zip((*VALUES, *STATE), counts, strict=True)), fields)
+        return cls(dict(zip(ARRAYS, counts, strict=True)), fields, laws)
 
     @cached_property
     def places(self) -> dict[str, slice]:
@@ -230,10 +184,6 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
             name: Name of the array.
         """
         return vector[self.places[name]]
-
-    def values(self, vector: Floats) -> Values:
-        """Return views of the arrays that act all the time."""
-        return Values(*(self.array(vector, name) for name in VALUES))
 
     def vector(self, network: Network, fields: Fields = NO_FIELDS) -> Floats:
         """Return the numbers of a network in SI units, shape (number,).
@@ -259,18 +209,8 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
         return network.with_arrays(arrays | state)
 
-    def add(self, total: Floats, values: Values) -> None:
-        """Add numbers that act all the time, or derivatives by them, to a vector.
-
-        Args:
-            total: Numbers or derivatives in any unit, shape (number,), changed in place.
-            values: What is added.
-        """
-        for name, part in values._asdict().items():
-            self.array(total, name)[:] += part
-
     def seeds(
-        self, change: sparse.csr_matrix, factors: Mapping[str, Floats], acting: ActingNumbers
+        self, change: sparse.csr_matrix, factors: Mapping[str, Floats], numbers: Indices
     ) -> Seeds:
         """Return the parts of a change of all numbers that act all the time.
 
@@ -278,7 +218,7 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
             change: By each parameter, shape (number, parameter).
             factors: Factors of the script on entries of arrays by name, dimensionless, shape of
                 each.
-            acting: The numbers of fields that act.
+            numbers: Those of the springs and fields that act, shape (n,).
         """
         if factors:
             every = np.ones(self.size)
@@ -286,15 +226,10 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
                 self.array(every, name)[:] = factor
             change = sparse.csr_matrix(sparse.diags(every) @ change)
         parts: list[Sparse] = []
-        for name in VALUES[:-2]:
+        for name in ("mass", "drag"):
             rows = sparse.csr_matrix(change[self.places[name]])
             places = rows.indptr.astype(np.int64), rows.indices.astype(np.int64)
             parts.append(Sparse(*places, np.asarray(rows.data, dtype=float)))
-        own = sparse.csr_matrix(sparse.csr_matrix(change[self.places["fields"]])[acting.places])
-        fields, memory = (
-            np.ascontiguousarray(one.toarray()).ravel()
-            for one in (own, sparse.csr_matrix(change[self.places["memory"]]))
-        )
+        own = np.ascontiguousarray(sparse.csr_matrix(change[numbers]).toarray()).ravel()
         count = int(change.shape[1])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
-        total, room = np.empty(count), np.empty((3, count))
-        return Seeds(*parts, fields=fields, memory=memory, total=total, room=room)
+        return Seeds(*parts, numbers=own, room=np.empty(count))

@@ -20,8 +20,8 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact.build import contact_of
 from tissuec.core.errors import CompileError
 from tissuec.forces.enclosed.volume import Enclosure
+from tissuec.forces.springs.spring_items import constant_name
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
-from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import Entries, ParameterBlock, Prior, block_of
 from tissuec.learn.parameters.elements import OpenElements, elements_of, opened, with_open
 from tissuec.learn.parameters.numbers import Fields, NumberOrder, every_field, numbered
@@ -106,11 +106,10 @@ class Parametrisation:
         }
         self._elements, self.refusal = self._open(compiled)
         network = with_open(compiled.network, self._elements)
-        self.order = NumberOrder.of(
-            network, len(self._constants), _derived_fields(replace(compiled, network=network))
-        )
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
         self.laws, self._law = shaped.springs.laws, shaped.springs.law
+        fields = _derived_fields(replace(compiled, network=network))
+        self.order = NumberOrder.of(network, len(self._constants), fields, self.laws)
         self._entries = Entries(self.blocks, self._parts)
         first = self._tissues(np.zeros(self.size))
         closed = {
