@@ -2,7 +2,7 @@
 
 import json
 import lzma
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
 from inspect import isfunction, signature
@@ -148,13 +148,17 @@ def _operation(name: str) -> Exported:
     return Exported(name, function, SIGNATURES[kind], replaced)
 
 
-def export() -> Iterator[tuple[Path, int]]:
-    """Write all bundles; yield their files and sizes."""
+def export(names: Sequence[str] = ()) -> Iterator[tuple[Path, int]]:
+    """Write bundles; yield their files and sizes.
+
+    Args:
+        names: Of those whose code has changed; all, if none is given.
+    """
     SHIPPED.mkdir(exist_ok=True)
     wanted = {name: partial(translated, parts, UNSHARED) for name, parts in bundles().items()}
     wanted["team"] = partial(finished, llvm.parse_assembly(""), CALLED_BY_THREADS)
-    for name, text in wanted.items():
-        path = SHIPPED / f"{name}{ENDING}"
+    for name in names or wanted:
+        path, text = SHIPPED / f"{name}{ENDING}", wanted[name]
         packed = lzma.compress(text().encode(), preset=9)
         path.write_bytes(packed)
         yield path, len(packed)
