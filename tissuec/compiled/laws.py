@@ -23,25 +23,11 @@ def address(name: str, laws: tuple[Law, ...]) -> int:
 
 
 @cache
-def slope_addresses(laws: tuple[tuple[Formula, ...], ...]) -> tuple[int, ...]:
-    """Return where functions of the invariants of strain are, such as slopes of solid laws.
-
-    In C, each is ``double name(int law, double i1, double i2, void *)``.
-
-    Args:
-        laws: By law, a formula for each function; variables are ``i1`` and ``i2``.
-    """
-    members = {f"slope_{k}": each for k, each in enumerate(zip(*laws, strict=True))}
-    found = linked_code("of_solids", written(members, dict.fromkeys(members, ("i1", "i2"))))
-    return tuple(int(found.get_function_address(name)) for name in members)
-
-
-@cache
 def _functions(laws: tuple[Law, ...]) -> Any:
-    return linked_code("of_laws", written(code.formulas(laws), code.ARGUMENTS))
+    return linked_code("of_laws", _written(code.formulas(laws), code.ARGUMENTS))
 
 
-def written(
+def _written(
     members: Mapping[str, Sequence[Formula]], arguments: Mapping[str, Sequence[str]]
 ) -> LoopText:
     """Return functions of the number of a law, and of what its formula depends on.
@@ -66,4 +52,4 @@ def written(
         lines += [f"define double @{name}(i32 %law, {numbers}, i64 %net) {{", "entry:"]
         lines += [*writer.lines, "}"]
         called |= writer.called
-    return LoopText("\n".join([*lines, *declarations(1)]) + "\n", tuple(sorted(called)))
+    return LoopText("\n".join([*lines, *declarations(1)]) + "\n", tuple(sorted(called)), ())

@@ -383,7 +383,7 @@ class ItemLoop:
             *after,
             "  ret void",
             "}",
-            *_declarations(code.lanes),
+            *declarations(code.lanes),
         ]
         called = tuple(sorted(code.called))
         return LoopText("\n".join(lines) + "\n", called, name, tuple(vectors))
@@ -417,7 +417,8 @@ def head(name: str, vectors: Sequence[str], record: type[Any]) -> list[str]:
     return lines
 
 
-def _declarations(lanes: int) -> list[str]:
+def declarations(lanes: int) -> list[str]:
+    """Return the declarations of the intrinsic functions that loops call."""
     kinds = {1: "double"} | {k: f"<{k} x double>" for k in (4, 8)}
     kind, suffix = kinds[lanes], _SUFFIX[lanes]
     bits, four = f"<{lanes} x i1>", "<4 x double>"

@@ -23,7 +23,6 @@ from tissuec.compiled.numba_types import (
     NOTHING,
     NUMBER,
     OF_LAWS,
-    PARTIALS,
     RecordType,
     as_compiled,
     caller,
@@ -37,7 +36,7 @@ from tissuec.engine.integrators import INTEGRATORS, banded, derivatives_kernel, 
 from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
 from tissuec.forces import accelerations_derivatives_kernel
-from tissuec.forces.springs import pairs_kernel, runs_kernel, springs_derivatives_kernel
+from tissuec.forces.springs import pairs_kernel, runs_kernel
 from tissuec.forces.springs.runs_kernel import springs_in_runs
 from tissuec.kernels import crossing, rasterizing, spring_geometry, stages, vectors
 from tissuec.kernels.records import Operations
@@ -53,7 +52,6 @@ OF_LOOPS = (
 #: What has the functions for learning.
 OF_DERIVATIVES = (
     accelerations_derivatives_kernel,
-    springs_derivatives_kernel,
     derivatives_kernel,
 )
 #: The operations on a net, as C calls them; fields of ``records.Operations``.
@@ -101,7 +99,7 @@ def _loops_of_fields() -> Iterator[Callable[..., Any]]:
 def _derivative(name: str) -> Exported:
     """Return a function for learning."""
     function = next(vars(module)[name] for module in OF_DERIVATIVES if name in vars(module))
-    called = {each: partial_caller(each) for each in PARTIALS} | {
+    called = {
         "call_force": field_caller(),
         "call_pull_back": field_caller(6),
         "call_push_forward": field_caller(7),
