@@ -8,12 +8,10 @@ derivatives*, 2008).
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias, cast
 
-from tissuec.autodiff.functions import cos, log, maximum, sin, where
+from tissuec.autodiff.functions import cos, log, sin, where
 from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, Rule
 
 _Partials: TypeAlias = Callable[..., Sequence[Operand]]
-
-_SMALLEST = 1e-300  # whose logarithm is taken
 
 
 def _of_maximum(_: Number, a: Number, b: Number) -> Sequence[Operand]:
@@ -36,8 +34,7 @@ def _of_quotient(value: Number, a: Number, b: Number) -> Sequence[Operand]:
 
 def _of_power(value: Number, a: Number, b: Number) -> Sequence[Operand]:
     by_base = b * a ** (b - 1.0)
-    # x^n log x goes to 0 with x, where the logarithm has no value.
-    return by_base, 0.0 if b.value is not None else value * log(maximum(a, _SMALLEST))
+    return by_base, 0.0 if b.value is not None else value * log(a)
 
 
 #: By operation: derivatives of the result, which comes first, by the arguments.

@@ -19,6 +19,7 @@ from tissuec.laws.formula import (
     Variable,
     VariablePower,
 )
+from tissuec.laws.formula import variables as names_in
 from tissuec.laws.principal import PrincipalSum
 
 _FUNCTIONS: Mapping[str, Callable[[Number], Number]] = {
@@ -42,6 +43,30 @@ def traced(formula: Formula, variables: Mapping[str, Number]) -> Number:
         return found[id(part)]
 
     return of(formula)
+
+
+def with_slopes(formula: Formula, variables: Mapping[str, Number]) -> Number:
+    """Return the value of a formula, with derivatives by its own slopes.
+
+    These choose between cases last, so that cases that are not chosen may have no value.
+
+    Args:
+        variables: Their values, by name.
+    """
+    names = tuple(sorted(names_in(formula)))
+    arguments = [variables[name] for name in names]
+    if not names:
+        return traced(formula, variables)
+    return autodiff.ruled(traced(formula, variables), arguments, _rule(formula, names))
+
+
+@cache
+def _rule(formula: Formula, names: tuple[str, ...]) -> Callable[..., Sequence[Number]]:
+    def rule(_: Number, *arguments: Number) -> Sequence[Number]:
+        given = dict(zip(names, arguments, strict=True))
+        return [with_slopes(formula.slope(name), given) for name in names]
+
+    return rule
 
 
 def _value(

@@ -33,7 +33,7 @@ from tissuec.autodiff import (
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
 from tissuec.forces.potential_fields import PotentialField, traced_item
 from tissuec.laws import Law
-from tissuec.laws.tracing import traced
+from tissuec.laws.tracing import with_slopes
 from tissuec.model.network import Floats, Indices, Network
 
 _TINY = 1e-100  # keeps the quotient by a length finite that is not chosen
@@ -115,13 +115,13 @@ def _spring(law: Law, slots: int, yields: bool) -> PotentialFunction:
         elongation = length - p.rest - (internal[-1] if yields else 0.0)
         given = {constant_name(k): value for k, value in enumerate(_each(p, "constants"))}
         given |= {"e": elongation, "w": speed, "c": p.stiffness, "d": p.damping, "rest": p.rest}
-        pull, memory = traced(law.elastic, given), _each(p, "memory")
+        pull, memory = with_slopes(law.elastic, given), _each(p, "memory")
         for constant, q in zip(memory, internal[:branches], strict=False):
             pull = pull + constant * (elongation - q)
         # Where both ends are at one place, a spring without length resists in all directions.
         steep = where(p.rest > 0.0, 0.0, gradient(pull, [elongation])[0])
         along = way * where(length > 0.0, pull * inverse, steep)
-        against = way * (traced(law.viscous, given) * inverse)
+        against = way * (with_slopes(law.viscous, given) * inverse)
         rates = [
             pace * (elongation - q)
             for pace, q in zip(memory[branches : 2 * branches], internal, strict=False)
