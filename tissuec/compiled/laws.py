@@ -52,4 +52,5 @@ def _written(
         lines += [f"define double @{name}(i32 %law, {numbers}, i64 %net) {{", "entry:"]
         lines += [*writer.lines, "}"]
         called |= writer.called
-    return LoopText("\n".join([*lines, *declarations(1)]) + "\n", tuple(sorted(called)), ())
+    text = "\n".join([*lines, *declarations(1)]) + "\n"
+    return LoopText(text, tuple(sorted(called)), "of_laws", ())

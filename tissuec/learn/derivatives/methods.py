@@ -287,7 +287,7 @@ class ImplicitStepping(ByTableau):
         self, act: LegForces, at: NodeState, own: float, time: float, due: Floats
     ) -> Floats:
         """Return S⁻ᵀ times derivatives by accelerations, shape (3 node,)."""
-        aside, found = Values(*(np.zeros_like(each) for each in act.forces.values)), due.copy()
+        aside, found = act.leg.nothing, due.copy()
 
         def image(a: Floats) -> Floats:
             by = NodeState(np.zeros_like(a), np.zeros_like(a), a.copy())
