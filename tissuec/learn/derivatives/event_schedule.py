@@ -87,9 +87,11 @@ class ActingForces(NamedTuple):
         cls, springs: tuple[SpringItems, ...], fields: Fields, places_of_fields: Indices,
         order: NumberOrder,
     ) -> "ActingForces":  # fmt: skip
-        """Return what acts; arguments are as the attributes.
+        """Return what acts.
 
         Args:
+            springs, fields: As the attributes.
+            places_of_fields: As the attribute, shape (n,).
             order: Of all numbers.
         """
         count, found = order.sizes["rest"], [_NONE]
@@ -233,6 +235,9 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
 
         Args:
             acting: Part of what acts.
+
+        Returns:
+            In the units of ``by``, shape (number,).
         """
         found = np.zeros(self.order.size)
         np.add.at(found, (acting or self.acting).numbers, by.numbers)
