@@ -18,11 +18,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
-from msgspec.structs import replace
 
 from benchmarks.publishing import publish, tell, write_option
 from tests.forces.solid_cases import CASES, Case, answers
 from tissuec.core.markdown import table
+from tissuec.core.structs import replace
 
 #: Cases, and cells across.
 RUNS = (("cube, ν = 0.3", 4), ("cube, ν = 0.3", 8), ("cube, ν = 0.3", 12), ("cantilever", 4),

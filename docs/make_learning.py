@@ -11,7 +11,8 @@ from pathlib import Path
 
 import matplotlib
 from msgspec import Struct
-from msgspec.structs import replace
+
+from tissuec.core.structs import replace
 
 matplotlib.use("Agg")
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.engine.running import Bench
 from tests.hand_net import chain
 from tests.validate.scenes import compiled_scene, validated
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 
 FALLING = """language 1
 tissue skin { Young's modulus = 20 kPa; density = 1000 kg/m^3; retardation time = 5 ms }

@@ -5,12 +5,12 @@ from itertools import product
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import span
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tissuec.core.structs import replace
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run

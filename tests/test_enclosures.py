@@ -4,12 +4,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import make_net, span
+from tissuec.core.structs import replace
 from tissuec.engine.stability import spectral_radius
 from tissuec.forces.enclosed.volume import Enclosure, open_edges
 from tissuec.forces.pooled_fields import LARGE

@@ -4,11 +4,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import make_net, start
+from tissuec.core.structs import replace
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.forces.surfaces.bending import folds, hinges_at
 from tissuec.matter.plate import plate

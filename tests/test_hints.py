@@ -9,13 +9,12 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
 
-from msgspec.structs import replace
-
 from tests.every import every
 from tests.magnitudes import keeps_magnitudes
 from tests.test_scenes import BAD, request_of
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.hints import Edit
+from tissuec.core.structs import replace
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS

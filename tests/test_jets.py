@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.integrate import quad, trapezoid
 from scipy.special import erf
 
@@ -13,6 +12,7 @@ from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_on_threads, same_when_resumed
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import skipped
+from tissuec.core.structs import replace
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces.acting.jet_surfaces import JetSurface, finest_width
 from tissuec.forces.acting.jets import Jet, shares

@@ -4,15 +4,17 @@ import gc
 import inspect
 import pkgutil
 import weakref
-from functools import _lru_cache_wrapper
+from functools import _lru_cache_wrapper, cached_property
 from importlib import import_module
 from typing import get_type_hints
 
 import numpy as np
 import pytest
+from msgspec import Struct
 
 import tissuec
 from tissuec.core.keeping import kept_by, kept_on_owner
+from tissuec.core.structs import replace
 from tissuec.forces.contact.contact import Contact
 from tissuec.model.network import BodyPart, Network
 
@@ -107,3 +109,15 @@ def test_no_cache_of_a_module_holds_a_net():
                 ):
                     found.append(f"{module.name}.{name}")
     assert not found
+
+
+def test_a_struct_with_other_values_keeps_no_results():
+    class Square(Struct, frozen=True, dict=True):
+        side: float
+
+        @cached_property
+        def area(self):
+            return self.side**2
+
+    one = Square(2.0)
+    assert one.area == 4.0 and replace(one, side=3.0).area == 9.0 and one.area == 4.0

@@ -4,12 +4,12 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from benchmarks.stability.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
 from benchmarks.stability.known import find_known
 from tissuec.analysis.bench_solvers import BenchProblem, Deadline, OutOfTime
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder

@@ -4,13 +4,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.contact.scenes import by_loops
 from tests.every import every
 from tests.random_contacts import touching_scene
 from tests.validate.scenes import compiled_scene
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder

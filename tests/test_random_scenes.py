@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.random_scenes import random_scene
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.engine import run_arrays
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording

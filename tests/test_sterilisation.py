@@ -3,8 +3,8 @@
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.pipeline import compile_request
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.request import Request

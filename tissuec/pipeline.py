@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
@@ -26,6 +25,7 @@ from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic, in_order_of_text
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.scene.program.imports import Program, load
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.findings import Findings

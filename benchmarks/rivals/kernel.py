@@ -9,12 +9,12 @@ from ctypes import CFUNCTYPE, c_double, c_void_p
 from functools import cache
 
 import numpy as np
-from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.analysis.bench_solvers import Deadline
 from tissuec.compiled.loading import address
 from tissuec.compiled.record_tables import RecordTable
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import operations

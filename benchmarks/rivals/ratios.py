@@ -5,10 +5,10 @@ from itertools import pairwise
 from math import exp, log
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.analysis.bench import BenchResult, MeasuredPoint, seconds
 from tissuec.core.report import FactTable, Part, Report
+from tissuec.core.structs import replace
 from tissuec.script.plan import AUTOMATIC
 
 LEVELS = tuple(10.0**power for power in range(-2, -12, -1))

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from benchmarks.rivals.walk import state_at_start
 from tissuec.analysis.bench_solvers import BenchProblem, Deadline
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats
 from tissuec.script.plan import Plan
 from tissuec.validate.engine_run import Observed, observe

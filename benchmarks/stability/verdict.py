@@ -10,7 +10,6 @@ from typing import Literal
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from benchmarks.rivals.walk import state_at_start
 from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
@@ -25,6 +24,7 @@ from tissuec.analysis.bench_solvers import (
 )
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.engine.execution.companion import FINER
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method_choice import measured_facts

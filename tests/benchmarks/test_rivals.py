@@ -7,7 +7,6 @@ from math import inf
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from msgspec.structs import replace
 
 from benchmarks.rivals import by_mujoco
 from benchmarks.rivals.__main__ import main
@@ -25,6 +24,7 @@ from tissuec.analysis.bench_solvers import (
     SolverFailed,
 )
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 

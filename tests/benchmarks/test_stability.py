@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from msgspec.structs import replace
 
 from benchmarks.stability import __main__ as command
 from benchmarks.stability import grid, looking, verdict
@@ -14,6 +13,7 @@ from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.verdict import Court
 from tissuec.analysis.bench_solvers import BenchProblem, EngineSolver
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.hand_net import make_net
 from tissuec.compiled.record_tables import RecordTable
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import INTEGRATORS, banded
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import FUNCTIONS, OPERATIONS, operations

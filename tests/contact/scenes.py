@@ -2,11 +2,11 @@
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run

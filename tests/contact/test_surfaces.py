@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.spatial import Delaunay
 
 from tests.contact.scenes import by_loops, contact_with
 from tests.derivatives import forces
+from tissuec.core.structs import replace
 from tissuec.geometry.inclusion import shared_elements, weights
 from tissuec.geometry.nearest import CAPSULE, TRIANGLE
 

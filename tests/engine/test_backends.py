@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.engine.running import Bench, block, chain
+from tissuec.core.structs import replace
 from tissuec.engine.backends import BACKENDS
 from tissuec.engine.operations import OPERATIONS
 from tissuec.kernels.records import Net

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.engine.members import those
 from tests.engine.running import Bench, chain, pair
 from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.engine.method_trial import MethodTrial, of_other_order
 from tissuec.engine.run_arrays import new_progress
 from tissuec.forces.acting.foundation import Bed

@@ -5,12 +5,12 @@ import sys
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.engine.running import block, chain, pair, tube
 from tissuec.compiler.prediction import predict
 from tissuec.compiler.script.initial_state import state_at_start
+from tissuec.core.structs import replace
 from tissuec.engine import method_choice
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.layout import FEW, SMALL, order_nodes

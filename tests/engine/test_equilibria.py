@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.optimize import brentq, minimize_scalar
 
 import tissuec
@@ -12,6 +11,7 @@ from tests.hand_plan import carry_out, event, make_plan, when
 from tests.mechanics.test_settling import residual
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import AfterAsking
+from tissuec.core.structs import replace
 from tissuec.engine.execution import companion
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.finer_run import Allowance

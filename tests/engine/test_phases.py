@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.engine.running import set_pace
@@ -12,6 +11,7 @@ from tests.hand_plan import carry_out, event, make_plan
 from tests.validate.scenes import compiled_scene, validated
 from tests.whole_runs import carried_out, open_balance, same_when_resumed
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 
 SHEET = """language 1
 tissue gum {{ spring constant = 100 N/m; viscosity = {viscosity}; mass = 1 g; {tissue} }}

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.engine.running import Bench, lifted_tube, pair
+from tissuec.core.structs import replace
 from tissuec.engine import watching
 
 NODE = 100  # of the waist, which is lifted by 3 mm

@@ -4,13 +4,13 @@ from functools import partial
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.contact.scenes import contact_of, contact_with
 from tests.forces.test_fields import called
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.groups import force_loop
+from tissuec.core.structs import replace
 from tissuec.forces.contact.contact_kernel import touch
 from tissuec.forces.contact.pressing import NodeOnShape
 from tissuec.forces.fields import acts_of

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.optimize import brentq
 
 from tests.forces.test_elements import LAWS, SHEAR, SPAN, deformed, fibres_of, mesh
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph
+from tissuec.core.structs import replace
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
 from tissuec.forces.solids.solid_point import grown

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
 from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.geometry.elements import MIDDLES, SHAPES, Measures

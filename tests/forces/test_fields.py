@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from msgspec import Struct
-from msgspec.structs import replace
 from scipy.sparse import eye_array
 
 from tests.contact.scenes import contact_with
@@ -22,6 +21,7 @@ from tests.test_jets import jet_in, net_of, plate
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.compiled.calls import kernel_on
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.forces.acting import FORCES, Acted, jets
 from tissuec.forces.acting.jets import Jet
 from tissuec.forces.acting.load import Drag, Load, LoadTerm, Weight

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tests.forces.test_pressure import network_of, shaken
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out, same_on_threads, same_when_resumed
 from tissuec.compiler.checks.coarse_bodies import coarse
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.fluids import FluidCavities
 from tissuec.forces.enclosed.pressed_sides import NoSide, Pressed, pressed_faces
 from tissuec.forces.enclosed.volume import Enclosure

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.forces.remembering import (
     agree,
@@ -41,6 +40,7 @@ from tests.forces.test_membranes import (
     mesh,
     wall,
 )
+from tissuec.core.structs import replace
 from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.solid.stretches import Hencky

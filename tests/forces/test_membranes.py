@@ -4,12 +4,12 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.optimize import brentq
 
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tests.forces.test_elements import deformed
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.forces.surfaces.membranes import EDGES, MembraneMaterial, Membranes
 from tissuec.laws.solid.invariants import (

@@ -6,7 +6,6 @@ from pkgutil import iter_modules
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.derivatives import forces
 from tests.every import every
@@ -14,6 +13,7 @@ from tests.forces.test_fields import FIELDS, POTENTIALS
 from tissuec import forces as room
 from tissuec.autodiff import Potential, TracingError
 from tissuec.compiled.calls import kernel_on
+from tissuec.core.structs import replace
 from tissuec.forces.fields import acts_of
 from tissuec.forces.matrices import numbers_of, with_numbers
 from tissuec.forces.potential_fields import PotentialField, traced_item

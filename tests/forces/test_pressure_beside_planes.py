@@ -4,13 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.spatial import KDTree
 
 import tissuec
 from tests.derivatives import agree, forces, slopes
 from tests.imports.organs import write_obj
 from tests.validate.scenes import compiled_scene
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.fluids import FluidCavities
 from tissuec.forces.enclosed.pressed_sides import NoSide, Pressed, closed_by_caps, pressed_faces
 from tissuec.forces.enclosed.pressure import SurfacePressure

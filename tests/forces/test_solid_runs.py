@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.forces.solid_cases import CASES, answers, lattice, text_of
+from tissuec.core.structs import replace
 from tissuec.mechanics import settling
 
 KNOWN = json.loads(

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.derivatives import forces
 from tests.forces.remembering import (
@@ -23,6 +22,7 @@ from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, fibres_of, mesh
 from tests.forces.test_solid_branches import TIMES, given_way
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph
+from tissuec.core.structs import replace
 from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
 from tissuec.forces.solids.solid_point import largest_modulus

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.linalg import expm
 
 from tests.engine.running import Bench
@@ -24,6 +23,7 @@ from tests.inelastic.elements import (
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out, open_balance, same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 from tissuec.model.network import ELEMENTS
 
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.engine.running import Bench, accelerated
 from tests.hand_net import make_net, order, start
 from tests.inelastic.scenes import PLASTIC, STANDARD, ran, rod
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec.compiler.materials.internal_variables import with_memory
+from tissuec.core.structs import replace
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run

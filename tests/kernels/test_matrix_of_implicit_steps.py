@@ -5,11 +5,11 @@ The kernels run as the plain Python that they are written in.
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.engine.running import Bench, block, chain
 from tests.every import every
 from tests.hand_net import make_net
+from tissuec.core.structs import replace
 from tissuec.engine import unknowns
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
 from tissuec.engine.kernel_inputs import KernelInputs

@@ -1,9 +1,9 @@
 """ "Measured" data, made by the engine with a tolerance far below any noise."""
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
+from tissuec.core.structs import replace
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.model.network import Floats, Network

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.learn.test_fields import check_both_directions
 from tests.learn.test_motion import motion_of
 from tests.learn.test_resting import assert_derived, csv, model  # noqa: F401  # a fixture
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
 from tests.validate.scenes import compiled_scene
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.session import prepare

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from tests.examples import examples
 from tests.findings import finding_of
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 from tissuec.core.text_tables import columns
 from tissuec.core.text_tables.columns import MARKS, is_ambiguous
 from tissuec.measurements.experiment import Experiment, Series

@@ -6,13 +6,13 @@ from random import Random
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.damage import attribute, regroup, remove, reshape, retype
 from tests.damage import replace as replaced
 from tests.hand_net import make_net
 from tests.learn.lessons import NET, data, fit, fit_problem
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 from tissuec.measurements.reading import read_experiment
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.writer import ResultWriter

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.learn.lessons import fit_problem
 from tests.learn.trials import (
@@ -15,6 +14,7 @@ from tests.learn.trials import (
     series,
     sheet,
 )
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.model import slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.problem import FittedExperiment, Problem

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.learn.test_fields import BAG
 from tests.learn.test_resting import assert_derived
 from tests.learn.trials import adjust, differing, fit, moving, series
 from tests.validate.scenes import compiled_scene
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.refusals import refusal
 
 INFLATED = "from 0 s to 20 ms: inflate bag to 5 ml using smooth profile"

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from msgspec.structs import astuple, replace
+from msgspec.structs import astuple
 from scipy import sparse
 
 from tests.learn.test_motion import motion_of
@@ -12,6 +12,7 @@ from tests.learn.trials import difference
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.script.initial_state import state_at_start
+from tissuec.core.structs import replace
 from tissuec.forces.acting.foundation import Bed
 from tissuec.forces.fields import acts_of
 from tissuec.forces.matrices import ForceDerivatives, numbers_of

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.learn.trials import adjust, differing, fit, moving, series
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.forces.acting.foundation import Bed
 from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.learning import learn

@@ -4,11 +4,11 @@ import warnings
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.findings import finding_of
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 from tissuec.core.text_tables.columns import BadRow, read_columns
 from tissuec.core.text_tables.table import find_dialect
 from tissuec.core.units import FORCE, TIME

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tests.every import every
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.refusals import refusal_of_script
 from tissuec.script.plan import ScheduledAction
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.stats import t as student
 
 from tests.learn.lessons import data, fit, fit_problem
+from tissuec.core.structs import replace
 from tissuec.learn.fit.assessment import contradictions, suspicions
 from tissuec.learn.fit.identifiability import judge
 from tissuec.learn.fit.linearised import linearised

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.every import every
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.lang.printer import format_source
 from tissuec.learn.vocabulary.moving import WordsModel
 from tissuec.learn.vocabulary.texts import TextEdit, apply

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import replace
 
 from tests.hand_net import span
 from tests.learn.lessons import NONE, fit_problem
 from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel

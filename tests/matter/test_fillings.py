@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
 from tests.matter.elastic import drawn_out
 from tests.matter.shapes import as_obj, surface
 from tests.matter.test_tetrahedra import YOUNG, compiled
+from tissuec.core.structs import replace
 
 SIDES = np.array([32.0, 16.0, 16.0])
 LATTICES = [

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.every import every
 from tests.meshes.test_mesh_laws import SAMPLES, label
+from tissuec.core.structs import replace
 from tissuec.geometry.affine import Affine
 from tissuec.geometry.edges import volume
 from tissuec.geometry.elements import SHAPES, Measures

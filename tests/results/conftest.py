@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.laws import LINEAR, C, E, Law
 from tissuec.laws.formula import ZERO, Choice
 from tissuec.model.network import BodyPart, Network

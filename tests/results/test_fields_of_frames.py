@@ -3,12 +3,12 @@
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.vtk_reading import opened
 from tissuec.core import units
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.results.blocks.file import write_blocks
 from tissuec.results.export import frame_shape
 from tissuec.results.fields import FIELDS, FieldChannel, FrameField

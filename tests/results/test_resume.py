@@ -6,9 +6,9 @@ from functools import cache
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.results.conftest import SCENE, SURFACES, example_of_a_tube
+from tissuec.core.structs import replace
 from tissuec.results import PlaceError, ResultError
 from tissuec.results.resuming import find_checkpoint
 from tissuec.results.trajectory import Trajectory

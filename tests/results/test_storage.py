@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.engine.execution.test_run_to_file import write
 from tests.results.test_instruments import SCENE
@@ -14,6 +13,7 @@ from tests.whole_runs import AfterAsking
 from tissuec.compiler.prediction import predict
 from tissuec.core.resources import library
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.pipeline import compile_request, simulate

@@ -3,7 +3,8 @@
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
+
+from tissuec.core.structs import replace
 
 pytest.importorskip("vtkmodules.vtkIOHDF")
 from vtkmodules.util.numpy_support import vtk_to_numpy

@@ -7,8 +7,8 @@ from importlib import metadata
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.results import PlaceError, ResultError
 from tissuec.results.manifest import PACKAGES
 from tissuec.results.recording import ENERGIES, LogChannel

@@ -7,11 +7,11 @@ from contextlib import suppress
 import h5py
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests import damage
 from tests.study.tables import HEAD, ROWS, table
 from tissuec.api.study_table import StudyTable, read_table
+from tissuec.core.structs import replace
 from tissuec.results import ResultError
 from tissuec.studies.table import Column, rows_of
 from tissuec.studies.table_text import as_csv, head_lines, row_line

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.validate.scenes import quantity, silent
+from tissuec.core.structs import replace
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.plan import Output

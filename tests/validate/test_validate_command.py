@@ -4,11 +4,11 @@ import json
 
 import pytest
 from click.testing import CliRunner
-from msgspec.structs import replace
 
 from tests.validate.scenes import rod
 from tissuec.cli import group
 from tissuec.cli import validate as command
+from tissuec.core.structs import replace
 from tissuec.validate import stepping
 from tissuec.validate import validation as module
 from tissuec.validate.engine_run import observe

@@ -4,12 +4,12 @@ import signal
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.hand_net import make_net
 from tests.hand_plan import event, make_plan
 from tests.validate.scenes import compiled_scene, quantity, rod, silent, validated
 from tissuec.compiler.compile import Compiled
+from tissuec.core.structs import replace
 from tissuec.validate import validation as module
 from tissuec.validate.engine_run import MOST_ROWS, observe, output_times, thinned
 from tissuec.validate.reference import reference

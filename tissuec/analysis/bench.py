@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.analysis.bench_solvers import (
     BenchProblem,
@@ -29,6 +28,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.report import FactTable, Part, Report
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC

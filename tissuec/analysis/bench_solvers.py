@@ -6,11 +6,11 @@ from typing import Any, Protocol
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiled.loading import time_of_translating
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run

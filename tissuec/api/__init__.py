@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
-from msgspec.structs import replace
-
 from tissuec.core import arguments
 from tissuec.core.blas import on_one_thread
 from tissuec.core.errors import (
@@ -20,6 +18,7 @@ from tissuec.core.errors import (
     TissueError,
     TissueWarning,
 )
+from tissuec.core.structs import replace
 
 if TYPE_CHECKING:
     from tissuec.analysis.bodies import BodyProperties

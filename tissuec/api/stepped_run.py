@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.api.text_reader import TextReader, recorded
@@ -16,6 +15,7 @@ from tissuec.compiler.measures.quantities import ObservedExpression
 from tissuec.core import arguments
 from tissuec.core.blas import on_one_thread
 from tissuec.core.errors import SimulationError, TissueError
+from tissuec.core.structs import replace
 from tissuec.core.workers.workers import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
 from tissuec.model.network import Floats, Indices, Network

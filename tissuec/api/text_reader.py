@@ -9,8 +9,6 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import cast
 
-from msgspec.structs import replace
-
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.conditions import Condition, Conditions
 from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
@@ -20,6 +18,7 @@ from tissuec.compiler.script.sentences import SentenceOrder
 from tissuec.core import arguments
 from tissuec.core.errors import TissueError, TissueWarning
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse

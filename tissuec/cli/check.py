@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import click
-from msgspec.structs import replace
 
 from tissuec.cli.common import Command, SceneOptions, Settings, scene_options
 from tissuec.core.errors import CompileError, Diagnostic, as_dict, counted
 from tissuec.core.progress import compiling
 from tissuec.core.report import DONE, WRONG_TEXT, Report
+from tissuec.core.structs import replace
 
 
 @click.command(cls=Command)

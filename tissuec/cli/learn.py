@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.cli.common import (
     Command,
@@ -32,6 +31,7 @@ from tissuec.core.report import (
     failed,
 )
 from tissuec.core.signals import exit_code
+from tissuec.core.structs import replace
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import click
-from msgspec.structs import replace
 
 from tissuec.cli import USUAL_THRESHOLDS
 from tissuec.cli.common import (
@@ -19,6 +18,7 @@ from tissuec.cli.common import (
 )
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.report import STOPPED, WRONG_TEXT, Report, failed
+from tissuec.core.structs import replace
 from tissuec.results import PRECISIONS, SINGLE
 
 if TYPE_CHECKING:

@@ -3,8 +3,8 @@
 from math import pi
 
 import numpy as np
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.meshes.stiffness_sharing import grid_areas, node_areas
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.environment import Environment

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.ambient_damping import with_drag
@@ -34,6 +33,7 @@ from tissuec.compiler.script.statics import refuse_intervals, refuse_method
 from tissuec.compiler.sets import Groups, PlacedBody
 from tissuec.core.arrays import behind_one_another, uniform
 from tissuec.core.names import key_of
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.geometry.affine import Affine

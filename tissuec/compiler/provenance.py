@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.data import as_data
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, show
 from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.contact.contact import Contact

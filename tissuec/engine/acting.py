@@ -9,9 +9,9 @@ from math import inf
 from typing import Any, cast
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.layout import Layout
 from tissuec.engine.spring_runs import RunPlaces, packed, places_of

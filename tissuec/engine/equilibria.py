@@ -23,8 +23,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.core.units import ENERGY, PRESSURE, TIME, show
 from tissuec.engine.engine import Engine
 from tissuec.engine.method import Follow, Interruption, MethodChange, Pause, Samples, Statistics

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
+from tissuec.core.structs import replace
 from tissuec.engine.spring_runs import RunPlaces, are_shared, places_of
 from tissuec.engine.threads import are_chunks, block_size, useful
 from tissuec.model.network import FRICTION, Floats, Indices, Network

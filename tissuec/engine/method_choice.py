@@ -12,8 +12,8 @@ from math import inf, sqrt
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Method
 from tissuec.engine.stability import (

@@ -6,10 +6,10 @@ from math import inf, sqrt
 from typing import Any, cast
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
+from tissuec.core.structs import replace
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Samples

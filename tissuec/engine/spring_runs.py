@@ -12,10 +12,10 @@ from itertools import pairwise
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.record_tables import aligned_zeros
+from tissuec.core.structs import replace
 from tissuec.engine.threads import BLOCK_NODES, Places, are_several, block_size
 from tissuec.forces.springs.runs_kernel import LANES, NO_SPRING, NO_STEP, SIZE, TILE
 from tissuec.kernels.records import Runs

@@ -12,10 +12,10 @@ from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.record_tables import RecordTable
+from tissuec.core.structs import replace
 from tissuec.engine.backends import BACKENDS, bound_drive, loop_operations, with_python
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.kernel_inputs import KernelInputs

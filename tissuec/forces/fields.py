@@ -6,9 +6,10 @@ from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from msgspec.structs import astuple, replace
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.forces.effects import Effect
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices

@@ -11,7 +11,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.autodiff.evaluation import evaluate
@@ -28,6 +27,7 @@ from tissuec.compiled.loops.points import (
     push_loop,
     record_loop,
 )
+from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
 from tissuec.forces.memory import MemoryTangents

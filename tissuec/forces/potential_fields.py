@@ -11,12 +11,12 @@ from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.autodiff.graph import TracingError
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
 from tissuec.autodiff.tracing import place_of
+from tissuec.core.structs import replace
 from tissuec.forces.effects import Resisting
 from tissuec.forces.element_fields import ElementField
 from tissuec.forces.matrices import ForceDerivatives, whole, without_negative

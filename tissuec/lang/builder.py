@@ -9,10 +9,9 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.double_signs import signs_meet, two_signs

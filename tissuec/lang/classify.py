@@ -7,11 +7,10 @@ import re
 from collections.abc import Iterator
 from itertools import takewhile
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.hints import Edit, Hint, did_you_mean, leaving_out
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import ALL_UNITS, SYMBOLS, alternatives_of, converted, near_unit
 from tissuec.lang.adjusted_lists import adjusted_list
 from tissuec.lang.habits import habit, inches

@@ -9,8 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
+
+from tissuec.core.structs import replace
 
 Values: TypeAlias = Mapping[str, Any]
 #: Returns the value of a part of a formula.

@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from msgspec.structs import fields, replace
+from msgspec.structs import fields
 
+from tissuec.core.structs import replace
 from tissuec.laws.derivatives import energy
 from tissuec.laws.formula import Variable
 from tissuec.laws.solid import SolidLaw

@@ -10,8 +10,8 @@ is the derivative by λ of the energy, μ ψ with μ = E/3:
 """
 
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.laws import MODULUS, STRAIN, of_stress
 from tissuec.laws.derivatives import energy
 from tissuec.laws.formula import Formula, Variable

@@ -27,10 +27,10 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.fuzzy.duals import Dual, exp, slopes_of
 from tissuec.fuzzy.rulebase import Inference
 from tissuec.lang import syntax as s

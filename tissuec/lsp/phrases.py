@@ -7,9 +7,9 @@ then narrows the words that the forms of its sentence allow.
 from collections.abc import Iterator
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.names import key_of
+from tissuec.core.structs import replace
 from tissuec.lang.tokens import KEYWORD, NUMBER, STRING, UNIT, WORD, Token
 from tissuec.lang.tree import Statement
 from tissuec.lsp import context

@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 from functools import cache
 
-from msgspec.structs import replace
-
 from tissuec.compiler.study.expectations import OVER_RUNS
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
 from tissuec.lsp.expected import NUMBERS, Expected, measured, number

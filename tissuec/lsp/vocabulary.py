@@ -3,14 +3,13 @@
 from collections.abc import Iterable
 from functools import cache
 
-from msgspec.structs import replace
-
 from tissuec.compiler.learning.expectations import ALL, HELD_OUT
 from tissuec.compiler.measures.conditions import COUNT
 from tissuec.compiler.script.profiles import PROFILES
 from tissuec.compiler.selections import CRITERIA
 from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe
 from tissuec.forces.acting import FORCES
 from tissuec.lang.words import RESERVED

@@ -61,9 +61,9 @@ from itertools import combinations_with_replacement, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.matter.elasticity import of_solid
 from tissuec.matter.linear import conjugate_gradients, elongations, solution, stiffness
 from tissuec.matter.solid import Fibres, Solid

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.script.fit_problem import Data, Fit
 from tissuec.script.measures import Subject

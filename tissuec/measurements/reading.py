@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.core.errors import CompileError, Diagnostic, counted
 from tissuec.core.files import open_regular, read_rest
 from tissuec.core.hints import nearby_file
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME, show
 from tissuec.measurements.experiment import Experiment, Series
 from tissuec.measurements.rows import Complaints

@@ -6,10 +6,10 @@ from typing import NoReturn
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.text_tables.table import TextTable
 from tissuec.core.units import LENGTH, TIME, show
 from tissuec.model.network import Floats, Indices

@@ -18,11 +18,11 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
 
+from tissuec.core.structs import replace
 from tissuec.mechanics.balance import Balance
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.acting.load import Drag, Load, LoadTerm, Nodal, Weight, total
 from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field

@@ -7,11 +7,11 @@ along the edges of elements, and the skin consists of the faces that one element
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import cross, norm
 from tissuec.core.errors import counted
+from tissuec.core.structs import replace
 from tissuec.geometry.divisions import volumes
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures

@@ -5,9 +5,9 @@ faces change their order, so that surfaces still face outwards and volumes remai
 """
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.geometry.affine import Affine
 from tissuec.geometry.edges import Indices
 from tissuec.geometry.elements import MIDDLES

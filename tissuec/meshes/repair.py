@@ -17,12 +17,12 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import counted
 from tissuec.core.hints import alternatives
+from tissuec.core.structs import replace
 from tissuec.geometry.divisions import CrossingError, triangles_of
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.geometry.inside import Overlap, depths

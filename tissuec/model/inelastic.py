@@ -13,8 +13,9 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
+
+from tissuec.core.structs import replace
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -10,11 +10,12 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import astuple, replace
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.model.blocks import FieldBlock, NetSize
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs

@@ -9,10 +9,10 @@ from typing import Literal, overload
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import distinct
+from tissuec.core.structs import replace
 
 Floats = NDArray[np.float64]
 ProfileKind = Literal["constant", "ramp", "smooth", "sine", "table"]

@@ -5,10 +5,10 @@ from typing import Any, Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import behind_one_another, uniform
+from tissuec.core.structs import replace
 from tissuec.laws import LINEAR, Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.model.inelastic import Inelastic

@@ -12,8 +12,9 @@ from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
+
+from tissuec.core.structs import replace
 
 TEXT = "text"
 FLOAT = "float"  # f8, or f4 where a scene asks for single precision

@@ -7,8 +7,7 @@ size the bytes of rows, and the manual its tables.
 from collections.abc import Mapping
 from typing import Any
 
-from msgspec.structs import replace
-
+from tissuec.core.structs import replace
 from tissuec.results.datasets import CHUNK, FEW, FLOAT, TEXT, DatasetSpec, GroupSpec
 
 ROOT = "/VTKHDF"

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import Dimension
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network

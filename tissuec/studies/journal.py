@@ -8,10 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import counted
 from tissuec.core.files import OutputFile, final_place
+from tissuec.core.structs import replace
 from tissuec.results import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.scene.study.model import called

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Protocol
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests, sources_of
@@ -21,6 +20,7 @@ from tissuec.core.errors import Diagnostic, TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.signals import ending
+from tissuec.core.structs import replace
 from tissuec.core.version import __version__
 from tissuec.core.workers.workers import Lost, Workers
 from tissuec.lang import syntax as s

@@ -6,12 +6,12 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.scale import AxisUnit, scale_of
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.study.model import Cell
 

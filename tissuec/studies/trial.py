@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
@@ -20,6 +19,7 @@ from tissuec.compiler.recompiling import Recompiler
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.signals import asked_to_stop, interruption
+from tissuec.core.structs import replace
 from tissuec.core.workers.workers import CommonCache
 from tissuec.engine.execution.event_queue import SAME, rows_at
 from tissuec.engine.execution.memory_recorder import MemoryRecording

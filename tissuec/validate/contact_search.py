@@ -6,10 +6,10 @@ is looked up once.
 """
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.core.structs import replace
 from tissuec.forces.contact.contact import Contact, ContactPairs
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.forces.contact import ContactForce, Touching

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import LOAD_STEPS, Plan, ScheduledAction

@@ -10,13 +10,13 @@ to its start as possible.
 from typing import Any, cast
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.optimize import minimize
 from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
+from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import ELEMENTS, Floats, Indices

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan
 from tissuec.validate.equations import largest

@@ -17,10 +17,10 @@ from typing import Literal
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.failure_messages import describe_spring
 from tissuec.model.blocks import KINDS, SYMMETRY

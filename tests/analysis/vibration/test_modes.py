@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 
@@ -12,6 +11,7 @@ from tests.hand_net import chain, make_net, span, start
 from tissuec.analysis.vibration import operator
 from tissuec.analysis.vibration.modes import modes_of
 from tissuec.analysis.vibration.operator import dissected
+from tissuec.core.structs import replace
 from tissuec.forces import pooled_fields
 from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics import observables

@@ -5,12 +5,12 @@ import threading
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tests.whole_runs import AfterAsking, every_array
 from tissuec.core.signals import SIGNALS, Terminated, asked_to_stop, exit_code
+from tissuec.core.structs import replace
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.hand_net import chain, make_net, start
+from tissuec.core.structs import replace
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.positions import FEW, smallest_gaps
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot

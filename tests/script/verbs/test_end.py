@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tests.test_cli import OSCILLATOR
 from tests.test_cli import tissuec as tissuec_command
 from tests.validate.scenes import compiled_scene, validated
 from tissuec.core.errors import ExpectationError
+from tissuec.core.structs import replace
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder

@@ -3,9 +3,9 @@
 import json
 
 import pytest
-from msgspec.structs import replace
 
 from tests.test_cli import tissuec
+from tissuec.core.structs import replace
 from tissuec.view.compare.parameters import compare_forces, forces_alone
 from tissuec.view.compare.report import as_dict
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec import Struct, field
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.model.network import Network
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.trajectory import Trajectory

@@ -4,10 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict
 
 from tests.view.player.conftest import Show, grid
 from tests.view.player.test_labels import evaluated
+from tissuec.core.structs import replace
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.annotations import EDGE, Placing
 from tissuec.view.player.fields import DERIVED

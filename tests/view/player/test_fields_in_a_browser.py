@@ -244,7 +244,7 @@ def test_keys_walk_from_node_to_node_and_pin_them(opened, text_of_sheet):
 
 
 def test_a_net_without_skin_has_fields_on_its_springs(opened, shown):
-    from msgspec.structs import replace
+    from tissuec.core.structs import replace
 
     net = replace(grid(6, 7), skin=np.zeros((0, 3), dtype=np.int32))
     show = Stretched(net, frames=4)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import tissuec
 from tissuec.core.resources import library
+from tissuec.core.structs import replace
 from tissuec.results.moments import curved, slopes
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import position_at

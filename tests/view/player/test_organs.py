@@ -5,12 +5,12 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.spatial import ConvexHull
 
 import tissuec
 from tissuec.core import palette
 from tissuec.core.resources import library
+from tissuec.core.structs import replace
 from tissuec.view.player.bodies import bulges, rounded, smooth_mesh, spread
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter

@@ -6,12 +6,12 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from scipy.spatial import ConvexHull
 
 from tests.view.player.conftest import Show, grid, without_springs
 from tissuec.core import palette
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.view.player.bodies import arrows, capsules, smooth_mesh
 from tissuec.view.player.camera import Camera
 from tissuec.view.player.files import (

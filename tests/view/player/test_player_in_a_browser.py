@@ -4,10 +4,10 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.view.player.conftest import Show, grid, without_springs
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.request import Request

@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.every import every
 from tests.study import tables_of_designs as tables
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.studies.table import FactorHead, MeasureCurve
 from tissuec.view.plots import WrongOption, draw, study_measures
 

@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.analysis.lab.coupon import BODY, Coupon
 from tissuec.core.signals import interruption
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name

@@ -16,7 +16,6 @@ from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.analysis.lab import homogeneous, indentation, motion
 from tissuec.analysis.lab.bench import TestBench, Unmeasured
@@ -26,6 +25,7 @@ from tissuec.analysis.lab.rows import SHARE, Examination, LabCurve, known_of
 from tissuec.analysis.lab.spring_tests import BY_LAYER
 from tissuec.analysis.lab.statics import TensionTest
 from tissuec.core.names import key_of
+from tissuec.core.structs import replace
 from tissuec.model.inelastic import TIMES
 from tissuec.model.network import Floats
 from tissuec.scene.tissues.known_curves import ACROSS, COMPRESSION, EQUIBIAXIAL, SHEAR, TENSION

@@ -12,7 +12,6 @@ from typing import Literal
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, diags_array
 
@@ -25,6 +24,7 @@ from tissuec.analysis.vibration.operator import (
     operator_of,
 )
 from tissuec.core.errors import SimulationError, counted
+from tissuec.core.structs import replace
 from tissuec.core.units import FORCE, show
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance

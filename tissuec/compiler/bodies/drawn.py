@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.tables import ExplicitBody, read_tables
@@ -23,6 +22,7 @@ from tissuec.core.errors import Note, counted
 from tissuec.core.fields import UnfitEntries
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
+from tissuec.core.structs import replace
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths

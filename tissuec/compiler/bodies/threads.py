@@ -8,9 +8,9 @@ knot slips; both wait until they are needed. A loop has the first one as its las
 from collections.abc import Container, Sequence
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, Law
 from tissuec.meshes.generators import Mesh, Threaded
 from tissuec.model.inelastic import TIMES, VISCOSITY

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.checks import check
@@ -16,6 +15,7 @@ from tissuec.core.arrays import distinct
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.hints import Edit, Hint, leaving_out, removal
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk

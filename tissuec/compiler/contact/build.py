@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiler.ambient_damping import skin_areas, thread_areas
 from tissuec.compiler.bodies.threads import bonds
@@ -23,6 +22,7 @@ from tissuec.compiler.contact.points import (
 )
 from tissuec.core.arrays import distinct
 from tissuec.core.errors import Note, counted
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import shared_elements

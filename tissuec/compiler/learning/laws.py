@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core import units
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.fields import Real
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk
 from tissuec.laws import stress_in

@@ -5,7 +5,6 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.learning.adjust_targets import Targets
 from tissuec.compiler.learning.adjusting import AdjustReader
@@ -16,6 +15,7 @@ from tissuec.compiler.measures.conditions import Conditions
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.scene.learning.entries import SCALED
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from math import ceil, sqrt
 
 import numpy as np
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
 from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network, Origin

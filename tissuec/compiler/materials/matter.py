@@ -13,12 +13,12 @@ from typing import NoReturn
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.keeping import kept_by
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.matter.elasticity import wall_springs
 from tissuec.matter.plate import RIGIDITY, Plate, plate
 from tissuec.matter.solid import Fibres, Solid

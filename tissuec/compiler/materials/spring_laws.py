@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import NoReturn, cast
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing
@@ -12,6 +11,7 @@ from tissuec.compiler.materials.spring_parts import SpringParts
 from tissuec.compiler.materials.tissue_parts import USES, Material, TissueParts
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
+from tissuec.core.structs import replace
 from tissuec.laws import (
     LINEAR,
     SPRING_LAWS,

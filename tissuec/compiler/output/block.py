@@ -5,7 +5,6 @@ from collections.abc import Collection, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.measures.conditions import Conditions
 from tissuec.compiler.measures.quantities import QuantityReader
@@ -14,6 +13,7 @@ from tissuec.compiler.sets import Groups
 from tissuec.core.arrays import distinct
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import FREQUENCY, TIME, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.conditions import Conditions
 from tissuec.compiler.measures.observed import ObservedMeasure
 from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
 from tissuec.core.hints import alternatives
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME, Dimension, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices

@@ -30,10 +30,11 @@ from typing import Any, Literal, Self, TypeAlias, get_args
 import numpy as np
 from msgspec import Struct
 from msgspec.json import decode, encode
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from tissuec.core.resources import PACKAGE
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, show
 from tissuec.core.workers.workers import permitted
 from tissuec.engine.execution.courses import Courses, Observations

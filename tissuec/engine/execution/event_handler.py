@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.core.errors import counted
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, TIME, show
 from tissuec.engine.execution.failure_messages import explain_action, of_body
 from tissuec.engine.execution.recorder import Recorder

@@ -5,9 +5,9 @@ from typing import TypeAlias
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.engine.execution.doubts import DoubtMemory
 from tissuec.engine.execution.effects import EffectMemory
 from tissuec.engine.execution.event_queue import rows_at, rows_within

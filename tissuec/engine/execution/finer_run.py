@@ -9,9 +9,9 @@ from collections.abc import Callable, Collection
 from math import inf
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.engine.execution.courses import Courses, counts, rows_of
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder

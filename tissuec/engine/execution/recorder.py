@@ -13,9 +13,9 @@ from functools import partial
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.core.units import si_unit
 from tissuec.engine.execution.doubts import Watcher
 from tissuec.engine.execution.effects import EffectWatcher

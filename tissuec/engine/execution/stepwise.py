@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.signals import Halted, asked_to_stop, interruption
+from tissuec.core.structs import replace
 from tissuec.engine.execution.event_queue import SAME
 from tissuec.engine.execution.memory_recorder import MemoryRecording, RecordedRows
 from tissuec.engine.execution.recorder import Part, Recorder, RecorderState

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import cross
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.volume import open_edges
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.model.network import BodyPart, Floats, Indices, Network

@@ -32,11 +32,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up, cross
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.acting.jet_surfaces import MOST, JetSurface
 from tissuec.forces.acting.jets_kernel import (
     CUT,

@@ -43,11 +43,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.contact.bristle_kernel import AHEAD
 from tissuec.forces.contact.contact_kernel import PLACING, touch
 from tissuec.forces.contact.pairs import ContactPairs, NearShapes

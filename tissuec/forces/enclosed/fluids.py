@@ -21,12 +21,13 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from msgspec.structs import astuple, replace
+from msgspec.structs import astuple
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Vector
 from tissuec.core.arrays import counted_up
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 from tissuec.forces.enclosed.pressed_faces import PressedFaces, WeightedTriangles
 from tissuec.forces.enclosed.pressed_sides import NoSide, components

@@ -10,9 +10,9 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.pooled_fields import PooledField
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats

@@ -17,10 +17,10 @@ from typing import cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.rims import Crossing, Rims, are_parallel, planes_at, rims_of
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import TriangleIndex

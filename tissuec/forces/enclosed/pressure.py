@@ -17,7 +17,6 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec import autodiff
@@ -25,6 +24,7 @@ from tissuec.autodiff import Numbers, Potential, Vector
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.pressed_faces import PressedFaces
 from tissuec.forces.enclosed.pressed_sides import enclosed
 from tissuec.forces.enclosed.rims import Rims

@@ -28,13 +28,13 @@ from itertools import combinations
 from typing import cast
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Vector
 from tissuec.core.arrays import counted_up, cross
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 from tissuec.forces.enclosed.rims import where_open
 from tissuec.forces.grouped_items import NO_POINTS, GroupedItems

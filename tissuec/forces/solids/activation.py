@@ -22,7 +22,6 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.autodiff import Number, Numbers, Tensor, Vector, hessian, maximum, minimum, norm
 from tissuec.autodiff.evaluation import evaluate
@@ -31,6 +30,7 @@ from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.points import PointTable, force_loop
 from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.fields import SECONDS, Items, WalledField
 from tissuec.forces.matrices import BlockPattern, whole, without_negative
 from tissuec.kernels.records import BoundaryConditions

@@ -10,10 +10,10 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.autodiff.points import PLACES
+from tissuec.core.structs import replace
 from tissuec.forces.effects import AbstractStruct
 from tissuec.model.network import Floats, Indices
 

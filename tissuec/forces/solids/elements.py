@@ -40,10 +40,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
 from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing

@@ -17,8 +17,8 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.geometry.elements import Measures
 from tissuec.model.network import Floats, Indices
 

@@ -16,7 +16,6 @@ from functools import cache
 from typing import ClassVar, Self
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.autodiff import (
     Number,
@@ -31,6 +30,7 @@ from tissuec.autodiff import (
     where,
 )
 from tissuec.autodiff.potentials import PotentialFunction, TracedItem
+from tissuec.core.structs import replace
 from tissuec.forces.potential_fields import PotentialField, traced_item
 from tissuec.laws import Law
 from tissuec.laws.tracing import with_slopes

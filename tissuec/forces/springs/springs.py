@@ -35,11 +35,11 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import dot, norm
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.effects import Resisting
 from tissuec.kernels.records import InternalVariables, RestLengthActuators
 from tissuec.kernels.spring_geometry import add_pulls, add_resistance, measure

@@ -25,11 +25,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec import autodiff
 from tissuec.autodiff import Angle, Number, Numbers, Potential, Vector
 from tissuec.core.arrays import cross, dot
+from tissuec.core.structs import replace
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices

@@ -3,9 +3,9 @@
 from typing import Self
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.forces.surfaces.triangles import SkinTriangles
 from tissuec.model.network import Floats, Indices

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.failures import overloaded

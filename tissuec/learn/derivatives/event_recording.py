@@ -9,8 +9,8 @@ from math import inf
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.engine.execution.event_queue import SAME, ActionQueue
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
+from tissuec.core.structs import replace
 from tissuec.forces.acting.load import Load
 from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field, acts_of

@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.learning.displacements import rows_of
 from tissuec.core.errors import TissueError
 from tissuec.core.signals import interruption
+from tissuec.core.structs import replace
 from tissuec.engine.execution.event_queue import SAME, join_times
 from tissuec.engine.execution.finer_run import USUAL
 from tissuec.engine.execution.memory_recorder import MemoryRecording

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.evaluations import Evaluator
 from tissuec.learn.fit.noise import NoiseDraws, chains_of

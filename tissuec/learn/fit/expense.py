@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.prediction import predict
 from tissuec.core.progress import minutes
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.fit.session import LearnSession
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.core.workers.workers import OwnProcess, Workers
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.assessment import assess, estimates, relative_error

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.search import Search

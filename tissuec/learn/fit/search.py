@@ -21,10 +21,11 @@ from typing import Any, Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.files import OutputFile, final_place
+from tissuec.core.structs import replace
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.optimiser import (
     FAR,

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.forces.point_fields import PointField
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid_constants import PlacedConstant, differing, with_variables

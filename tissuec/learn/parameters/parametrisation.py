@@ -13,12 +13,12 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
-from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact.build import contact_of
 from tissuec.core.errors import CompileError
+from tissuec.core.structs import replace
 from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.forces.springs.spring_items import constant_name
 from tissuec.laws.formula import Constant, Formula, Variable, replaced

@@ -11,11 +11,11 @@ from collections.abc import Mapping, Set
 from typing import Any
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.learning.laws import with_constants
 from tissuec.core.names import key_of
+from tissuec.core.structs import replace
 from tissuec.learn.parameters.elements import OpenElements, elements_of, with_open
 from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder, every_field
 from tissuec.model.inelastic import TIMES, VISCOSITY

@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from tissuec.compiler.learning.laws import values_of, with_constants
 from tissuec.core.fields import OneOf, Real, Several, Whole
 from tissuec.core.names import key_of
 from tissuec.core.prefixes import shown_units
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, NUMBER, Dimension, parse_unit, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
+from tissuec.core.structs import replace
 from tissuec.core.units import show
 from tissuec.fuzzy.duals import slopes_of
 from tissuec.fuzzy.rulebase import Inference

@@ -24,8 +24,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.fuzzy.duals import Dual, Slopes
 from tissuec.fuzzy.scale import Axis, Scale
 from tissuec.fuzzy.sets import Gaussian, Piecewise, Shape

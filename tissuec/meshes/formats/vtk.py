@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
+from tissuec.core.structs import replace
 from tissuec.meshes.formats import (
     CORNERS,
     FORMATS,

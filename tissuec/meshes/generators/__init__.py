@@ -5,11 +5,11 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.fields import LocatedFile
 from tissuec.core.registry import Family
+from tissuec.core.structs import replace
 from tissuec.model.network import Grid
 
 _ALIKE = 1e-6  # relative difference of lengths that are equal, far from the origin as well

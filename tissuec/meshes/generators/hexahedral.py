@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import Mesh
 from tissuec.meshes.generators.joining import Pairs, springs

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import counted
 from tissuec.core.fields import InFile, LengthIfAny, Named, OneOf, PointsIfAny, Real
 from tissuec.core.files import read_bytes
+from tissuec.core.structs import replace
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read, way_of_folder
 from tissuec.meshes.generators import MESHES, FileOrigin, Mesh

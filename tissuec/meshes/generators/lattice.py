@@ -9,11 +9,11 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.fields import Length, LengthIfAny, OneOf, Points, PointsIfAny
+from tissuec.core.structs import replace
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.joining import (
     Pairs,

@@ -3,8 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any
 
-from msgspec.structs import replace
-
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.scene.bodies.placement import is_placement
 from tissuec.scene.program.declarations import Declarations, Declared

@@ -6,9 +6,9 @@ from typing import Annotated, Any, NoReturn, TypeAlias, cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.hints import Edit, Hint, proposal
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s

@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import Note
 from tissuec.core.fields import OneOf, Real
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
 from tissuec.scene.learning.entries import LearnSettings, learn_schema

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, nearby_file
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.scene.learning.sentences import OF_ALL, DataWords
 from tissuec.scene.program.library import LINK, LINKED, SUFFIX, Library

@@ -4,11 +4,10 @@ from collections.abc import Iterator, Sequence
 from math import log
 from typing import Literal, NoReturn
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.fuzzy.rulebase import Inference
 from tissuec.fuzzy.scale import OutOfRange
 from tissuec.lang import syntax as s

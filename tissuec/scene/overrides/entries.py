@@ -10,12 +10,12 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NoReturn, TypeAlias, cast
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.hints import Hint, alternatives, did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse

@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_out, proposal
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.lang.version import first_line, last_line

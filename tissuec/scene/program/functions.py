@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NoReturn, TypeVar, cast
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note, counted
 from tissuec.core.hints import did_you_mean
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.scene.reading.findings import Findings, Rejected

@@ -3,10 +3,10 @@
 from typing import Annotated
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
 from tissuec.scene.reading.expressions import Scope

@@ -14,10 +14,10 @@ from operator import is_
 from typing import Annotated, Any, TypeAlias, TypeGuard, cast
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.hints import proposal
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader

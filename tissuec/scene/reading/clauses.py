@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NoReturn, TypeAlias, TypeVar, cast
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, one_left, proposal
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import NUMBER, Dimension, describe, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats

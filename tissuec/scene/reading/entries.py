@@ -10,7 +10,6 @@ from collections.abc import Callable, Collection, Mapping
 from functools import cache
 from typing import Any, TypeAlias, cast
 
-import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
@@ -19,6 +18,7 @@ from tissuec.core.annotations import WrongAnnotation, hints_of, refuse_field
 from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
 from tissuec.core.registry import Family
+from tissuec.core.structs import replace
 from tissuec.core.units import (
     ACCELERATION,
     FREQUENCY,
@@ -266,7 +266,7 @@ def with_choices(
     """
     entries = entries_of(cls)
     kind = OneOf(choices, opens=True, inside=inside or {})
-    entries[name] = msgspec.structs.replace(entries[name], kind=kind)
+    entries[name] = replace(entries[name], kind=kind)
     return entries
 
 

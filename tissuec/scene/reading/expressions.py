@@ -7,11 +7,11 @@ from functools import reduce
 from typing import NoReturn
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import (
     ACCELERATION,
     ALL_UNITS,

@@ -8,11 +8,10 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import CompileError, Diagnostic, Note, in_order_of_text
 from tissuec.core.hints import did_you_mean, leaving_out
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 
 LONGEST_NAME = 20  # words

@@ -7,10 +7,9 @@ of the body as drawn.
 from collections.abc import Collection, Iterable, Sequence
 from typing import Annotated, NoReturn
 
-from msgspec.structs import replace
-
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import describe
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk

@@ -8,9 +8,8 @@ these as in conditions.
 from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
-from msgspec.structs import replace
-
 from tissuec.core.source import Source
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.script.measures import MEASURES

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.overrides.entries import SET

@@ -3,10 +3,9 @@
 import re
 from typing import Annotated
 
-from msgspec.structs import replace
-
 from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, did_you_mean
+from tissuec.core.structs import replace
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
 from tissuec.scene.model import Appearance

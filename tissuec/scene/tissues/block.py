@@ -5,12 +5,12 @@ from typing import Annotated, NoReturn
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.fuzzy.rulebase import Inference
 from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in

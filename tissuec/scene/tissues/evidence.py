@@ -7,13 +7,12 @@ known density = 1.06 g/cm^3 by unverified "Duck 1990"
 from collections.abc import Iterable, Mapping
 from typing import Annotated, NoReturn
 
-from msgspec.structs import replace
-
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.model import AssignedQuantity, KnownQuantity

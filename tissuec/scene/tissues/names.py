@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec.structs import replace
-
+from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.model import Tissue

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from typing import Annotated
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import NUMBER
 from tissuec.fuzzy import rules as c
 from tissuec.fuzzy.hedges import Hedge

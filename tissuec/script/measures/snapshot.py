@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import force_setattr, replace
+from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model import topology

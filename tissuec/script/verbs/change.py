@@ -5,11 +5,11 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core import units
 from tissuec.core.errors import counted
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import Dimension
 from tissuec.mechanics.state import State
 from tissuec.model.inelastic import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY

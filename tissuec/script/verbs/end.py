@@ -2,8 +2,7 @@
 
 from typing import ClassVar
 
-from msgspec.structs import replace
-
+from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import Cases

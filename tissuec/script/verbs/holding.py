@@ -9,10 +9,10 @@ from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.arrays import distinct, divided
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 from tissuec.script.verbs import Action, Group, Mover, follows

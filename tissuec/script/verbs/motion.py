@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.arrays import divided
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.acting.load import LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.network import Floats, Indices

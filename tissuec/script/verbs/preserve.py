@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import DENSITY, PRESSURE, VOLUME, show
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network, numbers_in

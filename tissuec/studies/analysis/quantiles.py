@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.scene.study.entries import INDICES, LATIN, SOBOL
 from tissuec.studies.analysis.completed import Answer, measure_of, values_of
 from tissuec.studies.table import StudyTable, rows_of

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
+from tissuec.core.structs import replace
 from tissuec.model.network import Indices
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.compare.matching import MatchedIndices, SideParts, match_nodes, match_springs

@@ -2,11 +2,11 @@
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core import palette
 from tissuec.core.errors import TissueError
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.fields import TISSUE, NodeField, fields_of

@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import palette
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Indices
 from tissuec.results.instruments.meshes import mesh_of
 from tissuec.view.player.annotations import Annotations, PictureSetting

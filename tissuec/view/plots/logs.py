@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.scale import largest_of
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats
 from tissuec.results.recording import AXES, TENSOR
 from tissuec.view.plots import PLOTS

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.core.scale import AxisUnit, largest_of, scale_of
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats
 from tissuec.view.plots.axes import clusters, mark_events, stagger, whole_decades

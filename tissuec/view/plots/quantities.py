@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.scale import AxisUnit, largest_of, scale_of
+from tissuec.core.structs import replace
 from tissuec.core.units import TIME as SECONDS
 from tissuec.core.units import show
 from tissuec.mechanics.deformation import von_mises

@@ -10,10 +10,10 @@ from functools import cached_property
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.results.promise import Doubt
