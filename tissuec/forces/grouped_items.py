@@ -12,7 +12,7 @@ from tissuec.forces.matrices import assembled
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
+    from scipy.sparse import coo_matrix, csr_matrix
 
 
 class CarriedPoints(Struct, frozen=True, eq=False):
@@ -124,7 +124,7 @@ class CarriedPoints(Struct, frozen=True, eq=False):
 
     def assembled(
         self, blocks: Floats, corners: Indices, number: Indices, size: int
-    ) -> "csr_matrix":
+    ) -> "csr_matrix | coo_matrix":
         """Return the matrix in which the blocks of items add up, shape (3 size, 3 size).
 
         Args:
@@ -132,12 +132,12 @@ class CarriedPoints(Struct, frozen=True, eq=False):
             corners: As of ``inputs``.
             number, size: As of ``follow``.
         """
-        from scipy.sparse import csr_matrix
-
         places = self.numbers(corners, number, size)
         found = assembled(blocks, places, size + self.count)
         if not self.count:
-            return csr_matrix(found)
+            return found
+        from scipy.sparse import csr_matrix
+
         follow = self.follow(number, size)
         return csr_matrix(follow.T @ found @ follow)
 

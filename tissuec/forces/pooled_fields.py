@@ -108,6 +108,8 @@ class PooledField(WalledField, frozen=True, dict=True):
         self, time: float, position: Floats, number: Indices, size: int
     ) -> "csr_matrix":
         """Return Σ λ ∂²s/∂x∂x [N/m], shape (3 size, 3 size); arguments as of ``matrix``."""
+        from scipy.sparse import csr_matrix
+
         pool, items = self.pool, self.grouped
         values, (count, corners) = items.inputs(position), items.corners.shape
         for name, slope in zip(
@@ -116,7 +118,7 @@ class PooledField(WalledField, frozen=True, dict=True):
             values[str(name.operation.detail)] = slope[items.owner]
         both = whole(items.each(list(pool.item.matrix.values()), values))
         blocks = both.reshape(count, corners, 3, corners, 3)
-        return items.points.assembled(blocks, items.corners, number, size)
+        return csr_matrix(items.points.assembled(blocks, items.corners, number, size))
 
     def slopes_of_sums(
         self, position: Floats, number: Indices, size: int

@@ -149,8 +149,9 @@ class SurfacePressure(Field, frozen=True, dict=True):
 
         if not exact:
             return coo_matrix((3 * size, 3 * size))
-        whole = self.slopes(time, position, number, size)
-        return coo_matrix(0.5 * (whole + whole.T))
+        blocks, items = self._blocks(time, position), self.grouped
+        even = 0.5 * (blocks + blocks.transpose(0, 3, 4, 1, 2))
+        return coo_matrix(items.points.assembled(even, items.corners, number, size))
 
     def slopes(self, time: float, position: Floats, number: Indices, size: int) -> "csr_matrix":
         """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).
@@ -163,10 +164,16 @@ class SurfacePressure(Field, frozen=True, dict=True):
             number: Of each node among those that may move, -1 for others, shape (node,).
             size: Number of nodes that may move.
         """
+        from scipy.sparse import csr_matrix
+
+        items, blocks = self.grouped, self._blocks(time, position)
+        return csr_matrix(items.points.assembled(blocks, items.corners, number, size))
+
+    def _blocks(self, time: float, position: Floats) -> Floats:
+        """Return minus the derivative of the forces of each item, (item, 3, 3, 3, 3)."""
         items, item = self.grouped, traced_triangle()
         values = items.inputs(position) | {"a.0": self.pressure(time)}
-        blocks = items.each(item.turning, values).reshape(-1, 3, 3, 3, 3)
-        return items.points.assembled(blocks, items.corners, number, size)
+        return items.each(item.turning, values).reshape(-1, 3, 3, 3, 3)
 
     # --- tears --------------------------------------------------------------------------------
 
