@@ -180,3 +180,23 @@ def test_matrices_are_those_of_changes(bag):
             stiff, slow = stiff + damping[0].toarray(), damping[1].toarray()
         assert np.abs(by_x + stiff).max() < 1e-12 * np.abs(stiff).max(), name
         assert np.abs(by_v + slow).max() <= 1e-12 * np.abs(slow).max(), name
+
+
+BESIDE_A_PLANE = """language 1
+tissue gum { spring constant = 40 N/m; viscosity = 20 mN*s/m; mass = 5 g }
+body net { mesh is explicit; tissue is gum }
+table nodes of net in mm with columns "id x y" { 1 0 10; 2 100 0; 3 200 12 }
+table springs of net with columns "a b" { 1 2; 2 3 }
+set end = nodes of net in [1]
+set far = nodes of net in [3]
+environment { gravity = (0, 0, 0) m/s^2
+  symmetric about plane through (0, 0, 0) mm facing (0, 1, 0) }
+script { at 0 s: fix far
+  from 0 s to 0.1 s: move end by (4, 1, 0) mm using smooth profile }
+simulate { duration = 0.1 s; tolerance = 1e-9 }
+"""
+
+
+def test_springs_beside_a_plane_of_symmetry():
+    times = np.array([0.033, 0.1])
+    check_both_directions(compiled_scene(BESIDE_A_PLANE), "dop853", 1e-3, times)

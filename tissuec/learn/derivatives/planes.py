@@ -20,9 +20,6 @@ def refusal_by_planes(plan: Plan, network: Network) -> str:
         return ""
     if state.braking.any():
         return "planes of symmetry and ambient damping act together"
-    springs = network.springs
-    if (springs.stiffness > 0.0).any() or (springs.damping > 0.0).any() or springs.law.any():
-        return "planes of symmetry act on springs"
     return ""
 
 
