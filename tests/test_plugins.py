@@ -17,7 +17,7 @@ GROUPS = {
     "tissuec/script/verbs": "tissuec.verb",
     "tissuec/script/measures": "tissuec.measure",
     "tissuec/results/fields": "tissuec.frame_field",
-    "tissuec/forces": "tissuec.force",
+    "tissuec/forces/acting": "tissuec.force",
     "tissuec/validate/forces": "tissuec.force_formula",
     "tissuec/laws/spring": "tissuec.spring_law",
     "tissuec/laws/solid": "tissuec.solid_law",

@@ -255,7 +255,8 @@ class Companion:
             time: That the run has come to [s].
             ran: What it did until then.
         """
-        self._spacing = time / max(GLANCES * ran.accepted, 1)
+        # Integrators of other packages run as Python, with times that are numbers of NumPy.
+        self._spacing = float(time) / max(GLANCES * ran.accepted, 1)
 
     def _left(self, time: float) -> float:
         """Return the wall time that the run is predicted to take from here on [s]."""
