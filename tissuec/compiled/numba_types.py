@@ -150,7 +150,15 @@ def caller(name: str, own: Signature) -> Callable[..., Any]:
         name: A field of ``records.Operations``.
     """
     place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
-    return _caller(own, NET, place)
+
+    def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in own.args]
+        result = context.get_value_type(own.return_type)
+        operation = ir.FunctionType(result, kinds).as_pointer()
+        address = read_word(builder, arguments[own.args.index(NET)], place)
+        return builder.call(builder.inttoptr(address, operation), arguments)
+
+    return _typed(own, generate)
 
 
 @cache
@@ -170,19 +178,6 @@ def field_caller(vectors: int = 4) -> Callable[..., Any]:
         kernel = ir.FunctionType(result, [*kinds, cgutils.voidptr_t]).as_pointer()
         given = [*others, builder.inttoptr(table, cgutils.voidptr_t)]
         return builder.call(builder.inttoptr(address, kernel), given)
-
-    return _typed(own, generate)
-
-
-def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]:
-    """Return a function that calls another by an address in a table among its arguments."""
-
-    def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
-        kinds = [context.get_value_type(kind) for kind in own.args]
-        result = context.get_value_type(own.return_type)
-        operation = ir.FunctionType(result, kinds).as_pointer()
-        address = read_word(builder, arguments[own.args.index(table)], place)
-        return builder.call(builder.inttoptr(address, operation), arguments)
 
     return _typed(own, generate)
 

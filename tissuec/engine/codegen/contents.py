@@ -43,12 +43,8 @@ from tissuec.kernels.records import Operations
 
 #: Arguments that share no memory with others, by function.
 UNSHARED = runs_kernel.UNSHARED | pairs_kernel.UNSHARED
-#: First arguments of the loops of fields: forces, and derivatives backwards and forwards.
-OF_LOOPS = (
-    ("time", "x", "v", "f", "power"),
-    ("time", "x", "v", "weight", "by_x", "by_v", "by"),
-    ("time", "x", "v", "dx", "dv", "dn", "df", "room"),
-)
+#: First arguments of the loops of fields; derivatives are not shipped.
+OF_LOOP = ("time", "x", "v", "f", "power")
 #: What has the functions for learning.
 OF_DERIVATIVES = (
     accelerations_derivatives_kernel,
@@ -89,10 +85,7 @@ def _loops_of_fields() -> Iterator[Callable[..., Any]]:
         members = vars(import_module(module.name)).values()
         for member in filter(isfunction, members):
             arguments = tuple(signature(member).parameters)
-            if (
-                any(arguments[: len(own)] == own for own in OF_LOOPS)
-                and member.__module__ == module.name
-            ):
+            if arguments[: len(OF_LOOP)] == OF_LOOP and member.__module__ == module.name:
                 yield member
 
 
