@@ -122,22 +122,17 @@ class ActingForces(NamedTuple):
 
     def with_numbers(self, values: Values) -> tuple[tuple[SpringItems, ...], Fields]:
         """Return springs and fields with the numbers of a leg."""
-        start, springs = 0, list[SpringItems]()
-        fields: dict[str, Field] = {}
-        for name, force in [*enumerate(self.springs), *self.fields.items()]:
-            stop = start + len(numbers(force))
-            made = with_numbers(
-                force, derivatives_of(force).columns, values.numbers[start:stop]
-            )
-            start = stop
-            if isinstance(name, int):
-                springs.append(made)
-            else:
-                fields[name] = made
-        return tuple(springs), fields
+        forces = [*self.springs, *self.fields.values()]
+        ends = np.cumsum([len(numbers(force)) for force in forces])
+        made = [
+            with_numbers(force, derivatives_of(force).columns, own)
+            for force, own in zip(forces, np.split(values.numbers, ends)[:-1], strict=True)
+        ]
+        count = len(self.springs)
+        return tuple(made[:count]), dict(zip(self.fields, made[count:], strict=True))
 
 
-#: What every spring has, in the order of the numbers of ``SpringItems``.
+#: Arrays of all springs, in the order of the numbers of ``SpringItems``.
 SPRING_ARRAYS = ("stiffness", "damping", "rest")
 
 

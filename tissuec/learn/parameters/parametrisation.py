@@ -69,7 +69,6 @@ class Parametrisation:
         own: How many parameters the blocks have.
         size: How many there are.
         order: Of the numbers of the net.
-        laws: Of the net, with variables for what is learnt of them.
         refusal: Name of a number of tissues whose effect has no exact derivatives; "" if there
             is none.
     """
@@ -107,9 +106,9 @@ class Parametrisation:
         self._elements, self.refusal = self._open(compiled)
         network = with_open(compiled.network, self._elements)
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
-        self.laws, self._law = shaped.springs.laws, shaped.springs.law
+        self._law, laws = shaped.springs.law, shaped.springs.laws
         fields = _derived_fields(replace(compiled, network=network))
-        self.order = NumberOrder.of(network, len(self._constants), fields, self.laws)
+        self.order = NumberOrder.of(network, len(self._constants), fields, laws)
         self._entries = Entries(self.blocks, self._parts)
         first = self._tissues(np.zeros(self.size))
         closed = {
@@ -339,7 +338,7 @@ class Parametrisation:
                 elastic=replaced(law.elastic, numbers),
                 viscous=replaced(law.viscous, numbers),
             )
-            for law in self.laws
+            for law in self.order.laws
         )
         if not numbers:
             return network
