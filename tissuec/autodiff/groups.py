@@ -12,7 +12,7 @@ from functools import cached_property
 from tissuec.autodiff.derivatives import along, gradient
 from tissuec.autodiff.functions import maximum, where
 from tissuec.autodiff.graph import Number
-from tissuec.autodiff.potentials import TracedItem
+from tissuec.autodiff.potentials import TracedItem, by_name
 from tissuec.autodiff.tensors import dot
 
 ALIKE = 1e-9  # relative difference of pressures that are equal
@@ -59,7 +59,7 @@ class TracedPair(TracedItem):
         return "damping" in self.widths
 
     def pooled(self, name: str) -> Number:
-        """Return what is known of all pairs of a group.
+        """Return a quantity of all pairs of a group.
 
         Args:
             name: "pressure", "closing", "work" and "bends" as sums; "most" of p; "factor" F,
@@ -68,7 +68,7 @@ class TracedPair(TracedItem):
         return self.graph.input(f"g.{name}")
 
     def added(self, name: str) -> Number:
-        """Return what is pooled with what this pair adds to it; names as for ``pooled``."""
+        """Return a pooled quantity after this pair is included; names as for ``pooled``."""
         known = self.pooled(name)
         return maximum(known, self.pressure) if name == "most" else known + getattr(self, name)
 
@@ -111,10 +111,7 @@ class TracedPair(TracedItem):
 
     def pushed(self, learnt: Sequence[str]) -> tuple[list[Number], dict[str, Number]]:
         """Return the changes of f and of F, given that of F; see ``TracedItem``."""
-        changed = [*self.x, *self.v, *self.of(learnt)]
-        rates = {f"d{each.operation.detail}": each for each in changed}
-        given = {name: self.graph.input(name) for name in rates}
-        changes = {number: given[name] for name, number in rates.items()}
+        changes = self.changes(learnt)
         pressure, closing, *stored = along([self.pressure, self.closing, *self.stored], changes)
         pace = self.pooled("by_steady") * self._part * pressure
         pace = pace + self.pooled("by_closing") * closing
@@ -123,4 +120,4 @@ class TracedPair(TracedItem):
             -(factor * more + change * own)
             for more, own in zip(stored, self.stored, strict=True)
         ]
-        return [*moved, pace], given
+        return [*moved, pace], by_name(changes.values())

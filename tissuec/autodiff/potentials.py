@@ -12,7 +12,7 @@ it supplies from outside at any velocities, by which it adds ∂L/∂v to f. Whe
 such as for a spring whose law is any curve, the function states the forces.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
@@ -86,6 +86,11 @@ def _number(graph: Graph, name: str, width: int) -> Vector:
     return Vector(graph.input(f"p.{name}.{k}") for k in range(width))
 
 
+def by_name(inputs: Iterable[Number]) -> dict[str, Number]:
+    """Return inputs of a graph by their names."""
+    return {str(each.operation.detail): each for each in inputs}
+
+
 #: Takes positions and velocities of the corners, and the numbers.
 PotentialFunction: TypeAlias = Callable[
     [Sequence[Vector], Sequence[Vector], Numbers], Potential | StatedForces | Number
@@ -130,7 +135,7 @@ class TracedItem:
         self.potential = traced(function, lambda: self._checked(function(points, rates, given)))
 
     def _checked(self, found: Potential | StatedForces | Operand) -> Potential | StatedForces:
-        """Return what a function has returned; raises TracingError of other things."""
+        """Return the result of a function; raises TracingError if it is of another kind."""
         if isinstance(found, StatedForces):
             return found
         if not isinstance(found, Potential):
@@ -280,12 +285,17 @@ class TracedItem:
         Args:
             learnt: Names of the numbers that change.
         """
+        changes = self.changes(learnt)
+        return along(self.forces, changes), by_name(changes.values())
+
+    def changes(self, learnt: Sequence[str]) -> dict[Number, Number]:
+        """Return the inputs that are changes of x, v, internal variables and some numbers.
+
+        Args:
+            learnt: Names of the numbers that change.
+        """
         changed = [*self.x, *self.v, *self.internal, *self.of(learnt)]
-        rates = {f"d{each.operation.detail}": each for each in changed}
-        changes = {number: self.graph.input(name) for name, number in rates.items()}
-        return along(self.forces, changes), {
-            name: changes[number] for name, number in rates.items()
-        }
+        return {each: self.graph.input(f"d{each.operation.detail}") for each in changed}
 
     def of(self, names: Sequence[str]) -> list[Number]:
         """Return the components of some numbers."""

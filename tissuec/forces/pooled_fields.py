@@ -64,7 +64,7 @@ class PooledField(WalledField, frozen=True, dict=True):
         return _traced(own.item_shares, own.group_energy, corners, *widths)
 
     def amount(self, time: Floats | float) -> Floats:
-        """Return what the ``changes`` add up to, dimensionless, shape (…)."""
+        """Return the sum of the ``changes``, dimensionless, shape (…)."""
         times = np.asarray(time, dtype=float)
         parts = [amount * np.asarray(curve.at(times)[0]) for amount, curve in self.changes]
         return np.asarray(sum(parts, np.zeros(times.shape)))

@@ -148,7 +148,7 @@ class _Groups(ItemLoop):
         return values | read()
 
     def paced(self, pooled: dict[str, str]) -> dict[str, str]:
-        """Return what is pooled with the pace of the group that follows."""
+        """Return pooled quantities together with the pace that follows from them."""
         names = ("g.factor", "g.by_steady", "g.by_closing")
         pace = self.code.write(self.pair.pace, pooled)
         return pooled | dict(zip(names, pace, strict=True))
@@ -188,7 +188,11 @@ def force_loop(name: str, pair: TracedPair, lanes: int = LANES) -> LoopText:
 
 
 def _adding(loop: _Groups, size: int) -> list[str]:
-    """Return what adds what ``force_loop`` has stored, of so many rows for each pair."""
+    """Return the code that adds up the forces that ``force_loop`` has stored.
+
+    Args:
+        size: Stored rows of each pair.
+    """
     pressing, loop.code = loop.code, Writer(1, "a")
     code, corners = loop.code, loop.corners
     code.block = "done"

@@ -225,8 +225,6 @@ class ItemLoop:
         needed = self.graph.inputs_of(outputs)
         values, places = dict[str, str](), None
         code, names = self.code, self._numbers
-        if "time" in needed:
-            values["time"] = code.in_all_lanes("%time")
         for letter, vector in vectors.items():
             for corner in range(self.corners):
                 if any(name.startswith(f"{letter}.{corner}.") for name in needed):

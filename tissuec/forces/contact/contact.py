@@ -518,7 +518,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
     @property
     def _form(self) -> PairForm:
-        """Return what pairs are in kernels that follow from what they store."""
+        """Return the kind of pairs for kernels that follow from their potential."""
         between = self.between is not None
         return PairForm.of(self.kind, is_between=between, is_damped=self.damping > 0.0)
 

@@ -199,7 +199,7 @@ class Activation(WalledField, frozen=True):
         return evaluate(traced_line(self._is_limited).state.seen[name], values)
 
 
-#: F a of a line as it is drawn.
+#: F a, the stretched direction of a line, as drawn.
 _ONE = np.array([1.0, 0.0, 0.0])
 
 
