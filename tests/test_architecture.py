@@ -45,7 +45,7 @@ def test_light_commands_import_no_heavy_library(name, repository):
 #: What a run imports only if its scene needs it.
 RARE = (
     "tissuec.forces.contact.contact", "tissuec.forces.acting.jets",
-    "tissuec.forces.acting.foundation",
+    "tissuec.forces.acting.foundation", "tissuec.forces.enclosed", "tissuec.autodiff",
     "tissuec.lang.classify", "tissuec.compiler.forces", "tissuec.compiler.learning.problems",
     "tissuec.scene.learning.model", "tissuec.scene.study",
     "tissuec.compiler.materials.matter",

@@ -2,15 +2,18 @@
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.results.fields import FIELDS, channels
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.preserve import Preserve
+
+if TYPE_CHECKING:
+    from tissuec.forces.enclosed.volume import Enclosure
 
 
 class FieldSampler:
@@ -25,8 +28,10 @@ class FieldSampler:
         return tuple((one.name, one.at == "cell") for one in channels(self._plan.output.fields))
 
     @cached_property
-    def _volumes(self) -> tuple[Enclosure, ...]:
+    def _volumes(self) -> "tuple[Enclosure, ...]":
         """Return all volumes that may be preserved, in the order of ``VolumeCells``."""
+        from tissuec.forces.enclosed.volume import Enclosure  # most scenes have none
+
         return tuple(
             Enclosure.of(self._network, body.name, 1.0, body.span)
             for body in preserved_bodies(self._network, self._plan)

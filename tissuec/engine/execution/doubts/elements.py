@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import cross, dot, norm
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.execution.doubts import WATCHES, Finding
-from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import Edges
 from tissuec.mechanics.state import State
@@ -181,6 +180,8 @@ class _Cells(_Oriented):
     )
 
     def __init__(self, network: Network, body: BodyPart, faces: Indices):
+        from tissuec.forces.enclosed.volume import Enclosure  # only where there are cells
+
         first = faces[0].ravel()
         once = np.sort(np.unique(first, return_index=True)[1])
         members = faces.reshape(len(faces), -1)[:, once]
