@@ -16,7 +16,8 @@ from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops import items as loops
-from tissuec.compiled.loops.items import ItemTable
+from tissuec.compiled.loops.tables import ItemTable, room_for
+from tissuec.compiled.loops.tables import recorded as rows_of
 
 CORNERS = 3
 COUNTS = (0, 1, 7, 8, 9, 17)
@@ -150,11 +151,11 @@ LAST_PLACE = 4e-16
 def recorded(lanes):
     """Return the results of all functions of all pairs of special numbers."""
     count, none = ROWS.shape[1], np.zeros(3)
-    outputs, room = list(FUNCTIONS.values()), loops.room_for(len(FUNCTIONS), count)
+    outputs, room = list(FUNCTIONS.values()), room_for(len(FUNCTIONS), count)
     write = partial(loops.record_loop, item=PAIR, outputs=outputs, constants=[], lanes=lanes)
     table = ItemTable.of(np.zeros((count, 1), dtype=int), ROWS)
     called(write, table, none, none, room.reshape(-1))
-    return loops.recorded(room, count)
+    return rows_of(room, count)
 
 
 def test_functions_of_special_numbers_have_the_same_bits_in_lanes():

@@ -11,7 +11,8 @@ from tissuec.autodiff import Potential, along, exp, gradient, hessian, least, sq
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph
 from tissuec.autodiff.potentials import TracedItem
-from tissuec.compiled.loops.items import ItemTable, record_loop, recorded, room_for
+from tissuec.compiled.loops.items import record_loop
+from tissuec.compiled.loops.tables import ItemTable, recorded, room_for
 
 NAMES = ("a", "b", "c")
 #: An iteration ends when a step is below 1e-8, whose square is rounding; so are sums.

@@ -9,10 +9,11 @@ from tests.contact.scenes import contact_of, contact_with
 from tests.forces.test_fields import called
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.groups import force_loop
+from tissuec.compiled.loops.pools import force_kernel
 from tissuec.core.structs import replace
+from tissuec.forces.contact.contact import Contact
 from tissuec.forces.contact.contact_kernel import touch
-from tissuec.forces.contact.pressing import NodeOnShape
+from tissuec.forces.contact.pressing import traced_pairs
 from tissuec.forces.fields import acts_of
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
@@ -134,10 +135,13 @@ simulate { duration = 10 ms }
 
 def both_ways(contact, position, velocity, lanes=8):
     """Return forces, powers and bends of the loops by hand in Python, and of generated ones."""
-    table = replace(contact, stride=0.1).table(np.arange(len(position)), None, position)
-    loop = partial(force_loop, pair=NodeOnShape(contact._form), lanes=lanes)
+    pool, near = traced_pairs(contact._form), replace(contact, stride=0.1)
+    loop = partial(force_kernel, item=pool.item, pool=pool, lanes=lanes)
     state = position.ravel(), velocity.ravel()
     for kernel in (touch, GeneratedKernel(f"forces_{lanes}", loop)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Contact, "_follows", kernel is not touch)
+            table = near.table(np.arange(len(position)), None, position)
         forces, power = np.zeros(position.size), np.zeros(2)
         kernel(0.0, *state, forces, power, table)
         yield forces, power[1], table.touches.bends[0]

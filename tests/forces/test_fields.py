@@ -205,9 +205,11 @@ def grouped(field, place, time, x, v, f, power):
     if isinstance(field, PooledField):
         of_groups, pool = field._of_groups(time, x), field.pool
         of_groups["a.1"] = sum(amount * curve.at(time)[1] for amount, curve in field.changes)
-        for name, slope in zip(pool.steepness, evaluate(pool.slopes, of_groups), strict=True):
+        for name, slope in zip(
+            pool.given, evaluate(pool.whole.factors, of_groups), strict=True
+        ):
             values[str(name.operation.detail)] = slope[items.owner]
-        rate = evaluate([pool.supply], of_groups)[0].sum()
+        rate = evaluate([pool.whole.supply], of_groups)[0].sum()
     else:
         values["a.0"] = field.pressure(time)
     *found, supply = evaluate([*item.forces, item.supply], values)

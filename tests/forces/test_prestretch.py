@@ -7,7 +7,7 @@ from tests.derivatives import agree, forces, slopes, stiffness
 from tests.forces.test_elements import BULK, SHEAR, SPAN, deformed, fibres_of, mesh
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out
-from tissuec.compiled.loops.items import LANES
+from tissuec.compiled.loops.tables import LANES
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
 from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.elements import SHAPES

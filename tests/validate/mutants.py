@@ -37,7 +37,7 @@ from tissuec.forces import (
     pooled_kernels,
     potential_fields,
 )
-from tissuec.forces.contact import pair_kernels
+from tissuec.forces.contact import contact, pressing
 from tissuec.forces.enclosed import pressure
 from tissuec.forces.solids import solid_point
 from tissuec.forces.springs import springs_kernel
@@ -248,7 +248,8 @@ HARMLESS = {
 TRACED = (
     potential_fields.traced_item, pooled_fields._traced, pooled_kernels.kernels_of,
     pressure.traced_triangle, solid_point.traced_point, plane_point.traced_point,
-    point_fields.force_kernel, point_fields.record_kernel, pair_kernels.kernels_of_pairs,
+    point_fields.force_kernel, point_fields.record_kernel,
+    pressing.traced_pairs, contact._of_pairs_at_rest,
 )  # fmt: skip
 
 

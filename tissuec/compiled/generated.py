@@ -11,7 +11,7 @@ from tissuec.compiled.loading import machine_code
 from tissuec.core.resources import PACKAGE
 
 if TYPE_CHECKING:
-    from tissuec.compiled.loops.items import LoopText
+    from tissuec.compiled.loops.frame import LoopText
 
 
 _MATHEMATICS = PACKAGE / "compiled" / "mathematics.py"

@@ -7,7 +7,7 @@ from typing import Any
 from tissuec.autodiff.emission import Writer
 from tissuec.autodiff.graph import Graph
 from tissuec.compiled.generated import linked_code
-from tissuec.compiled.loops.items import LoopText, declarations
+from tissuec.compiled.loops.frame import LoopText, declarations
 from tissuec.laws import Law, code
 from tissuec.laws.formula import Formula
 from tissuec.laws.tracing import traced

@@ -27,7 +27,6 @@ from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.springs.springs import reels, table_of
 from tissuec.kernels.records import (
     BoundaryConditions,
-    ContactRecord,
     Fields,
     InternalVariables,
     Net,
@@ -313,7 +312,7 @@ class KernelInputs:
         fields, acting = self.fields(), self.acting
         kept = cast(tuple[RecordTable, ...], fields.kept)
         records = (table.record for table in kept)
-        touches = (record.touches for record in records if isinstance(record, ContactRecord))
+        touches = (record.touches for record in records if hasattr(record, "touches"))
         return {
             "reels": self.reels() if needed.reeled else None,
             "touches": next(touches, None),

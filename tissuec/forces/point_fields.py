@@ -17,7 +17,7 @@ from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.items import LoopText, recorded, room_for
+from tissuec.compiled.loops.frame import LoopText
 from tissuec.compiled.loops.points import (
     PointTable,
     force_loop,
@@ -27,6 +27,7 @@ from tissuec.compiled.loops.points import (
     push_loop,
     record_loop,
 )
+from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative

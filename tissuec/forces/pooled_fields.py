@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from tissuec.autodiff.derivatives import gradient
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Number
-from tissuec.autodiff.pools import ShareFunction, TracedPool, WholeFunction
+from tissuec.autodiff.pools import ShareFunction, StoringPool, WholeFunction
 from tissuec.forces.effects import Resisting
 from tissuec.forces.fields import Items, WalledField
 from tissuec.forces.grouped_items import GroupedItems, as_rows, inputs
@@ -28,7 +27,7 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 
-    from tissuec.compiled.loops.pools import PoolTable
+    from tissuec.compiled.loops.tables import PoolTable
     from tissuec.forces.pooled_kernels import PooledKernels
 
 LARGE = 96  # unknowns that a group acts on: its part of a sparse matrix would fill it
@@ -54,7 +53,7 @@ class PooledField(WalledField, frozen=True, dict=True):
         """Return the items."""
 
     @property
-    def pool(self) -> TracedPool:
+    def pool(self) -> StoringPool:
         """Return an item and a group as their functions were traced."""
         own, items = type(self), self.grouped
         numbers, corners = (items.numbers, items.of_groups), items.corners.shape[1]
@@ -78,7 +77,7 @@ class PooledField(WalledField, frozen=True, dict=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         first = self.grouped.first
-        found = evaluate(self.pool.shares, self.grouped.inputs(position))
+        found = evaluate(self.pool.shares.summed, self.grouped.inputs(position))
         # In order in memory, so that a sum does not depend on how many there are.
         return [np.add.reduceat(np.ascontiguousarray(s), first[:-1], axis=-1) for s in found]
 
@@ -113,7 +112,7 @@ class PooledField(WalledField, frozen=True, dict=True):
         pool, items = self.pool, self.grouped
         values, (count, corners) = items.inputs(position), items.corners.shape
         for name, slope in zip(
-            pool.steepness, self._in_groups(pool.slopes, time, position), strict=True
+            pool.given, self._in_groups(pool.whole.factors, time, position), strict=True
         ):
             values[str(name.operation.detail)] = slope[items.owner]
         both = whole(items.each(list(pool.item.matrix.values()), values))
@@ -138,8 +137,8 @@ class PooledField(WalledField, frozen=True, dict=True):
         rows = (3 * places[:, :, None] + np.arange(3)).reshape(len(places), -1)
         groups = np.broadcast_to(items.owner[:, None], rows.shape)
         shape = 3 * (size + items.points.count), len(items.seen)
-        for share in pool.shares:
-            each = items.each(gradient(share, pool.item.x), values)
+        for slopes in pool.slopes:
+            each = items.each(slopes, values)
             moves = (rows >= 0) & (each != 0.0)
             found.append(csr_matrix((each[moves], (rows[moves], groups[moves])), shape=shape))
         if items.points.count:
@@ -220,7 +219,7 @@ class PooledField(WalledField, frozen=True, dict=True):
         """Return the columns of positive pivots as an operator [N/m]; see ``Effect``."""
         pool, items, values = self.pool, self.grouped, self.grouped.inputs(position)
         points, owner, shape = items.points, items.owner, (*items.corners.shape, 3)
-        every = (items.each(gradient(each, pool.item.x), values) for each in pool.shares)
+        every = (items.each(each, values) for each in pool.slopes)
         sides = np.stack([each.reshape(shape) for each in every])
         parts = self._pivots(time, position)
         firm = sum(np.einsum("g,gk,gl->gkl", np.maximum(d, 0.0), own, own) for d, own in parts)
@@ -242,7 +241,7 @@ class PooledField(WalledField, frozen=True, dict=True):
     def spread(self, time: float, position: Floats) -> float:
         """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
         pool = self.pool
-        energy, *slopes = self._in_groups([pool.energy, *pool.slopes], time, position)
+        energy, *slopes = self._in_groups([pool.energy, *pool.whole.factors], time, position)
         parts = (np.abs(a * b) for a, b in zip(slopes, self.sums(position), strict=True))
         return float((np.abs(energy) + sum(parts)).sum())
 
@@ -250,8 +249,8 @@ class PooledField(WalledField, frozen=True, dict=True):
         """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
         pool, values, found = self.pool, self.grouped.inputs(position), [0.0]
         bend = whole(np.stack(self._in_groups(pool.bend, time, position), axis=-1))
-        for k, (share, total) in enumerate(zip(pool.shares, self.sums(position), strict=True)):
-            steep = np.abs(self.grouped.each(gradient(share, pool.item.x), values)).max()
+        for k, (slopes, total) in enumerate(zip(pool.slopes, self.sums(position), strict=True)):
+            steep = np.abs(self.grouped.each(slopes, values)).max()
             found.append(float(steep * np.abs(bend[:, k, k] * total).max()))
         return max(found)
 
@@ -284,7 +283,8 @@ class PooledField(WalledField, frozen=True, dict=True):
         """Return the items with other numbers of nodes."""
         from tissuec.forces.pooled_kernels import pool_table  # which costs time
 
-        return pool_table(self._made, self.grouped, self.pool.item, place, acts)
+        pool = self.pool
+        return pool_table(self._made, self.grouped, pool.item, place, acts, len(pool.rows))
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
@@ -298,6 +298,6 @@ class PooledField(WalledField, frozen=True, dict=True):
 def _traced(
     share: ShareFunction, whole: WholeFunction, corners: int,
     columns: tuple[tuple[str, int], ...], widths: tuple[tuple[str, int], ...],
-) -> TracedPool:  # fmt: skip
-    """Return ``TracedPool``, once for each; the arguments are its own."""
-    return TracedPool(share, whole, corners, dict(columns), dict(widths))
+) -> StoringPool:  # fmt: skip
+    """Return ``StoringPool``, once for each; the arguments are its own."""
+    return StoringPool(share, whole, corners, dict(columns), dict(widths))

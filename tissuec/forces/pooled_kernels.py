@@ -1,8 +1,7 @@
-"""The kernels that follow from the energy of groups of items; see ``pooled_fields``."""
+"""The kernels that follow from what groups of items store; see ``pooled_fields``."""
 
 from collections.abc import Mapping
-from functools import cache, partial
-from typing import NamedTuple
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -11,69 +10,83 @@ from tissuec.autodiff.pools import TracedPool
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops import pools as loops
-from tissuec.compiled.loops.items import ItemTable
+from tissuec.compiled.loops.tables import ItemTable, PoolTable, room_for
+from tissuec.compiled.loops.terms import terms_of
 from tissuec.forces.grouped_items import GroupedItems, as_rows
+from tissuec.forces.potential_kernels import PotentialKernels
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 
-class PooledKernels(NamedTuple):
-    """Kernels, each made when it is needed.
+class PooledKernels(PotentialKernels):
+    """The kernels of items in groups, each made when it is needed.
 
-    Attributes:
-        forces: Adds forces and powers.
-        pull, push: ``pull_back`` and ``push_forward`` of ``forces.matrices``.
+    Args:
+        name, item: As of ``PotentialKernels``.
+        pool: Of the items; None if their energy does not depend on sums.
+        carries: What nodes carry to points that corners of items are; nothing without points.
+        learnt: By the name of each number of groups that can be learnt, whether all share it.
     """
 
-    forces: GeneratedKernel
-    pull: GeneratedKernel
-    push: GeneratedKernel
+    def __init__(
+        self, name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...],
+        learnt: Mapping[str, bool],
+    ):  # fmt: skip
+        super().__init__(name, item, learnt)
+        self._pool, self._carries = pool, carries
+
+    @cached_property
+    def forces(self) -> GeneratedKernel:
+        """Return the kernel that adds forces and powers."""
+        own = {"item": self.item, "pool": self._pool, "carries": self._carries}
+        return self._named("forces", partial(loops.force_kernel, **own))
+
+    @cached_property
+    def pull(self) -> GeneratedKernel:
+        """Return ``pull_back`` of ``forces.matrices``."""
+        assert self._pool is not None, "it has derivatives"
+        loop = partial(loops.pull_kernel, pool=self._pool, learnt=self._learnt)
+        return self._named("pull", loop)
+
+    @cached_property
+    def push(self) -> GeneratedKernel:
+        """Return ``push_forward`` of ``forces.matrices``."""
+        assert self._pool is not None, "it has derivatives"
+        loop = partial(loops.push_kernel, pool=self._pool, learnt=self._learnt)
+        return self._named("push", loop)
 
 
 @cache
 def kernels_of(
-    name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...],
+    name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...] = (),
     learnt: tuple[tuple[str, bool], ...] = (),
 ) -> PooledKernels:  # fmt: skip
-    """Return the kernels of items, once for each.
-
-    Args:
-        name: By which they are known in the cache.
-        item: Potential of one, as it was traced.
-        pool: Of the items; None if their energy does not depend on sums.
-        carries: What nodes carry to points that corners of items are; nothing without points.
-        learnt: Names of the numbers that can be learnt, and whether all groups share each.
-    """
-    own, by = (
-        {"item": item, "pool": pool, "carries": carries},
-        {"pool": pool, "learnt": dict(learnt)},
-    )
-    parts = (loops.force_kernel, own), (loops.pull_kernel, by), (loops.push_kernel, by)
-    made = (
-        GeneratedKernel(f"{name}_{part.__name__}", partial(part, **given))
-        for part, given in parts
-    )
-    return PooledKernels(*made)
+    """Return ``PooledKernels``, once for each; the arguments are theirs."""
+    return PooledKernels(name, item, pool, carries, dict(learnt))
 
 
 def pool_table(
-    made: dict[bytes, loops.PoolTable], items: GroupedItems, item: TracedItem, place: Indices,
-    acts: BoundaryConditions,
-) -> loops.PoolTable:  # fmt: skip
+    made: dict[bytes, PoolTable], items: GroupedItems, item: TracedItem, place: Indices,
+    acts: BoundaryConditions, rows: int = 0,
+) -> PoolTable:  # fmt: skip
     """Return the table of items.
 
     Args:
         made: Tables by places of nodes, to which a new one is added.
         item: Potential of one, as it was traced.
         place, acts: As for ``Field.table``; shape (node,).
+        rows: How many numbers of an item are stored.
     """
     key = place.tobytes()
     if key not in made:
         made[key] = _made(items, item, place)
-    return made[key].at(acts)
+    terms = terms_of(acts)
+    none = np.zeros((terms.shape[1], 0), dtype=np.int64)
+    stored = room_for(rows, len(items.corners)).ravel()
+    return made[key]._replace(acts=ItemTable.of(none, terms), stored=stored)
 
 
-def _made(items: GroupedItems, item: TracedItem, place: Indices) -> loops.PoolTable:
+def _made(items: GroupedItems, item: TracedItem, place: Indices) -> PoolTable:
     """Return the table of items, without the terms of the amount."""
     groups = np.arange(len(items.seen))
     none = ItemTable.of(groups[:0, None], np.zeros((12, 0)))
@@ -87,9 +100,10 @@ def _made(items: GroupedItems, item: TracedItem, place: Indices) -> loops.PoolTa
         names = (str(each.operation.detail) for each in item.numbers)
         values = dict(zip(names, columns, strict=True))
         columns = np.concatenate([columns, np.stack(evaluate(constants, values))])
-    return loops.PoolTable(
-        none, carried, points, ItemTable.of(nodes, columns),
-        ItemTable.of(np.column_stack([groups, seen]), _columns(items.of_groups, len(groups))),
+    own, of_groups = ItemTable.of(nodes, columns), _columns(items.of_groups, len(groups))
+    every = ItemTable.of(np.column_stack([groups, seen]), of_groups)
+    return PoolTable(
+        none, carried, points, own, every, items.first, own.places, np.zeros(0)
     )  # fmt: skip
 
 

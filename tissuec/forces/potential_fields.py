@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
     from tissuec.compiled.generated import GeneratedKernel
-    from tissuec.compiled.loops.items import ItemTable
+    from tissuec.compiled.loops.tables import ItemTable
     from tissuec.forces.potential_kernels import PotentialKernels
 
 

@@ -9,7 +9,8 @@ from tissuec.autodiff.graph import Number
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops import items as loops
-from tissuec.compiled.loops.items import ItemTable
+from tissuec.compiled.loops.frame import LoopText
+from tissuec.compiled.loops.tables import ItemTable, recorded, room_for
 from tissuec.model.network import Floats, Indices
 
 
@@ -26,7 +27,7 @@ class PotentialKernels:
         self._name, self.item, self._learnt = name, item, learnt
         self._records: dict[str, tuple[GeneratedKernel, int]] = {}
 
-    def _named(self, what: str, loop: "partial[loops.LoopText]") -> GeneratedKernel:
+    def _named(self, what: str, loop: "partial[LoopText]") -> GeneratedKernel:
         return GeneratedKernel(f"{self._name}_{what}", loop)
 
     @cached_property
@@ -70,9 +71,9 @@ class PotentialKernels:
         if what not in self._records:
             self._records[what] = self._recording(what)
         kernel, count = self._records[what]
-        room = loops.room_for(count, table.size)
+        room = room_for(count, table.size)
         kernel(0.0, x, v, room.reshape(-1), table)
-        return loops.recorded(room, table.size)
+        return recorded(room, table.size)
 
     def _recording(self, what: str) -> tuple[GeneratedKernel, int]:
         """Return the kernel that records an attribute, and how many numbers it has."""

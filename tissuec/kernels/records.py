@@ -108,29 +108,9 @@ class Roughness(NamedTuple):
     face: Rows  # of the points that carry each shape, shape (shape, 3)
 
 
-class GroupTable(NamedTuple):
-    """Groups of pairs; see ``compiled.loops.groups``. A row has a pair of each of 8 groups."""
-
-    size: int  # number of groups
-    places: Integers  # three times the nodes of pairs, shape (row lane corner,)
-    numbers: Floats  # of the pairs, 0 in empty lanes, shape (row number lane,)
-    counts: Integers  # pairs of each group, descending, shape (group,)
-    rows: Integers  # first row of each block, shape (block,)
-    widths: Integers  # lanes of each row that have a pair, the first ones, shape (row,)
-    own: Integers  # place of the learnt number of each pair, shape (row lane,)
-    press_first: int  # the first group whose forces are computed, and the one after the last
-    press_end: int
-    add_first: int  # the same of those that are added, in blocks
-    add_end: int
-    pushed: Floats  # scratch: depths of pairs and ∂E/∂x, shape (row (1 + 3 corner) lane,)
-    sums: Floats  # scratch: of groups, -F, power, and bends, shape (block 3 lane,)
-    bends: Integers  # those of ``ContactTable``
-
-
 class ContactRecord(NamedTuple):
     """Contact; if there are points between nodes, these follow the nodes in its arrays."""
 
-    groups: GroupTable  # first, as generated loops take the record for this
     touches: ContactTable
     rough: Roughness
     # Kind of the surface, see ``contact.sides_kernel``, of pairs whose triangle

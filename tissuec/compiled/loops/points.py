@@ -1,6 +1,6 @@
 """Loops over elements, around the energy at one of their points.
 
-``LANES`` elements are computed at a time, as in ``loops.items``. Gradients of shape functions
+``LANES`` elements are computed at a time, as in ``loops.frame``. Gradients of shape functions
 are side by side for all lanes; blocks of elements that are alike share them.
 """
 
@@ -14,16 +14,14 @@ from numpy.typing import NDArray
 from tissuec.autodiff.derivatives import gradient
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
-from tissuec.compiled.loops.items import (
-    LANES,
+from tissuec.compiled.loops.frame import (
     ItemLoop,
     LoopText,
     Target,
     at_corners,
-    blocked,
-    filled,
     places_of_numbers,
 )
+from tissuec.compiled.loops.tables import LANES, blocked, filled
 from tissuec.kernels.records import Floats, Integers
 
 

@@ -1,69 +1,39 @@
-"""Loops over items in several passes: sums of groups, amounts that change, points that follow.
+"""Loops over items of groups in several passes: what they add to sums, and how these push them.
 
 A kernel calls its passes, which are loops over items themselves, one after the other. What they
 give each other is in room that is there during a call. The passes of a force are
 
     amounts: the amount at a time and its rate, from the profiles that it follows;
     carried: points that follow from nodes, and copies of nodes, where there are such points;
-    sums, slopes: of each group the sums s, and λ = ∂U/∂s;
-    forces: those on the corners of items;
+    parts: what items add to sums, and ∂q/∂x, which are stored;
+    groups: of each the sums s, λ, and -Σ λ ∂q/∂x on the corners of its items;
     given back: those on points, to the nodes that these follow.
 
-A group is a node of its own, whose three components are its sums, or numbers by these.
+Threads may share the former, since all that is added up is added in the order of items.
+A group is a node of its own, whose three components are its sums, or numbers by these. Items
+without sums have the forces of ``loops.items`` instead of these passes.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Self
-
-import numpy as np
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from tissuec.autodiff.derivatives import along
+from tissuec.autodiff.emission import Writer
 from tissuec.autodiff.graph import Graph, Number
 from tissuec.autodiff.pools import TracedPool
 from tissuec.autodiff.potentials import TracedItem, numbers_in
 from tissuec.autodiff.tensors import dot
-from tissuec.compiled.loops.items import (
-    LANES,
-    ItemLoop,
-    ItemTable,
-    LoopText,
-    Target,
-    add_loop,
-    at_corners,
-    change_loop,
-    force_loop,
-    head,
-)
-from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
-from tissuec.kernels.records import BoundaryConditions
+from tissuec.compiled.loops.changes import change_loop
+from tissuec.compiled.loops.frame import ItemLoop, LoopText, Target, at_corners, head
+from tissuec.compiled.loops.items import STATE, add_loop, force_loop
+from tissuec.compiled.loops.tables import LANES, PoolTable
+from tissuec.compiled.loops.terms import OF_TERMS, term_at
 
 #: Vectors of groups, and of items that are part of these, by the letters of their inputs.
 _OF_GROUPS = {"s": "sums", "x": "x", "a": "amounts"}
-_OF_ITEMS = {"x": "x", "l": "slopes"}
-
-
-class PoolTable(NamedTuple):
-    """Items as passes read them.
-
-    Attributes:
-        acts: The terms of the amount.
-        carried: Parts of points that nodes carry; the nodes of each are a node and its point.
-        points: Number of these points; 0 where corners of items are nodes.
-        items: The corners of each, the point from which it is seen, and its group.
-        groups: Itself, and the point from which it is seen.
-    """
-
-    acts: ItemTable
-    carried: ItemTable
-    points: int
-    items: ItemTable
-    groups: ItemTable
-
-    def at(self, acts: BoundaryConditions) -> Self:
-        """Return the same with the terms of other acts, of which there is one."""
-        columns = terms_of(acts)
-        none = np.zeros((columns.shape[1], 0), dtype=np.int64)
-        return self._replace(acts=ItemTable.of(none, columns))
+_OF_ITEMS = {"x": "x", "l": "factors"}
+#: Where the powers of groups and the bends that they pass are added.
+_TOTALS = ("power", 0), ("power", 1), ("passed", 0)
 
 
 class Pass(NamedTuple):
@@ -83,28 +53,31 @@ class Pass(NamedTuple):
 #: What passes give each other: by name, of how many there are three numbers, and whether for
 #: each change.
 _ROOMS = {
-    "amounts": ("1", False), "spare": ("1", False),
-    **dict.fromkeys(("sums", "slopes", "moved", "again"), ("%groups.size", False)),
+    **dict.fromkeys(("amounts", "passed", "spare"), ("1", False)),
+    **dict.fromkeys(("sums", "factors", "moved", "again"), ("%groups.size", False)),
     **dict.fromkeys(("ds", "dl"), ("%groups.size", True)),
     **dict.fromkeys(("x.here", "v.here", "f.here", "w.here"), ("%points", False)),
     **dict.fromkeys(("dx.here", "df.here"), ("%points", True)),
 }  # fmt: skip
 
 
-def kernel(name: str, vectors: Sequence[str], passes: Sequence[Pass]) -> LoopText:
+def kernel(
+    name: str, vectors: Sequence[str], passes: Sequence[Pass], after: Sequence[str] = ()
+) -> LoopText:
     """Return a function that calls passes, one after the other.
 
     Args:
         vectors: Those that it takes.
-        passes: What they are given is among these, or is room that is zero at first.
+        passes: What they are given is among these, in the table, or room that is zero at first.
+        after: What is written after the calls.
     """
     calls, rooms = list[str](), dict[str, str]()
     for loop, items, given in passes:
         words = ["double %time"]
         for vector in (given.get(own, own) for own in loop.vectors):
-            shape = f"%{vector}.shape"
-            if vector not in vectors:
-                shape, rooms[vector] = "0", vector
+            shape = f"%{vector}.shape" if vector in vectors else "0"
+            if vector in _ROOMS:
+                rooms[vector] = vector
             words.append(f"ptr null, ptr null, i64 0, i64 0, ptr %{vector}, i64 {shape}, i64 0")
         calls.append(f"  call void @{loop.name}({', '.join(words)}, ptr %{items})")
     lines = [*head(name, vectors, PoolTable), "  %start.0 = add i64 0, 0"]
@@ -116,7 +89,7 @@ def kernel(name: str, vectors: Sequence[str], passes: Sequence[Pass]) -> LoopTex
     lines.append(f"  %memory = call ptr @calloc(i64 %start.{len(rooms)}, i64 8)")
     for k, room in enumerate(rooms):
         lines.append(f"  %{room} = getelementptr double, ptr %memory, i64 %start.{k}")
-    lines += [*calls, "  call void @free(ptr %memory)", "  ret void", "}"]
+    lines += [*calls, *after, "  call void @free(ptr %memory)", "  ret void", "}"]
     declared = {"declare ptr @calloc(i64, i64)": None, "declare void @free(ptr)": None}
     for loop, _, _ in passes:
         own = loop.text.replace("define void", "define internal void", 1).splitlines()
@@ -128,25 +101,30 @@ def kernel(name: str, vectors: Sequence[str], passes: Sequence[Pass]) -> LoopTex
 
 
 def force_kernel(
-    name: str, item: TracedItem, pool: TracedPool | None, carries: Sequence[str] = ()
-) -> LoopText:
+    name: str, item: TracedItem, pool: TracedPool | None, carries: Sequence[str] = (),
+    lanes: int = LANES,
+) -> LoopText:  # fmt: skip
     """Return the loop that adds the forces of items, and their powers.
 
     Args:
         pool: Of the items; None if their energy does not depend on sums.
         carries: What nodes carry to points, "x" and perhaps "v"; nothing without points.
+        lanes: Items that are computed at a time.
     """
     here = {each: f"{each}.here" for each in (*carries, *(("f",) if carries else ()))}
-    vectors = _OF_ITEMS if pool else {"x": "x", "v": "v", "a": "amounts"}
-    passes = [_amounts()]
+    passes, after = [_amounts()], list[str]()
     if carries:
         passes.append(_carrying({each: here[each] for each in carries}, back=False))
     if pool:
-        passes += [_sums(pool, here), _slopes(pool, here)]
-    passes.append(Pass(force_loop("forces", item, vectors=vectors), "items", here))
+        parts = Pass(_parts(pool, lanes), "items", here)
+        passes += [parts, Pass(_factors(pool, pushes=True), "groups", here)]
+        after = _counting() if pool.shares.bends is not None else []
+    else:
+        vectors = STATE | {"a": "amounts"}
+        passes.append(Pass(force_loop("forces", item, lanes, vectors), "items", here))
     if carries:
         passes.append(_carrying({"f.here": "f"}, back=True))
-    return kernel(name, ("x", "v", "f", "power"), passes)
+    return kernel(name, ("x", "v", "f", "power"), passes, after)
 
 
 def pull_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> LoopText:
@@ -155,58 +133,59 @@ def pull_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> Loop
     Args:
         learnt: By name of a number of groups, whether it is the same one for all.
     """
-    item, given = pool.item, {"power": "spare"}
-    by = [*at_corners("by_x", item.corners), *_of_group("moved", pool, item.corners + 1)]
-    of_items = add_loop(
-        "pull_items", ItemLoop.of(item, LANES), pool.pulled, _OF_ITEMS | {"w": "weight"}, by,
-        item.constants,
-    )  # fmt: skip
+    item = pool.item
+    by_x, by_v = (at_corners(each, item.corners) for each in ("by_x", "by_v"))
+    by, moved = _of_items("by", pool), _of_group("moved", pool, len(pool.given))
+    of_items = _adding(
+        "pull_items", pool, pool.pulled, _OF_ITEMS | {"w": "weight"}, [*by_x, *moved, *by]
+    )
     of_groups = add_loop(
-        "pull_groups", _groups(pool), pool.pulled_back([*learnt]), _OF_GROUPS | {"m": "moved"},
-        _of_group("again", pool, 0), learnt=(pool.widths, learnt),
+        "pull_groups", _groups(pool), pool.pulled_groups([*learnt]),
+        _OF_GROUPS | {"m": "moved"}, _of_group("again", pool, pool.count, 0),
+        learnt=(pool.widths, learnt),
     )  # fmt: skip
-    again = {"slopes": "again", "f": "by_x", "power": "spare"}
+    of_sums = _adding(
+        "pull_sums", pool, pool.pulled_sums, STATE | {"s": "sums", "b": "again"},
+        [*by_x, *by_v, *by],
+    )  # fmt: skip
     passes = [
-        _amounts(), _sums(pool, {}), _slopes(pool, given), Pass(of_items, "items"),
-        Pass(of_groups, "groups"),
-        Pass(force_loop("forces", item, vectors=_OF_ITEMS), "items", again),
+        *_of_state(pool), Pass(of_items, "items"),
+        Pass(of_groups, "groups"), Pass(of_sums, "items"),
     ]  # fmt: skip
     return kernel(name, ("x", "v", "weight", "by_x", "by_v", "by"), passes)
 
 
 def push_kernel(name: str, pool: TracedPool, learnt: Mapping[str, bool]) -> LoopText:
     """Return the loop ``push_forward`` of ``forces.matrices``; arguments as ``pull_kernel``."""
-    item, moves = pool.item, at_corners("dx", pool.item.corners)
-    group = item.corners + 1
-
-    def changes(
-        outputs: Sequence[Number], by: Sequence[Number]
-    ) -> tuple[list[Number], list[str]]:
-        names = [f"d{each.operation.detail}" for each in by]
-        rates = (item.graph.input(each) for each in names)
-        return along(outputs, dict(zip(by, rates, strict=True))), names
-
+    item = pool.item
+    dx, dv = (at_corners(each, item.corners) for each in ("dx", "dv"))
+    dn, dl = _of_items("dn", pool), _of_group("dl", pool, len(pool.given))
     of_sums = change_loop(
-        "push_sums", ItemLoop.of(item, 1), *changes(pool.shares, item.x), {"x": "x"}, moves,
-        _of_group("ds", pool, group), item.constants,
+        "push_sums", _items(pool, 1), *pool.pushed_sums, STATE | {"s": "sums"}, [*dx, *dv, *dn],
+        _of_group("ds", pool, pool.count), item.constants,
     )  # fmt: skip
     of_groups = change_loop(
-        "push_groups", _groups(pool, 1), *pool.pushed([*learnt]), _OF_GROUPS,
-        _of_group("ds", pool, 0), _of_group("dl", pool, 0), learnt=(pool.widths, learnt),
+        "push_groups", _groups(pool, 1), *pool.pushed_groups([*learnt]), _OF_GROUPS,
+        _of_group("ds", pool, pool.count, 0), _of_group("dl", pool, len(pool.given), 0),
+        learnt=(pool.widths, learnt),
     )  # fmt: skip
     of_items = change_loop(
-        "push_items", ItemLoop.of(item, 1), *changes(item.forces, [*item.x, *pool.steepness]),
-        _OF_ITEMS, [*moves, *_of_group("dl", pool, group)], at_corners("df", item.corners),
-        item.constants,
+        "push_items", _items(pool, 1), *pool.pushed, _OF_ITEMS, [*dx, *dl, *dn],
+        at_corners("df", item.corners), item.constants,
     )  # fmt: skip
     passes = [
-        _amounts(), _sums(pool, {}), _slopes(pool, {"power": "spare"}),
+        *_of_state(pool),
         Pass(of_sums, "items"), Pass(of_groups, "groups"), Pass(of_items, "items"),
     ]  # fmt: skip
     return kernel(name, ("x", "v", "dx", "dv", "dn", "df", "room"), passes)
 
 
-# --- passes -----------------------------------------------------------------------------------
+# --- items and groups -------------------------------------------------------------------------
+
+
+def _items(pool: TracedPool, lanes: int = LANES) -> ItemLoop:
+    """Return a loop over items."""
+    return ItemLoop(pool.item.graph, pool.item.numbers, pool.places, lanes)
 
 
 def _groups(pool: TracedPool, lanes: int = LANES) -> ItemLoop:
@@ -214,9 +193,31 @@ def _groups(pool: TracedPool, lanes: int = LANES) -> ItemLoop:
     return ItemLoop(pool.graph, pool.numbers, 2, lanes)
 
 
-def _of_group(vector: str, pool: TracedPool, corner: int) -> list[Target]:
-    """Return where numbers by the sums of a group are, given its place among corners."""
-    return [(vector, (corner, k)) for k in range(len(pool.shares))]
+def _of_group(
+    vector: str, pool: TracedPool, count: int, corner: int | None = None
+) -> list[Target]:
+    """Return where numbers of a group are, given its place among the corners of an item."""
+    return [(vector, (pool.group if corner is None else corner, k)) for k in range(count)]
+
+
+def _of_items(vector: str, pool: TracedPool) -> list[Target]:
+    """Return where the learnt numbers of an item are."""
+    return [(vector, (place, 0)) for place in range(pool.group + 1, pool.places)]
+
+
+def _adding(
+    name: str, pool: TracedPool, outputs: Sequence[Number], vectors: Mapping[str, str],
+    targets: Sequence[Target],
+) -> LoopText:  # fmt: skip
+    """Return the loop that adds those of some numbers of items that are not always zero."""
+    pairs = [pair for pair in zip(outputs, targets, strict=True) if pair[0].value != 0.0]
+    return add_loop(
+        name, _items(pool), [each for each, _ in pairs], vectors, [to for _, to in pairs],
+        pool.item.constants, more=[to for to, _ in targets],
+    )  # fmt: skip
+
+
+# --- passes -----------------------------------------------------------------------------------
 
 
 def _amounts() -> Pass:
@@ -249,16 +250,170 @@ def _carrying(vectors: Mapping[str, str], *, back: bool) -> Pass:
     return Pass(loop, "carried")
 
 
-def _sums(pool: TracedPool, here: Mapping[str, str]) -> Pass:
-    """Return the pass that adds the shares of items to the sums of their groups."""
-    to, loop = _of_group("sums", pool, pool.item.corners + 1), ItemLoop.of(pool.item, LANES)
-    found = add_loop("sums", loop, pool.shares, {"x": "x"}, to, pool.item.constants)
-    return Pass(found, "items", here)
+def _of_state(pool: TracedPool) -> list[Pass]:
+    """Return the passes that find the sums and factors of groups."""
+    given = {"power": "spare"}
+    return [
+        _amounts(), Pass(_parts(pool, LANES), "items"),
+        Pass(_factors(pool, pushes=False), "groups", given),
+    ]  # fmt: skip
 
 
-def _slopes(pool: TracedPool, here: Mapping[str, str]) -> Pass:
-    """Return the pass that adds λ of groups, and the power of their amounts."""
-    targets = [*_of_group("slopes", pool, 0), ("power", 0)]
-    outputs = [*pool.slopes, pool.supply]
-    found = add_loop("slopes", _groups(pool), outputs, _OF_GROUPS, targets)
-    return Pass(found, "groups", here)
+def _parts(pool: TracedPool, lanes: int) -> LoopText:
+    """Return the loop that stores the rows of items; those that do not act have the first."""
+    loop, rows, acts = _items(pool, lanes), pool.rows, pool.shares.acts
+    code = loop.code
+    values, known = loop.inputs(rows, STATE, [each.place for each in pool.item.constants])
+    base = loop.row_of_blocks("stored", len(rows))
+    if acts is not None:
+        known[acts.place], some = code.write([acts, acts > 0.0], values, known)
+        code.store(known[acts.place], base)
+        code.line(f"br i1 {code.any(some)}, label %some, label %end")
+        code.label("some")
+    for k, value in enumerate(code.write(rows, values, known)):
+        code.store(value, code.address(base, k * LANES))
+    return loop.text("parts", ("x", "v", "stored"))
+
+
+class _OfGroups(ItemLoop):
+    """Writes a loop over single groups, and within it over their items, which are stored."""
+
+    def __init__(self, pool: TracedPool):
+        super().__init__(pool.graph, pool.numbers, 2, 1)
+        self.pool, code = pool, self.code
+        self._rows = {each.place: k for k, each in enumerate(pool.rows)}
+        self._begin, end = (
+            code.load(code.address("%begins", at, "i64"), "i64")
+            for at in (self.first, code.add(f"add i64 {self.first}, 1"))
+        )
+        self._count = code.add(f"sub i64 {end}, {self._begin}")
+        self._totals = dict[
+            tuple[str, int], str
+        ]()  # where they are, by what they are added to at last
+
+    def each_item(self, name: str, write: Callable[[Callable[[Number], str]], None]) -> None:
+        """Write a loop over the items that act.
+
+        Args:
+            name: Of the loop.
+            write: Writes what is done, given what reads numbers of the item.
+        """
+        code, acts = self.code, self.pool.shares.acts
+
+        def of_item(k: str) -> None:
+            item = code.add(f"add i64 {self._begin}, {k}")
+            base = self.row_of_blocks("stored", len(self._rows), item)
+            self._corners = code.add(f"mul i64 {item}, {self.pool.places}")
+
+            def read(number: Number) -> str:
+                return code.load(code.address(base, self._rows[number.place] * LANES))
+
+            if acts is not None:
+                is_some = code.add(f"fcmp ogt double {read(acts)}, {code.constant(0.0)}")
+                code.line(f"br i1 {is_some}, label %{name}.some, label %{name}.end")
+                code.label(f"{name}.some")
+            write(read)
+
+        self.repeat(name, self._count, of_item)
+
+    def ends(self) -> tuple[list[str], list[str]]:
+        """Return the sums, and λ; add the powers, and the bends that are passed."""
+        code, pool = self.code, self.pool
+        shares, sums = pool.shares, self.keep([code.constant(0.0)] * pool.count)
+
+        def add(read: Callable[[Number], str]) -> None:
+            for k, part in enumerate(shares.summed):
+                place, value = self.row(sums, k), read(part)
+                if k in shares.greatest:
+                    before = code.load(place)
+                    is_more = code.add(f"fcmp ogt double {before}, {value}")
+                    code.store(code.select(is_more, before, value), place)
+                else:
+                    self.add_to(place, value)
+            if shares.bends is not None:
+                self._total(_TOTALS[-1], read(shares.bends))
+
+        self.each_item("sum", add)
+        values, _ = self.inputs(pool.ends, {"x": "x", "a": "amounts"}, [])
+        totals = [code.load(self.row(sums, k)) for k in range(pool.count)]
+        values |= {f"s.0.{k}": total for k, total in enumerate(totals)}
+        *factors, supply, lost, bends = code.write(pool.ends, values)
+        powers = zip(pool.ends[-3:], (supply, lost, bends), _TOTALS, strict=True)
+        for number, value, place in powers:
+            if number.value != 0.0:
+                self._total(place, value)
+        return totals, factors
+
+    def _total(self, place: tuple[str, int], value: str) -> None:
+        """Add a number to a total of all groups, which is in a register until their end."""
+        if place not in self._totals:
+            self._totals[place] = self.room_of(1)
+            self.room.append(f"  store double 0.0, ptr {self._totals[place]}")
+        self.add_to(self._totals[place], value)
+
+    def after(self) -> list[str]:
+        """Return the code that adds the totals."""
+        code, self.code = self.code, Writer(1, "t")
+        for (vector, k), room in self._totals.items():
+            self.add_to(self.code.address(f"%{vector}", k), self.code.load(room))
+        found, self.code = self.code.lines, code
+        return found
+
+    def store(self, vector: str, values: Sequence[str]) -> None:
+        """Store numbers of the group."""
+        base = self.code.address(f"%{vector}", self.code.add(f"mul i64 {self.first}, 3"))
+        for k, value in enumerate(values):
+            self.code.store(value, self.code.address(base, k))
+
+    def push(self, factors: Sequence[str]) -> None:
+        """Add the forces of items, given λ."""
+        code, slopes = self.code, list(zip(*self.pool.slopes, strict=True))
+        against = [code.add(f"fneg double {each}") for each in factors]
+
+        def of_item(read: Callable[[Number], str]) -> None:
+            for corner in range(self.pool.item.corners):
+                at = code.add(f"add i64 {self._corners}, {corner}")
+                node = code.load(code.address("%corners", at, "i64"), "i64")
+                base = code.address("%f", node)
+                for axis in range(3):
+                    place = code.address(base, axis)
+                    total = code.load(place)
+                    for factor, slope in zip(against, slopes[3 * corner + axis], strict=True):
+                        total = code.fused(factor, read(slope), total)
+                    code.store(total, place)
+
+        self.each_item("push", of_item)
+
+
+def _factors(pool: TracedPool, *, pushes: bool) -> LoopText:
+    """Return the loop that adds the forces of items, or that stores the sums and λ instead."""
+    loop = _OfGroups(pool)
+    sums, factors = loop.ends()
+    if pushes:
+        loop.push(factors)
+    else:
+        loop.store("sums", sums)
+        loop.store("factors", factors)
+    to = ("f",) if pushes else ("sums", "factors")
+    names = "x", *to, "power", "amounts", "passed", "stored", "begins", "corners"
+    return loop.text("groups", names, after=loop.after())
+
+
+def _counting() -> list[str]:
+    """Return the code that says how many bends are passed: at the last look, least and most."""
+    code = Writer(1, "c")
+    code.line("%counts = icmp ne i64 %groups.size, 0")
+    code.line("br i1 %counts, label %count, label %counted")
+    code.label("count")
+    passed = code.add(f"fptosi double {code.load('%passed')} to i64")
+    for k, how in enumerate(("", "slt", "sgt")):
+        place = code.address("%bends", k, "i64")
+        found = passed
+        if how:
+            before = code.load(place, "i64")
+            test = code.add(f"icmp {how} i64 {passed}, {before}")
+            found = code.add(f"select i1 {test}, i64 {passed}, i64 {before}")
+        code.store(found, place, "i64")
+    code.line("br label %counted")
+    code.label("counted")
+    return code.lines

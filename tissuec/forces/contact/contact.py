@@ -40,11 +40,13 @@ stepped, stored and resumed like all other motion. Without pressure they stand u
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.loops.tables import ItemTable, PoolTable, room_for
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
@@ -52,7 +54,7 @@ from tissuec.forces.contact.bristle_kernel import AHEAD
 from tissuec.forces.contact.contact_kernel import PLACING, touch
 from tissuec.forces.contact.pairs import ContactPairs, NearShapes
 from tissuec.forces.contact.points import NO_FACE
-from tissuec.forces.contact.pressing import PairForm
+from tissuec.forces.contact.pressing import NodeOnShape, PairForm, traced_pairs
 from tissuec.forces.contact.rows_kernel import COLUMNS, PLACES
 from tissuec.forces.contact.sides_kernel import TORN
 from tissuec.forces.effects import Resisting
@@ -63,7 +65,6 @@ from tissuec.kernels.records import (
     BoundaryConditions,
     ContactRecord,
     ContactTable,
-    GroupTable,
     Integers,
     Roughness,
 )
@@ -74,11 +75,27 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-    from tissuec.forces.contact.pair_kernels import PairKernels
+    from tissuec.forces.pooled_kernels import PooledKernels
+    from tissuec.forces.potential_kernels import PotentialKernels
 
 MOST_TOGETHER = 4096  # pairs that are examined at once
 SEEN = 1e5  # times the length below which distances are equal: a direction is accurate there
 WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
+
+
+NO_ITEMS = ItemTable(0, np.zeros(0, dtype=np.int64), np.zeros(0))
+
+
+class PressingRecord(NamedTuple):
+    """Contact whose loops are generated.
+
+    Attributes:
+        pool: Pairs by nodes and surfaces; first, as generated loops take the record for this.
+        touches: Shapes and the nodes that they can touch.
+    """
+
+    pool: PoolTable
+    touches: ContactTable
 
 
 class Sunk(NamedTuple):
@@ -472,7 +489,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         own = np.concatenate([x[:, None], position[self._carriers(pairs)]], axis=1)
         radius = np.where(self.kind[pairs.shape] == PLANE, 0.0, depth + side * (gap + away))
         columns = self._numbers(pairs, PairForm.of(self.kind), {"radius": radius, "side": side})
-        kernels = self._kernels(PairForm.of(self.kind))
+        kernels = _of_pairs_at_rest(PairForm.of(self.kind))
         table = kernels.table(np.arange(4 * len(x)).reshape(-1, 4), columns)
         what = "matrix" if exact else "steepness"
         found = kernels.recorded(what, own.ravel(), np.zeros(own.size), table)
@@ -486,11 +503,12 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         points, is_capsule = self.points[pairs.shape], self.kind[pairs.shape] == CAPSULE
         return np.where(is_capsule[:, None], points[:, [0, 1, 0]], points)
 
-    @staticmethod
-    def _kernels(form: PairForm) -> "PairKernels":
-        from tissuec.forces.contact.pair_kernels import kernels_of_pairs  # which costs time
+    @property
+    def _kernels(self) -> "PooledKernels":
+        from tissuec.forces.pooled_kernels import kernels_of  # which costs time
 
-        return kernels_of_pairs(form)
+        pool = traced_pairs(self._form)
+        return kernels_of("contact", pool.item, pool)
 
     def _numbers(
         self, pairs: ContactPairs, form: PairForm, more: Mapping[str, Floats]
@@ -508,7 +526,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             "side": 1.0,
             "layer": self.layer,
             "inverse": 1.0 / self.layer,
-            "damping": self.damping,
             "flat": 1.0 * (self.kind[pairs.shape] == PLANE),
             **more,
         }
@@ -522,20 +539,16 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         between = self.between is not None
         return PairForm.of(self.kind, is_between=between, is_damped=self.damping > 0.0)
 
-    def _groups(
+    def _pool(
         self, places: Indices, pairs: ContactPairs, nodes: int, bends: Integers
-    ) -> GroupTable:
-        """Return pairs by nodes and surfaces; none if kernels do not follow from their energy.
+    ) -> PoolTable:
+        """Return pairs by nodes and surfaces.
 
         Args:
             places: Of each node and point in the arrays of the kernel.
             nodes: Number of all nodes.
             bends: Where those that are passed are counted, shape (3,).
         """
-        from tissuec.compiled.loops.groups import grouped  # which costs time
-
-        if not self._follows:
-            pairs = pairs.some(np.zeros(0, dtype=np.int64))
         here, more = self.nodes[pairs.node], dict[str, Floats]()
         own = here[:, None]
         if self.between is not None:
@@ -543,10 +556,21 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             is_node = (here < nodes)[:, None]
             own = np.where(is_node, own, self.between.corners[point])
             more["shares"] = np.where(is_node, [1.0, 0.0, 0.0], self.between.shares[point]).T
-        group = pairs.node * (1 + int(self.surface.max())) + self.surface[pairs.shape]
-        corners = places[np.concatenate([own, self._carriers(pairs)], axis=1)]
-        columns = self._numbers(pairs, self._form, more)
-        return grouped(group, corners, columns, pairs.node, bends)
+        key = pairs.node * (1 + int(self.surface.max())) + self.surface[pairs.shape]
+        begins = np.flatnonzero(np.diff(key, prepend=-1))  # pairs of a group are in succession
+        count, none = len(begins), np.zeros((len(key), 2), dtype=np.int64)
+        none[:, 1] = np.searchsorted(begins, np.arange(len(key)), side="right") - 1
+        items = ItemTable.of(
+            np.concatenate([places[own], places[self._carriers(pairs)], none], axis=1),
+            self._numbers(pairs, self._form, more), pairs.node[:, None].astype(np.int64),
+        )  # fmt: skip
+        damping = np.full((int(self.damping > 0.0), count), self.damping)
+        groups = np.column_stack([np.arange(count), np.zeros(count, dtype=np.int64)])
+        room = room_for(len(traced_pairs(self._form).rows), len(key))
+        return PoolTable(
+            NO_ITEMS, NO_ITEMS, 0, items, ItemTable.of(groups, damping),
+            np.append(begins, len(key)), items.places, room.ravel(), bends,
+        )  # fmt: skip
 
     def _nearest(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, one for each nearest point; weights add up there.
@@ -603,7 +627,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     def kernel(self) -> Callable[..., None]:
         """Return the loop: by hand where bristles and sides have states."""
         if self._follows:
-            return self._kernels(self._form).forces
+            return self._kernels.forces
         return touch
 
     @property
@@ -618,8 +642,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             return "has friction"
         if self.sided is not None:
             return "keeps points outside of solids, and has no exact derivatives"
-        kernels = self._kernels(self._form)
-        return ForceDerivatives(("stiffness",), kernels.pull, kernels.push)
+        return ForceDerivatives(("stiffness",), self._kernels.pull, self._kernels.push)
 
     @property
     def rubs(self) -> bool:
@@ -642,7 +665,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
     def table(
         self, place: Indices, acts: BoundaryConditions, position: Floats
-    ) -> ContactRecord:
+    ) -> ContactRecord | PressingRecord:
         """Return shapes and the nodes near them; it holds until one has moved by ``reach``.
 
         Where there are points, nodes and points near no shape are left out, and so are their
@@ -662,9 +685,10 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             corners, shares = self.between.corners[own], self.between.shares[own]
         sided = np.zeros(0, dtype=np.int64) if pairs.sided is None else pairs.sided
         touches = self._table(places, position, pairs, listed)
+        if self._follows:
+            return PressingRecord(self._pool(place, pairs, count, touches.bends), touches)
         rough = self.node_friction[listed if len(self.node_friction) else slice(None)]
         return ContactRecord(
-            groups=self._groups(place, pairs, count, touches.bends),
             touches=touches,
             rough=Roughness(rough, self.face_friction),
             sided=sided if sided.any() else sided[:0],
@@ -737,7 +761,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         own = np.searchsorted(self.nodes[:first], node)
         return self.memory[np.where(is_node, own, first + touches.nodes - kept)]
 
-    def in_parts(self, table: ContactRecord, parts: int) -> list[list[ContactRecord]]:
+    def in_parts(self, table: ContactRecord | PressingRecord, parts: int) -> list[list[Any]]:
         """Return tables of nodes with about equally many pairs, and one that adds them up.
 
         If there are points, a table that places them comes first.
@@ -745,11 +769,9 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         touches, pairs = table.touches, len(table.touches.shape)
         if parts == 1 or pairs < WORTHWHILE:
             return [[table]]
-        if self._follows:
-            from tissuec.compiled.loops.groups import in_parts  # which costs time
-
-            divided = in_parts(table.groups, parts)
-            return [[table._replace(groups=each) for each in part] for part in divided]
+        if isinstance(table, PressingRecord):
+            divided = table.pool.in_parts(parts)
+            return [[table._replace(pool=each) for each in part] for part in divided]
         cuts = np.searchsorted(touches.first, np.linspace(0, pairs, parts + 1)[1:-1])
         shared = touches._replace(
             starts=np.array([0, *cuts, len(touches.nodes)], dtype=np.int64),
@@ -762,6 +784,14 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         ]
         placing = [table._replace(touches=touches._replace(part=PLACING))]
         return [*([placing] if len(table.at) else []), tables[:-1], tables[-1:]]
+
+
+@cache
+def _of_pairs_at_rest(form: PairForm) -> "PotentialKernels":
+    """Return the kernels of pairs by themselves, once for each form."""
+    from tissuec.forces.potential_kernels import PotentialKernels  # which costs time
+
+    return PotentialKernels("contact", NodeOnShape(form), {})
 
 
 @kept_on_owner(8)

@@ -1,11 +1,17 @@
 """What a pair of a node and a shape stores; for the equations see ``forces.contact``.
 
-Forces, derivatives and matrices follow, see ``autodiff.groups``. By hand are, for they have no
+A surface brakes a node by the sums over its pairs with it: with δ, on which E depends, p =
+∂E/∂δ, and c = ∂E/∂x·v,
+
+    f = -F ∂E/∂x,    F = max(0, 1 + b Σ c / s),    s = max(Σ p, max p).
+
+Derivatives and matrices follow, see ``autodiff.pools``. By hand are, for they have no
 energy: the search for pairs, the sides of surfaces, which the nearest of many triangles tells,
 and friction, whose bristles have states; these need a row for each pair that touches.
 """
 
 from collections.abc import Sequence
+from functools import cache, cached_property
 from typing import NamedTuple, Self
 
 from tissuec.autodiff import (
@@ -14,6 +20,7 @@ from tissuec.autodiff import (
     Numbers,
     Vector,
     dot,
+    gradient,
     maximum,
     minimum,
     norm,
@@ -23,7 +30,8 @@ from tissuec.autodiff import (
     where,
 )
 from tissuec.autodiff.graph import Inequality, Operand
-from tissuec.autodiff.groups import TracedPair
+from tissuec.autodiff.pools import ALIKE, Factors, Shares, TracedPool
+from tissuec.autodiff.potentials import TracedItem
 from tissuec.geometry.nearest import PLANE
 from tissuec.model.network import Indices
 
@@ -39,7 +47,7 @@ class PairForm(NamedTuple):
         has_planes, has_rounds: Whether shapes may be planes, and capsules or triangles; of
             both, a further number, "flat", is 1 for planes and else 0.
         is_between: Whether three nodes carry the point, with the further numbers "shares".
-        is_damped: Whether surfaces brake, with the further number "damping".
+        is_damped: Whether surfaces brake.
     """
 
     has_planes: bool
@@ -61,35 +69,87 @@ class PairForm(NamedTuple):
             found["flat"] = 1
         if self.is_between:
             found["shares"] = 3
-        if self.is_damped:
-            found["damping"] = 1
         return found
 
+    @property
+    def corners(self) -> int:
+        """Return the number of nodes of a pair."""
+        return 6 if self.is_between else 4
 
-class NodeOnShape(TracedPair):
-    """A node, or a point of a face, and a shape."""
+
+class NodeOnShape(TracedItem):
+    """A node, or a point of a face, and a shape, at rest."""
 
     def __init__(self, form: PairForm):
         self._form = form
-        super().__init__(self._stored, 6 if form.is_between else 4, form.widths)
+        super().__init__(self._stored, form.corners, form.widths)
 
     def _stored(self, x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Number:
-        node, (a, b, c) = x[0], x[-3:]
-        if self._form.is_between:
-            node = p.shares[0] * x[0] + p.shares[1] * x[1] + p.shares[2] * x[2]
-        if not self._form.has_planes:
-            depth = _below_face(node, a, b, c, p)
-        elif not self._form.has_rounds:
-            depth = _below_plane(node, a, b)
-        else:
-            is_flat = p.flat > 0.5
-            depth = where(is_flat, _below_plane(node, a, b), _below_face(node, a, b, c, p))
-        self.depth = d = maximum(depth, 0.0)
-        passed = p.weight * where(p.layer > d, 1.0, 2.0)
-        self.bends = where(d > 0.0, passed, 0.0)
-        soft = minimum(d, p.layer)
-        stored = soft**3 * (p.inverse * (1.0 / 6.0)) + 0.5 * d * (d - soft)
-        return p.stiffness * (p.weight * stored)
+        self._depth, energy = _pressed(self._form, x, p)
+        return energy
+
+    @cached_property
+    def steepness(self) -> list[Number]:
+        """Return ∂²E/∂δ², and ∂δ/∂x, of which its positive part ∂²E/∂δ² ∂δ/∂x ∂δ/∂x is made."""
+        (pressure,) = gradient(self.energy, [self._depth])
+        return [*gradient(pressure, [self._depth]), *gradient(self._depth, self.x)]
+
+
+@cache
+def traced_pairs(form: PairForm) -> TracedPool:
+    """Return pairs of nodes and surfaces, once for each form."""
+
+    def parts(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Shares:
+        corners = x[: form.corners]
+        depth, energy = _pressed(form, corners, p)
+        (pressure,) = gradient(energy, [depth])
+        summed = [pressure, pressure]
+        if form.is_damped:
+            slopes = gradient(energy, [each for point in corners for each in point])
+            summed.append(dot(slopes, [each for point in v[: form.corners] for each in point]))
+        passed = p.weight * where(p.layer > depth, 1.0, 2.0)
+        bends = where(depth > 0.0, passed, 0.0)
+        return Shares([energy], summed, frozenset((1,)), depth, bends)
+
+    widths = {"damping": 1} if form.is_damped else {}
+    return TracedPool(parts, _braked, form.corners, form.widths, widths, ("stiffness",))
+
+
+def _braked(sums: Vector, seen: Vector, p: Numbers) -> Factors:
+    """Return F and the power that is dissipated."""
+    total, most, *closing = sums
+    steady = ruled(maximum(total, most), [total, most], _of_greater)
+    presses, factor, lost = steady > 0.0, total.graph.number(1.0), total.graph.number(0.0)
+    for each in closing:
+        slowed = p.damping * each / where(presses, steady, 1.0)
+        factor = maximum(1.0 + slowed, 0.0)
+        lost = where(presses, (factor - 1.0) * each, 0.0)
+    factor = where(presses, factor, 0.0)
+    return Factors([factor], lost=lost, bends=where(factor > 0.0, 1.0, 0.0))
+
+
+def _of_greater(_: Number, total: Number, most: Number) -> list[Operand]:
+    """Return the derivatives of the greater one; of equal ones, the first one changes."""
+    is_most = (1.0 - ALIKE) * most > total
+    return [where(is_most, 0.0, 1.0), where(is_most, 1.0, 0.0)]
+
+
+def _pressed(form: PairForm, x: Sequence[Vector], p: Numbers) -> tuple[Number, Number]:
+    """Return δ, or 0 outside, and E."""
+    node, (a, b, c) = x[0], x[-3:]
+    if form.is_between:
+        node = p.shares[0] * x[0] + p.shares[1] * x[1] + p.shares[2] * x[2]
+    if not form.has_planes:
+        depth = _below_face(node, a, b, c, p)
+    elif not form.has_rounds:
+        depth = _below_plane(node, a, b)
+    else:
+        is_flat = p.flat > 0.5
+        depth = where(is_flat, _below_plane(node, a, b), _below_face(node, a, b, c, p))
+    d = maximum(depth, 0.0)
+    soft = minimum(d, p.layer)
+    stored = soft**3 * (p.inverse * (1.0 / 6.0)) + 0.5 * d * (d - soft)
+    return d, p.stiffness * (p.weight * stored)
 
 
 def _below_plane(x: Vector, a: Vector, b: Vector) -> Number:

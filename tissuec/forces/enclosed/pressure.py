@@ -38,7 +38,7 @@ from tissuec.model.profiles import TimeProfile
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
 
-    from tissuec.compiled.loops.pools import PoolTable
+    from tissuec.compiled.loops.tables import PoolTable
 
 
 def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
