@@ -71,9 +71,6 @@ def in_table(corners, columns, x, v):
 LOOPS = {
     "forces": (partial(loops.force_loop, item=ITEM), (90, 2)),
     "pull": (partial(loops.pull_loop, item=ITEM, learnt=LEARNT), (90, 90, 3 * NUMBERS * 17)),
-    "product": (
-        partial(loops.product_loop, item=ITEM, slopes=ITEM.stored, by=ITEM.x), (90,),
-    ),
 }  # fmt: skip
 
 

@@ -111,17 +111,6 @@ class CarriedPoints(Struct, frozen=True, eq=False):
         points = csr_matrix((values.ravel(), (row, column)), shape=shape)
         return csr_matrix(vstack([identity(3 * size), points]))
 
-    def give(self, vectors: Floats, to: Floats) -> None:
-        """Add what acts on nodes and points to what acts on nodes, in any unit.
-
-        Args:
-            vectors: In the order of ``and_nodes``, shape (node + point, 3).
-            to: Shape (node, 3).
-        """
-        to += vectors[: len(to)]
-        given = np.einsum("nij,ni->nj", self.parts, vectors[::-1][self.point])
-        np.add.at(to, self.nodes, given)
-
     def assembled(
         self, blocks: Floats, corners: Indices, number: Indices, size: int
     ) -> "csr_matrix | coo_matrix":

@@ -217,24 +217,11 @@ class PooledField(WalledField, frozen=True, dict=True):
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the columns of positive pivots as an operator [N/m]; see ``Effect``."""
-        pool, items, values = self.pool, self.grouped, self.grouped.inputs(position)
-        points, owner, shape = items.points, items.owner, (*items.corners.shape, 3)
-        every = (items.each(each, values) for each in pool.slopes)
-        sides = np.stack([each.reshape(shape) for each in every])
-        parts = self._pivots(time, position)
-        firm = sum(np.einsum("g,gk,gl->gkl", np.maximum(d, 0.0), own, own) for d, own in parts)
-        still = points.and_nodes(np.zeros_like(position))
+        every, count = np.arange(len(position)), len(position)
+        columns = cache(lambda: self.columns(time, position, every, count)[0])
 
         def resist(moved: Floats, to: Floats) -> None:
-            corners, wide = (
-                (points.and_nodes(moved) - still)[items.corners],
-                np.zeros_like(still),
-            )
-            swell = np.einsum("kicx,icx->ki", sides, corners)
-            sums = np.stack([np.bincount(owner, each, len(items.seen)) for each in swell], -1)
-            slopes = np.einsum("gkl,gl->gk", firm, sums)
-            np.add.at(wide, items.corners, np.einsum("ik,kicx->icx", slopes[owner], sides))
-            points.give(wide, to)
+            to += (columns() @ (columns().T @ moved.ravel())).reshape(-1, 3)
 
         return resist
 

@@ -19,14 +19,18 @@ from tissuec.autodiff.tracing import place_of
 from tissuec.core.structs import replace
 from tissuec.forces.effects import Resisting
 from tissuec.forces.element_fields import ElementField
-from tissuec.forces.matrices import ForceDerivatives, whole, without_negative
+from tissuec.forces.matrices import (
+    ForceDerivatives,
+    as_operator,
+    whole,
+    without_negative,
+)
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-    from tissuec.compiled.generated import GeneratedKernel
     from tissuec.compiled.loops.tables import ItemTable
     from tissuec.forces.potential_kernels import PotentialKernels
 
@@ -197,26 +201,8 @@ class PotentialField(ElementField, frozen=True):
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return ∂²E/∂x∂x as an operator [N/m]; see ``Effect``."""
-        return self._operator(self._kernels.stiffness_product, position)
-
-    def braking(self, position: Floats) -> Resisting | None:
-        """Return ∂²D/∂v∂v at rest as an operator [N s/m]; see ``Effect``."""
-        if not self.is_damped:
-            return None
-        return self._operator(self._kernels.damping_product, position)
-
-    def _operator(self, kernel: "GeneratedKernel", position: Floats) -> Resisting:
-        from tissuec.compiled.calls import kernel_on  # which costs time
-
-        x, still = _flat(position), np.zeros(position.size)
-        call = kernel_on(kernel, self._table(_every(position)))
-
-        def resist(moved: Floats, to: Floats) -> None:
-            room = np.zeros(x.size)
-            call(0.0, x, still, _flat(moved), room)
-            to += room.reshape(to.shape)
-
-        return resist
+        every, count = _every(position), len(position)
+        return as_operator(lambda: self.matrix(time, position, every, count))
 
     # --- for the engine and for learning --------------------------------------------------
 

@@ -36,20 +36,6 @@ class PotentialKernels:
         return self._named("forces", partial(loops.force_loop, item=self.item))
 
     @cached_property
-    def stiffness_product(self) -> GeneratedKernel:
-        """Return the kernel that adds ∂²E/∂x∂x times a vector."""
-        item = self.item
-        loop = partial(loops.product_loop, item=item, slopes=item.stored, by=item.x)
-        return self._named("stiffness_product", loop)
-
-    @cached_property
-    def damping_product(self) -> GeneratedKernel:
-        """Return the kernel that adds ∂²D/∂v∂v times a vector."""
-        item = self.item
-        loop = partial(loops.product_loop, item=item, slopes=item.braking, by=item.v)
-        return self._named("damping_product", loop)
-
-    @cached_property
     def pull(self) -> GeneratedKernel:
         """Return ``pull_back`` of ``forces.matrices``."""
         loop = partial(loops.pull_loop, item=self.item, learnt=self._learnt)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from tissuec.autodiff.derivatives import along
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.loops.changes import change_loop
@@ -121,25 +120,3 @@ def push_loop(name: str, item: TracedItem, learnt: Mapping[str, bool]) -> LoopTe
         [*at_corners("dx", item.corners), *at_places("dv", item)],
         at_places("df", item), item.constants, learnt=(item.widths, learnt),
     )  # fmt: skip
-
-
-def product_loop(
-    name: str, item: TracedItem, slopes: Sequence[Number], by: Sequence[Number],
-    lanes: int = LANES,
-) -> LoopText:  # fmt: skip
-    """Return the loop that adds a matrix times a vector: how slopes change along it.
-
-    Args:
-        slopes: Of the nodes of an item, such as ∂E/∂x, shape (3 corner,).
-        by: By what they are differentiated, such as x, shape (3 corner,).
-        lanes: Items that are computed at a time.
-    """
-    outputs = along(slopes, dict(zip(by, item.weights, strict=True)))
-    return add_loop(
-        name,
-        ItemLoop.of(item, lanes),
-        outputs,
-        STATE | {"w": "weight"},
-        at_corners("f", item.corners),
-        item.constants,
-    )

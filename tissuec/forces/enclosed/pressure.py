@@ -133,10 +133,11 @@ class SurfacePressure(Field, frozen=True, dict=True):
         values |= rims.middles.inputs("x", rims.fans, position)
         values["a.0"] = self.pressure(time)
         pushes = np.stack(evaluate(item.forces, values), axis=-1).reshape(-1, 3, 3)
-        wide, found = np.zeros((count + rims.count, 3)), np.zeros_like(position)
-        np.subtract.at(wide, rims.fans, pushes)
-        rims.middles.give(wide, found)
-        return found
+        every = np.arange(count)
+        wide = np.zeros((count + rims.count, 3))
+        np.subtract.at(wide, rims.middles.numbers(rims.fans, every, count), pushes)
+        found = rims.middles.follow(every, count).T @ wide.ravel()
+        return np.asarray(found).reshape(-1, 3)
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
