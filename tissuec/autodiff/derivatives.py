@@ -117,6 +117,21 @@ def along(outputs: Sequence[Number], changes: Mapping[Number, Operand]) -> list[
     return [found.get(each.place, graph.number(0.0)) for each in outputs]
 
 
+def changed(
+    outputs: Sequence[Number], by: Sequence[Number]
+) -> tuple[list[Number], dict[str, Number]]:
+    """Return the changes of outputs, and the inputs that are those of what these depend on.
+
+    Args:
+        by: Inputs, whose changes have their names after a "d", in the same order.
+    """
+    rates = {
+        name: outputs[0].graph.input(name)
+        for name in (f"d{each.operation.detail}" for each in by)
+    }
+    return along(outputs, dict(zip(by, rates.values(), strict=True))), rates
+
+
 def hessian(output: Number, inputs: Sequence[Number]) -> dict[tuple[int, int], Number]:
     """Return the second derivatives of a number by their places (i, j), i >= j, row by row."""
     return lower_half(gradient(output, inputs), inputs)

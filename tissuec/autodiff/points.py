@@ -17,9 +17,9 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
-from tissuec.autodiff.derivatives import along, gradient, hessian
+from tissuec.autodiff.derivatives import along, changed, gradient, hessian
 from tissuec.autodiff.graph import Graph, Number, Operand
-from tissuec.autodiff.potentials import Numbers, numbers_in
+from tissuec.autodiff.potentials import Numbers, components, numbers_in
 from tissuec.autodiff.tensors import Tensor, dot
 
 #: Rows and columns of the numbers of a symmetric tensor, by how many directions it has.
@@ -187,11 +187,7 @@ class TracedPoint:
 
     def of(self, names: Sequence[str]) -> list[Number]:
         """Return the components of some numbers."""
-        return [
-            self.graph.input(f"p.{name}.{k}")
-            for name in names
-            for k in range(self.widths[name])
-        ]
+        return components(self.graph, self.widths, names)
 
     def _also(self, letter: str) -> list[list[Number]]:
         """Return inputs beside T - 1, the numbers of each tensor."""
@@ -216,11 +212,11 @@ class TracedPoint:
         stored = [each for numbers in self.stored for each in numbers]
         return gradient(work, [*self.f, *self.rate, *stored, *self.of(learnt)])
 
-    def _changes(self, learnt: Sequence[str]) -> dict[Number, Number]:
-        """Return the inputs that are changes of what a point depends on."""
+    def _changed(self, outputs: Sequence[Number], learnt: Sequence[str]) -> list[Number]:
+        """Return how outputs change with what a point depends on."""
         stored = [each for numbers in self.stored for each in numbers]
         every = [*self.f, *self.rate, *stored, *self.of(learnt), self.swell, self.mean]
-        return {each: self.graph.input(f"d{each.operation.detail}") for each in every}
+        return changed(outputs, every)[0]
 
     def pushed(self, learnt: Sequence[str]) -> list[Number]:
         """Return the changes of P and of all dT/dt.
@@ -231,12 +227,12 @@ class TracedPoint:
         Args:
             learnt: Names of the numbers that change.
         """
-        return along([*self.stress, *self.rates], self._changes(learnt))
+        return self._changed([*self.stress, *self.rates], learnt)
 
     def pushed_mean(self, learnt: Sequence[str]) -> tuple[Number, Number]:
         """Return the changes of U'(M), by "dmean" and numbers, and of r."""
-        changes = self._changes(learnt)
-        return along([self.slope_of_mean], changes)[0], along([self.pooled], changes)[0]
+        of_mean, of_pooled = self._changed([self.slope_of_mean, self.pooled], learnt)
+        return of_mean, of_pooled
 
     # --- second derivatives -------------------------------------------------------------------
 

@@ -14,10 +14,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
-from tissuec.autodiff.derivatives import along, gradient, hessian
+from tissuec.autodiff.derivatives import along, changed, gradient, hessian
 from tissuec.autodiff.functions import where
 from tissuec.autodiff.graph import Graph, Number, Operand
-from tissuec.autodiff.potentials import Numbers, Potential, TracedItem, numbers_in
+from tissuec.autodiff.potentials import Numbers, Potential, TracedItem, components, numbers_in
 from tissuec.autodiff.tensors import Vector, dot
 from tissuec.autodiff.tracing import traced
 
@@ -165,7 +165,9 @@ class TracedPool:
         """Return the derivatives of Σ m λ by the sums, and those by some numbers of groups."""
         factors = self.whole.factors
         moved = [self.graph.input(f"m.0.{k}") for k in range(len(factors))]
-        return gradient(dot(moved, factors), [*self.sums, *self._numbers(learnt)])
+        return gradient(
+            dot(moved, factors), [*self.sums, *components(self.graph, self.widths, learnt)]
+        )
 
     @property
     def pulled_sums(self) -> list[Number]:
@@ -175,35 +177,22 @@ class TracedPool:
         return gradient(work, [*item.x, *item.v, *item.of(self.learnt)])
 
     @property
-    def pushed_sums(self) -> tuple[list[Number], list[str]]:
+    def pushed_sums(self) -> tuple[list[Number], dict[str, Number]]:
         """Return the changes of sums, and the inputs that are those of x, v and numbers."""
         item = self.item
-        return _changed(self._moving, [*item.x, *item.v, *item.of(self.learnt)])
+        return changed(self._moving, [*item.x, *item.v, *item.of(self.learnt)])
 
-    def pushed_groups(self, learnt: Sequence[str]) -> tuple[list[Number], list[str]]:
+    def pushed_groups(self, learnt: Sequence[str]) -> tuple[list[Number], dict[str, Number]]:
         """Return the changes of λ, and the inputs that are those of sums and of numbers."""
-        return _changed(self.whole.factors, [*self.sums, *self._numbers(learnt)])
+        return changed(
+            self.whole.factors, [*self.sums, *components(self.graph, self.widths, learnt)]
+        )
 
     @property
-    def pushed(self) -> tuple[list[Number], list[str]]:
+    def pushed(self) -> tuple[list[Number], dict[str, Number]]:
         """Return the changes of f, and the inputs that are those of x, λ and numbers."""
         item = self.item
-        return _changed(item.forces, [*item.x, *self.given, *item.of(self.learnt)])
-
-    def _numbers(self, names: Sequence[str]) -> list[Number]:
-        """Return the components of some numbers of groups."""
-        return [
-            self.graph.input(f"p.{name}.{k}")
-            for name in names
-            for k in range(self.widths[name])
-        ]
-
-
-def _changed(outputs: Sequence[Number], by: Sequence[Number]) -> tuple[list[Number], list[str]]:
-    """Return the changes of outputs, and the inputs that are those of what they depend on."""
-    names = [f"d{each.operation.detail}" for each in by]
-    rates = (outputs[0].graph.input(each) for each in names)
-    return along(outputs, dict(zip(by, rates, strict=True))), names
+        return changed(item.forces, [*item.x, *self.given, *item.of(self.learnt)])
 
 
 #: Takes the corners of an item as seen from the point, and its numbers; returns its shares.

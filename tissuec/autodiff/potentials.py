@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tissuec.autodiff.derivatives import along, gradient, lower_half
+from tissuec.autodiff.derivatives import along, changed, gradient, lower_half
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, TracingError
 from tissuec.autodiff.tensors import Vector, dot
@@ -86,9 +86,9 @@ def _number(graph: Graph, name: str, width: int) -> Vector:
     return Vector(graph.input(f"p.{name}.{k}") for k in range(width))
 
 
-def by_name(inputs: Iterable[Number]) -> dict[str, Number]:
-    """Return inputs of a graph by their names."""
-    return {str(each.operation.detail): each for each in inputs}
+def components(graph: Graph, widths: Mapping[str, int], names: Iterable[str]) -> list[Number]:
+    """Return the components of some numbers, one after the other."""
+    return [each for name in names for each in _number(graph, name, widths[name])]
 
 
 #: Takes positions and velocities of the corners, and the numbers.
@@ -285,21 +285,11 @@ class TracedItem:
         Args:
             learnt: Names of the numbers that change.
         """
-        changes = self.changes(learnt)
-        return along(self.forces, changes), by_name(changes.values())
-
-    def changes(self, learnt: Sequence[str]) -> dict[Number, Number]:
-        """Return the inputs that are changes of x, v, internal variables and some numbers.
-
-        Args:
-            learnt: Names of the numbers that change.
-        """
-        changed = [*self.x, *self.v, *self.internal, *self.of(learnt)]
-        return {each: self.graph.input(f"d{each.operation.detail}") for each in changed}
+        return changed(self.forces, [*self.x, *self.v, *self.internal, *self.of(learnt)])
 
     def of(self, names: Sequence[str]) -> list[Number]:
         """Return the components of some numbers."""
-        return [each for name in names for each in _number(self.graph, name, self.widths[name])]
+        return components(self.graph, self.widths, names)
 
     @cached_property
     def constants(self) -> list[Number]:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 
     from tissuec.compiled.loops.tables import PoolTable
-    from tissuec.forces.pooled_kernels import PooledKernels
+    from tissuec.forces.potential_kernels import PotentialKernels
 
 LARGE = 96  # unknowns that a group acts on: its part of a sparse matrix would fill it
 
@@ -244,7 +244,7 @@ class PooledField(WalledField, frozen=True, dict=True):
     # --- for the engine and for learning --------------------------------------------------
 
     @property
-    def _kernels(self) -> "PooledKernels":
+    def _kernels(self) -> "PotentialKernels":
         from tissuec.forces.pooled_kernels import kernels_of  # which costs time
 
         name, pool, items = type(self).__name__.lower(), self.pool, self.grouped
@@ -278,7 +278,7 @@ class PooledField(WalledField, frozen=True, dict=True):
         """Return the derivatives of forces, also by what can be learnt."""
         if not self.learnt:
             return "has no exact derivatives"
-        return ForceDerivatives(self.learnt, self._kernels.pull, self._kernels.push)
+        return self._kernels.derivatives(self.learnt)
 
 
 @cache

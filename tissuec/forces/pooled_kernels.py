@@ -1,14 +1,13 @@
 """The kernels that follow from what groups of items store; see ``pooled_fields``."""
 
 from collections.abc import Mapping
-from functools import cache, cached_property, partial
+from functools import cache, partial
 
 import numpy as np
 
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.pools import TracedPool
 from tissuec.autodiff.potentials import TracedItem
-from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops import pools as loops
 from tissuec.compiled.loops.tables import ItemTable, PoolTable, room_for
 from tissuec.compiled.loops.terms import terms_of
@@ -18,51 +17,25 @@ from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 
-class PooledKernels(PotentialKernels):
-    """The kernels of items in groups, each made when it is needed.
+@cache
+def kernels_of(
+    name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...] = (),
+    learnt: tuple[tuple[str, bool], ...] = (),
+) -> PotentialKernels:  # fmt: skip
+    """Return the kernels of items in groups, once for each.
 
     Args:
         name, item: As of ``PotentialKernels``.
         pool: Of the items; None if their energy does not depend on sums.
         carries: What nodes carry to points that corners of items are; nothing without points.
-        learnt: By the name of each number of groups that can be learnt, whether all share it.
+        learnt: Names of the numbers of groups that can be learnt, and whether all share each.
     """
-
-    def __init__(
-        self, name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...],
-        learnt: Mapping[str, bool],
-    ):  # fmt: skip
-        super().__init__(name, item, learnt)
-        self._pool, self._carries = pool, carries
-
-    @cached_property
-    def forces(self) -> GeneratedKernel:
-        """Return the kernel that adds forces and powers."""
-        own = {"item": self.item, "pool": self._pool, "carries": self._carries}
-        return self._named("forces", partial(loops.force_kernel, **own))
-
-    @cached_property
-    def pull(self) -> GeneratedKernel:
-        """Return ``pull_back`` of ``forces.matrices``."""
-        assert self._pool is not None, "it has derivatives"
-        loop = partial(loops.pull_kernel, pool=self._pool, learnt=self._learnt)
-        return self._named("pull", loop)
-
-    @cached_property
-    def push(self) -> GeneratedKernel:
-        """Return ``push_forward`` of ``forces.matrices``."""
-        assert self._pool is not None, "it has derivatives"
-        loop = partial(loops.push_kernel, pool=self._pool, learnt=self._learnt)
-        return self._named("push", loop)
-
-
-@cache
-def kernels_of(
-    name: str, item: TracedItem, pool: TracedPool | None, carries: tuple[str, ...] = (),
-    learnt: tuple[tuple[str, bool], ...] = (),
-) -> PooledKernels:  # fmt: skip
-    """Return ``PooledKernels``, once for each; the arguments are theirs."""
-    return PooledKernels(name, item, pool, carries, dict(learnt))
+    forces = partial(loops.force_kernel, item=item, pool=pool, carries=carries)
+    if pool is None:
+        return PotentialKernels(name, item, forces)
+    by = {"pool": pool, "learnt": dict(learnt)}
+    pull, push = (partial(each, **by) for each in (loops.pull_kernel, loops.push_kernel))
+    return PotentialKernels(name, item, forces, pull, push)
 
 
 def pool_table(

@@ -228,7 +228,7 @@ class PotentialField(ElementField, frozen=True):
         """Return the derivatives of forces, also by what can be learnt."""
         if not self.learnt:
             return "have no exact derivatives"
-        return ForceDerivatives(self.learnt, self._kernels.pull, self._kernels.push)
+        return self._kernels.derivatives(self.learnt)
 
 
 def _every(position: Floats) -> Indices:

@@ -1,7 +1,6 @@
 """The kernels that follow from the potential of an item; see ``potential_fields``."""
 
-from collections.abc import Mapping
-from functools import cache, cached_property, partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -11,41 +10,39 @@ from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops import items as loops
 from tissuec.compiled.loops.frame import LoopText
 from tissuec.compiled.loops.tables import ItemTable, recorded, room_for
+from tissuec.forces.matrices import ForceDerivatives
 from tissuec.model.network import Floats, Indices
 
 
 class PotentialKernels:
-    """The kernels of items whose potential was traced, each made when it is needed.
+    """The kernels of items, each made when it is needed.
 
     Args:
         name: By which they are known in the cache.
-        item: As traced.
-        learnt: By the name of each number that can be learnt, whether all items share it.
+        item: As its potential was traced.
+        written: Writers of the loops that add forces and powers, and perhaps of ``pull_back``
+            and ``push_forward`` of ``forces.matrices``.
     """
 
-    def __init__(self, name: str, item: TracedItem, learnt: Mapping[str, bool]):
-        self._name, self.item, self._learnt = name, item, learnt
+    def __init__(self, name: str, item: TracedItem, *written: "partial[LoopText]"):
+        self._name, self.item = name, item
+        whats = ("forces", "pull", "push")
+        self._made = {
+            what: self._named(what, one) for what, one in zip(whats, written, strict=False)
+        }
         self._records: dict[str, tuple[GeneratedKernel, int]] = {}
 
     def _named(self, what: str, loop: "partial[LoopText]") -> GeneratedKernel:
         return GeneratedKernel(f"{self._name}_{what}", loop)
 
-    @cached_property
+    @property
     def forces(self) -> GeneratedKernel:
         """Return the kernel that adds forces and powers."""
-        return self._named("forces", partial(loops.force_loop, item=self.item))
+        return self._made["forces"]
 
-    @cached_property
-    def pull(self) -> GeneratedKernel:
-        """Return ``pull_back`` of ``forces.matrices``."""
-        loop = partial(loops.pull_loop, item=self.item, learnt=self._learnt)
-        return self._named("pull", loop)
-
-    @cached_property
-    def push(self) -> GeneratedKernel:
-        """Return ``push_forward`` of ``forces.matrices``."""
-        loop = partial(loops.push_loop, item=self.item, learnt=self._learnt)
-        return self._named("push", loop)
+    def derivatives(self, learnt: tuple[str, ...]) -> ForceDerivatives:
+        """Return the derivatives of forces, also by the numbers that they were written for."""
+        return ForceDerivatives(learnt, self._made["pull"], self._made["push"])
 
     def recorded(self, what: str, x: Floats, v: Floats, table: ItemTable) -> Floats:
         """Return an attribute of the traced item for each item, shape (item, number).
@@ -91,7 +88,16 @@ class PotentialKernels:
 
 @cache
 def kernels_of(
-    name: str, item: TracedItem, learnt: tuple[tuple[str, bool], ...]
+    name: str, item: TracedItem, learnt: tuple[tuple[str, bool], ...] = ()
 ) -> PotentialKernels:
-    """Return ``PotentialKernels``, once for each; the arguments are theirs."""
-    return PotentialKernels(name, item, dict(learnt))
+    """Return the kernels of items whose potential was traced, once for each.
+
+    Args:
+        name, item: As of ``PotentialKernels``.
+        learnt: Names of the numbers that can be learnt, and whether all items share each.
+    """
+    by = {"item": item, "learnt": dict(learnt)}
+    return PotentialKernels(
+        name, item, partial(loops.force_loop, item=item), partial(loops.pull_loop, **by),
+        partial(loops.push_loop, **by),
+    )  # fmt: skip

@@ -83,10 +83,27 @@ def record_loop(
         constants: What the table has beside the numbers of the items.
         lanes: Items that are computed at a time.
     """
-    loop = ItemLoop.of(item, lanes)
+    return storing_loop(name, ItemLoop.of(item, lanes), outputs, constants)
+
+
+def storing_loop(
+    name: str, loop: ItemLoop, outputs: Sequence[Number], constants: Sequence[Number],
+    acts: Number | None = None,
+) -> LoopText:  # fmt: skip
+    """Return ``record_loop``.
+
+    Args:
+        loop: Over the items.
+        acts: The first output, if items where it is not positive need no others.
+    """
     code = loop.code
     values, known = loop.inputs(outputs, STATE, [each.place for each in constants])
     base = loop.row_of_blocks("out", len(outputs))
+    if acts is not None:
+        known[acts.place], some = code.write([acts, acts > 0.0], values, known)
+        code.store(known[acts.place], base)
+        code.line(f"br i1 {code.any(some)}, label %some, label %end")
+        code.label("some")
     for k, value in enumerate(code.write(outputs, values, known)):
         code.store(value, code.address(base, k * LANES))
     return loop.text(name, ("x", "v", "out"))

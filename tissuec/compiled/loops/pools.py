@@ -25,7 +25,7 @@ from tissuec.autodiff.potentials import TracedItem, numbers_in
 from tissuec.autodiff.tensors import dot
 from tissuec.compiled.loops.changes import change_loop
 from tissuec.compiled.loops.frame import ItemLoop, LoopText, Target, at_corners, head
-from tissuec.compiled.loops.items import STATE, add_loop, force_loop
+from tissuec.compiled.loops.items import STATE, add_loop, force_loop, storing_loop
 from tissuec.compiled.loops.tables import LANES, PoolTable
 from tissuec.compiled.loops.terms import OF_TERMS, term_at
 
@@ -116,8 +116,7 @@ def force_kernel(
     if carries:
         passes.append(_carrying({each: here[each] for each in carries}, back=False))
     if pool:
-        parts = Pass(_parts(pool, lanes), "items", here)
-        passes += [parts, Pass(_factors(pool, pushes=True), "groups", here)]
+        passes += [_parts(pool, here, lanes), Pass(_factors(pool, pushes=True), "groups", here)]
         after = _counting() if pool.shares.bends is not None else []
     else:
         vectors = STATE | {"a": "amounts"}
@@ -254,25 +253,16 @@ def _of_state(pool: TracedPool) -> list[Pass]:
     """Return the passes that find the sums and factors of groups."""
     given = {"power": "spare"}
     return [
-        _amounts(), Pass(_parts(pool, LANES), "items"),
+        _amounts(), _parts(pool, {}),
         Pass(_factors(pool, pushes=False), "groups", given),
     ]  # fmt: skip
 
 
-def _parts(pool: TracedPool, lanes: int) -> LoopText:
-    """Return the loop that stores the rows of items; those that do not act have the first."""
-    loop, rows, acts = _items(pool, lanes), pool.rows, pool.shares.acts
-    code = loop.code
-    values, known = loop.inputs(rows, STATE, [each.place for each in pool.item.constants])
-    base = loop.row_of_blocks("stored", len(rows))
-    if acts is not None:
-        known[acts.place], some = code.write([acts, acts > 0.0], values, known)
-        code.store(known[acts.place], base)
-        code.line(f"br i1 {code.any(some)}, label %some, label %end")
-        code.label("some")
-    for k, value in enumerate(code.write(rows, values, known)):
-        code.store(value, code.address(base, k * LANES))
-    return loop.text("parts", ("x", "v", "stored"))
+def _parts(pool: TracedPool, here: Mapping[str, str], lanes: int = LANES) -> Pass:
+    """Return the pass that stores the rows of items; those that do not act have the first."""
+    loop, constants = _items(pool, lanes), pool.item.constants
+    found = storing_loop("parts", loop, pool.rows, constants, pool.shares.acts)
+    return Pass(found, "items", {**here, "out": "stored"})
 
 
 class _OfGroups(ItemLoop):
@@ -287,9 +277,8 @@ class _OfGroups(ItemLoop):
             for at in (self.first, code.add(f"add i64 {self.first}, 1"))
         )
         self._count = code.add(f"sub i64 {end}, {self._begin}")
-        self._totals = dict[
-            tuple[str, int], str
-        ]()  # where they are, by what they are added to at last
+        # Where totals are, by what they are added to at last.
+        self._totals = dict[tuple[str, int], str]()
 
     def each_item(self, name: str, write: Callable[[Callable[[Number], str]], None]) -> None:
         """Write a loop over the items that act.

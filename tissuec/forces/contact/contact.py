@@ -75,7 +75,6 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-    from tissuec.forces.pooled_kernels import PooledKernels
     from tissuec.forces.potential_kernels import PotentialKernels
 
 MOST_TOGETHER = 4096  # pairs that are examined at once
@@ -504,7 +503,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return np.where(is_capsule[:, None], points[:, [0, 1, 0]], points)
 
     @property
-    def _kernels(self) -> "PooledKernels":
+    def _kernels(self) -> "PotentialKernels":
         from tissuec.forces.pooled_kernels import kernels_of  # which costs time
 
         pool = traced_pairs(self._form)
@@ -642,7 +641,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             return "has friction"
         if self.sided is not None:
             return "keeps points outside of solids, and has no exact derivatives"
-        return ForceDerivatives(("stiffness",), self._kernels.pull, self._kernels.push)
+        return self._kernels.derivatives(("stiffness",))
 
     @property
     def rubs(self) -> bool:
@@ -789,9 +788,9 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 @cache
 def _of_pairs_at_rest(form: PairForm) -> "PotentialKernels":
     """Return the kernels of pairs by themselves, once for each form."""
-    from tissuec.forces.potential_kernels import PotentialKernels  # which costs time
+    from tissuec.forces.potential_kernels import kernels_of  # which costs time
 
-    return PotentialKernels("contact", NodeOnShape(form), {})
+    return kernels_of("contact", NodeOnShape(form))
 
 
 @kept_on_owner(8)
