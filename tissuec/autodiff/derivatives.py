@@ -132,6 +132,12 @@ def changed(
     return along(outputs, dict(zip(by, rates.values(), strict=True))), rates
 
 
+def jacobian(outputs: Sequence[Number], inputs: Sequence[Number]) -> list[Number]:
+    """Return the derivatives of all outputs by all inputs, output by output."""
+    columns = [along(outputs, {each: 1.0}) for each in inputs]
+    return [entry for row in zip(*columns, strict=True) for entry in row]
+
+
 def hessian(output: Number, inputs: Sequence[Number]) -> dict[tuple[int, int], Number]:
     """Return the second derivatives of a number by their places (i, j), i >= j, row by row."""
     return lower_half(gradient(output, inputs), inputs)

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
-from tissuec.autodiff.derivatives import along, changed, gradient, hessian
+from tissuec.autodiff.derivatives import along, changed, gradient, hessian, jacobian
 from tissuec.autodiff.graph import Graph, Number, Operand
 from tissuec.autodiff.potentials import Numbers, components, numbers_in
 from tissuec.autodiff.tensors import Tensor, dot
@@ -263,8 +263,7 @@ class TracedPoint:
     @cached_property
     def viscous_by_strain(self) -> list[Number]:
         """Return ∂²D/∂Ḟ∂F, row by row."""
-        columns = [along(gradient(self.dissipation, self.rate), {each: 1.0}) for each in self.f]
-        return [entry for row in zip(*columns, strict=True) for entry in row]
+        return jacobian(gradient(self.dissipation, self.rate), self.f)
 
     @cached_property
     def tangents(self) -> list[Number]:

@@ -215,6 +215,8 @@ class StoringPool(TracedPool):
         energy: U.
     """
 
+    energy: Number
+
     def __init__(
         self, share: ShareFunction, whole: WholeFunction, corners: int,
         columns: Mapping[str, int], widths: Mapping[str, int],

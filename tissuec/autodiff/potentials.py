@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tissuec.autodiff.derivatives import along, changed, gradient, lower_half
+from tissuec.autodiff.derivatives import along, changed, gradient, jacobian, lower_half
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph, Inequality, Number, Operand, TracingError
 from tissuec.autodiff.tensors import Vector, dot
@@ -251,14 +251,12 @@ class TracedItem:
     @cached_property
     def damping_by_position(self) -> list[Number]:
         """Return ∂²D/∂v∂x, row by row, shape (3 corner · 3 corner,)."""
-        columns = [along(self.braking, {each: 1.0}) for each in self.x]
-        return [entry for row in zip(*columns, strict=True) for entry in row]
+        return jacobian(self.braking, self.x)
 
     @cached_property
     def turning(self) -> list[Number]:
         """Return -∂²L/∂v∂x, row by row, shape (3 corner · 3 corner,)."""
-        columns = [along(self.pushing, {each: -1.0}) for each in self.x]
-        return [entry for row in zip(*columns, strict=True) for entry in row]
+        return [-each for each in jacobian(self.pushing, self.x)]
 
     @cached_property
     def damping_by_velocity(self) -> dict[tuple[int, int], Number]:

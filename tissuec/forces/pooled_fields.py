@@ -18,7 +18,7 @@ from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.pools import ShareFunction, StoringPool, WholeFunction
 from tissuec.forces.effects import Resisting
-from tissuec.forces.fields import Items, WalledField
+from tissuec.forces.fields import Field, Items, WalledField
 from tissuec.forces.grouped_items import GroupedItems, as_rows, inputs
 from tissuec.forces.matrices import ForceDerivatives, whole
 from tissuec.kernels.records import BoundaryConditions
@@ -33,7 +33,41 @@ if TYPE_CHECKING:
 LARGE = 96  # unknowns that a group acts on: its part of a sparse matrix would fill it
 
 
-class PooledField(WalledField, frozen=True, dict=True):
+class GroupedField(Field, frozen=True, dict=True):
+    """A field of items in groups, with loops in several passes."""
+
+    @cached_property
+    @abstractmethod
+    def grouped(self) -> GroupedItems:
+        """Return the items."""
+
+    @property
+    @abstractmethod
+    def _kernels(self) -> "PotentialKernels":
+        """Return the kernels of the items."""
+
+    @property
+    def _row_count(self) -> int:
+        """Return how many numbers of an item are stored between passes."""
+        return 0
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the loops that add forces and powers."""
+        return self._kernels.forces
+
+    @cached_property
+    def _made(self) -> "dict[bytes, PoolTable]":
+        return {}
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
+        """Return the items with other numbers of nodes."""
+        from tissuec.forces.pooled_kernels import pool_table  # which costs time
+
+        return pool_table(self._made, self.grouped, self._kernels, place, acts, self._row_count)
+
+
+class PooledField(GroupedField, WalledField, frozen=True, dict=True):
     """A field whose groups of items store energies.
 
     Attributes:
@@ -46,11 +80,6 @@ class PooledField(WalledField, frozen=True, dict=True):
     item_shares: ClassVar[ShareFunction]
     group_energy: ClassVar[WholeFunction]
     learnt: ClassVar[tuple[str, ...]] = ()
-
-    @cached_property
-    @abstractmethod
-    def grouped(self) -> GroupedItems:
-        """Return the items."""
 
     @property
     def pool(self) -> StoringPool:
@@ -252,26 +281,14 @@ class PooledField(WalledField, frozen=True, dict=True):
         return kernels_of(name, pool.item, pool, ("x",) if items.carries else (), shared)
 
     @property
-    def kernel(self) -> Callable[..., None]:
-        """Return the loops that add forces and powers."""
-        return self._kernels.forces
+    def _row_count(self) -> int:
+        return len(self.pool.rows)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the groups; those that carry points have to be among them."""
         items = self.grouped
         nodes = np.where(items.corners < 0, items.corners.max(axis=1)[:, None], items.corners)
         return Items(place[nodes].ravel(), nodes.shape[1] * items.first)
-
-    @cached_property
-    def _made(self) -> "dict[bytes, PoolTable]":
-        return {}
-
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
-        """Return the items with other numbers of nodes."""
-        from tissuec.forces.pooled_kernels import pool_table  # which costs time
-
-        pool = self.pool
-        return pool_table(self._made, self.grouped, pool.item, place, acts, len(pool.rows))
 
     @property
     def derivatives(self) -> ForceDerivatives | str:

@@ -5,7 +5,6 @@ from functools import cache, partial
 
 import numpy as np
 
-from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.pools import TracedPool
 from tissuec.autodiff.potentials import TracedItem
 from tissuec.compiled.loops import pools as loops
@@ -39,27 +38,27 @@ def kernels_of(
 
 
 def pool_table(
-    made: dict[bytes, PoolTable], items: GroupedItems, item: TracedItem, place: Indices,
-    acts: BoundaryConditions, rows: int = 0,
+    made: dict[bytes, PoolTable], items: GroupedItems, kernels: PotentialKernels,
+    place: Indices, acts: BoundaryConditions, rows: int,
 ) -> PoolTable:  # fmt: skip
     """Return the table of items.
 
     Args:
         made: Tables by places of nodes, to which a new one is added.
-        item: Potential of one, as it was traced.
+        kernels: Of the items.
         place, acts: As for ``Field.table``; shape (node,).
         rows: How many numbers of an item are stored.
     """
     key = place.tobytes()
     if key not in made:
-        made[key] = _made(items, item, place)
+        made[key] = _made(items, kernels, place)
     terms = terms_of(acts)
     none = np.zeros((terms.shape[1], 0), dtype=np.int64)
     stored = room_for(rows, len(items.corners)).ravel()
     return made[key]._replace(acts=ItemTable.of(none, terms), stored=stored)
 
 
-def _made(items: GroupedItems, item: TracedItem, place: Indices) -> PoolTable:
+def _made(items: GroupedItems, kernels: PotentialKernels, place: Indices) -> PoolTable:
     """Return the table of items, without the terms of the amount."""
     groups = np.arange(len(items.seen))
     none = ItemTable.of(groups[:0, None], np.zeros((12, 0)))
@@ -68,12 +67,8 @@ def _made(items: GroupedItems, item: TracedItem, place: Indices) -> PoolTable:
         where, carried, points = _carried(items, place)
     seen = where[items.seen]
     nodes = np.column_stack([where[items.corners], seen[items.owner], items.owner])
-    columns = _columns(items.numbers, len(nodes))
-    if constants := item.constants:
-        names = (str(each.operation.detail) for each in item.numbers)
-        values = dict(zip(names, columns, strict=True))
-        columns = np.concatenate([columns, np.stack(evaluate(constants, values))])
-    own, of_groups = ItemTable.of(nodes, columns), _columns(items.of_groups, len(groups))
+    own = kernels.table(nodes, _columns(items.numbers, len(nodes)))
+    of_groups = _columns(items.of_groups, len(groups))
     every = ItemTable.of(np.column_stack([groups, seen]), of_groups)
     return PoolTable(
         none, carried, points, own, every, items.first, own.places, np.zeros(0)

@@ -270,7 +270,7 @@ class _OfGroups(ItemLoop):
 
     def __init__(self, pool: TracedPool):
         super().__init__(pool.graph, pool.numbers, 2, 1)
-        self.pool, code = pool, self.code
+        self.pool, self._corners, code = pool, "", self.code
         self._rows = {each.place: k for k, each in enumerate(pool.rows)}
         self._begin, end = (
             code.load(code.address("%begins", at, "i64"), "i64")

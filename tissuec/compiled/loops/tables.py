@@ -83,7 +83,7 @@ class PoolTable(NamedTuple):
         """Return tables that store the rows of some items each, and one that adds them up."""
         blocks = _filled(self.items.size) // LANES
         cuts = np.linspace(0, blocks, parts + 1).astype(int)
-        storing = [
+        storing: list[PoolTable] = [
             self._replace(
                 items=self.items.some(slice(first, end), blocks),
                 groups=self.groups._replace(size=0),

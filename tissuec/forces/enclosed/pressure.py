@@ -12,7 +12,7 @@ and its matrix is not symmetric (K. Schweizerhof, E. Ramm, Comput. Struct. 18:10
 ``matrix`` is the symmetric part, and forces are exact.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Self
 
@@ -28,9 +28,9 @@ from tissuec.core.structs import replace
 from tissuec.forces.enclosed.pressed_faces import PressedFaces
 from tissuec.forces.enclosed.pressed_sides import enclosed
 from tissuec.forces.enclosed.rims import Rims
-from tissuec.forces.fields import SECONDS, Field, Items
+from tissuec.forces.fields import SECONDS, Items
 from tissuec.forces.grouped_items import GroupedItems, inputs
-from tissuec.kernels.records import BoundaryConditions
+from tissuec.forces.pooled_fields import GroupedField
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
@@ -38,7 +38,7 @@ from tissuec.model.profiles import TimeProfile
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
 
-    from tissuec.compiled.loops.tables import PoolTable
+    from tissuec.forces.potential_kernels import PotentialKernels
 
 
 def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
@@ -48,7 +48,7 @@ def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
     return Potential(0.0, supply=share * autodiff.dot(turned, v[0] + v[1] + v[2]))
 
 
-class SurfacePressure(Field, frozen=True, dict=True):
+class SurfacePressure(GroupedField, frozen=True, dict=True):
     """A pressure on faces; its items are the faces, followed by the caps.
 
     Attributes:
@@ -222,12 +222,11 @@ class SurfacePressure(Field, frozen=True, dict=True):
         return GroupedItems(corners, first, seen, self.caps.middles, {"weight": weight}, {})
 
     @property
-    def kernel(self) -> Callable[..., None]:
-        """Return the loops that add forces and the power that is supplied."""
+    def _kernels(self) -> "PotentialKernels":
         from tissuec.forces.pooled_kernels import kernels_of  # which costs time
 
         carries = ("x", "v") if self.caps.count else ()
-        return kernels_of("surfacepressure", traced_triangle(), None, carries).forces
+        return kernels_of("surfacepressure", traced_triangle(), None, carries)
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
@@ -251,16 +250,6 @@ class SurfacePressure(Field, frozen=True, dict=True):
         count = self.faces.triples.count
         faces, caps = items[items < count], items[items >= count] - count
         return replace(self, faces=self.faces.some(faces), caps=self.caps.some(caps))
-
-    @cached_property
-    def _made(self) -> "dict[bytes, PoolTable]":
-        return {}
-
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "PoolTable":
-        """Return the faces and caps, which are the same at any position."""
-        from tissuec.forces.pooled_kernels import pool_table  # which costs time
-
-        return pool_table(self._made, self.grouped, traced_triangle(), place, acts)
 
 
 @cache
