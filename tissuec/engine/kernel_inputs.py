@@ -312,10 +312,10 @@ class KernelInputs:
         fields, acting = self.fields(), self.acting
         kept = cast(tuple[RecordTable, ...], fields.kept)
         records = (table.record for table in kept)
-        touches = (record.touches for record in records if hasattr(record, "touches"))
+        touches = (getattr(record, "touches", None) for record in records)
         return {
             "reels": self.reels() if needed.reeled else None,
-            "touches": next(touches, None),
+            "touches": next(filter(None, touches), None),
             "internal": self.internal() if needed.inelastic else None,
             "runs": acting.runs(near, self.team.parts) if needed.in_runs else None,
             "chunks": self.acting.chunks()
