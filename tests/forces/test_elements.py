@@ -122,6 +122,24 @@ def test_the_reference_agrees_by_formulas_of_its_own(name, law, fibred):
         agree(made, reference, position, velocity, **tight)
 
 
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_matrix_of_free_nodes_is_a_part_of_that_of_all(name):
+    made, drawn = solid(name, NeoHookean())
+    count, random = len(drawn), np.random.default_rng(6)
+    every = made.matrix(0.0, deformed(drawn, 5e-4), np.arange(count), count)
+    for is_free in (random.random(count) < 0.7, random.random(count) < 0.1):
+        free = random.permutation(np.flatnonzero(is_free))
+        number = np.full(count, -1)
+        number[free] = np.arange(len(free))
+        for size in (5e-4, 1e-3, 5e-4):  # again at other places
+            position = deformed(drawn, size)
+            found = made.matrix(0.0, position, number, len(free))
+        assert found.has_canonical_format
+        rows = (3 * free[:, None] + np.arange(3)).ravel()
+        # The same elements add up, in the same order.
+        assert (found.toarray() == every[rows][:, rows].toarray()).all()
+
+
 @pytest.mark.parametrize("law", LAWS[1:], ids=lambda law: type(law).__name__)
 def test_at_rest_every_law_has_the_same_matrix(law):
     matrices = []

@@ -27,7 +27,7 @@ from tissuec.core.arrays import dot, norm
 from tissuec.core.signals import give_way
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import Fill, SolvingCost
-from tissuec.forces.matrices import assembled
+from tissuec.forces.matrices import assembled, summed
 from tissuec.forces.memory import ELIMINATION_SECONDS, Condensed, MemoryTangents
 from tissuec.forces.springs.springs import SpringForce, flat, pulled, reach
 from tissuec.kernels.records import Net, Solver
@@ -201,19 +201,19 @@ class StageMatrix:
         number, size = self._number, len(self._free)
         springs = self._springs(time)
         blocks = stage_blocks(springs, q, position, velocity, exact=exact)
-        total = csc_matrix(assembled(blocks, number[springs.springs.ends], size))
+        parts = [assembled(blocks, number[springs.springs.ends], size)]
         wide = [np.zeros((3 * size, 0))]
         for field in self._fields:
             acting = field.recalling(velocity)
             sparse, beside = acting.split(time, position, number, size, exact=exact)
-            total = total + q * q * csc_matrix(sparse)
+            parts.append(q * q * sparse)
             wide.append(q * beside)
             slow = field.damping_matrices(position, velocity, number, size)
             if slow is not None:
-                total = total + q * csc_matrix(slow[1])
-        for memory in self._memories if relaxes else ():
-            total = total + csc_matrix(memory.matrix(number, size))
-        every = np.hstack(wide)
+                parts.append(q * slow[1])
+        if relaxes:
+            parts += [memory.matrix(number, size) for memory in self._memories]
+        total, every = summed(parts, size), np.hstack(wide)
         if self._within is not None:
             total, every = self._within @ total @ self._within, self._within @ every
         mass = np.repeat(self._mass + q * self._drag, 3)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
     from tissuec.forces.solids.element_limits import BreakableElements
 
@@ -71,7 +71,7 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
     @abstractmethod
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return minus the derivative of the forces by positions [N/m], shape (3 size, 3 size).
 
         Without ``exact``, parts that may make the matrix indefinite are left out.
@@ -87,7 +87,7 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
 
     def split(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "tuple[coo_matrix, Floats]":
+    ) -> "tuple[csc_matrix, Floats]":
         """Return the matrix as S and W of S + W Wᵀ; S in [N/m], W in [(N/m)^½].
 
         W, of shape (3 size, column), contains the parts that couple many nodes at once and

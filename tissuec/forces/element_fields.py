@@ -14,7 +14,7 @@ from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 
 class ElementField(WalledField, frozen=True):
@@ -62,31 +62,31 @@ class ElementField(WalledField, frozen=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
         return self._sum(lambda own: own.element_matrices(position, exact=exact), number, size)
 
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
+    ) -> "tuple[csc_matrix, csc_matrix] | None":
         """Return minus the derivatives of viscous forces; see ``Field``.
 
         By positions, the change of their direction is left out, which leaves both positive.
         """
         if not self.is_damped:
             return None
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
         slow = self._slow(position, number, size)
-        return coo_matrix(slow.shape), slow
+        return csc_matrix(slow.shape), slow
 
-    def _slow(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
+    def _slow(self, position: Floats, number: Indices, size: int) -> "csc_matrix":
         """Return the viscous matrix [N s/m], shape (3 size, 3 size)."""
         return self._sum(lambda own: own.damping_of_elements(position), number, size)
 
     def _sum(
         self, blocks: Callable[[Self], Floats], number: Indices, size: int
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return the matrix of all elements from those of single ones."""
         moves = (number[self.nodes] >= 0).any(axis=1)
         own = self if moves.all() else self.only(np.flatnonzero(moves))

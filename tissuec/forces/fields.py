@@ -16,7 +16,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile, tabulated
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
     from tissuec.forces.matrices import ForceDerivatives
     from tissuec.forces.memory import MemoryTangents
@@ -201,7 +201,7 @@ class Field(Effect, frozen=True):
 
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
+    ) -> "tuple[csc_matrix, csc_matrix] | None":
         """Return minus the derivatives of damping forces, None without any.
 
         They are by positions [N/m] and by velocities [N s/m], shape (3 size, 3 size) each.
@@ -215,7 +215,7 @@ class Field(Effect, frozen=True):
 
     def damping_derivatives(
         self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
+    ) -> "tuple[csc_matrix, csc_matrix] | None":
         """Return ``damping_matrices`` without anything left out, for learning.
 
         They are by positions [N/m] and by velocities [N s/m], shape (3 size, 3 size) each.

@@ -12,7 +12,7 @@ from tissuec.forces.matrices import assembled
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
 
 class CarriedPoints(Struct, frozen=True, eq=False):
@@ -113,7 +113,7 @@ class CarriedPoints(Struct, frozen=True, eq=False):
 
     def assembled(
         self, blocks: Floats, corners: Indices, number: Indices, size: int
-    ) -> "csr_matrix | coo_matrix":
+    ) -> "csr_matrix | csc_matrix":
         """Return the matrix in which the blocks of items add up, shape (3 size, 3 size).
 
         Args:

@@ -21,20 +21,21 @@ Arguments of both are ``time, x, v`` as of the kernel, and
     room: Scratch, shape (change,).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.forces.effects import Resisting
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 
-def assembled(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
+def assembled(blocks: Floats, number: Indices, size: int) -> "csc_matrix":
     """Return the matrix in which the blocks of items add up, shape (3 size, 3 size).
 
     Args:
@@ -51,17 +52,18 @@ class BlockPattern(NamedTuple):
     """Where the blocks of items are added up, 3 x 3 for each pair of their nodes.
 
     Attributes:
-        places: Of the block of each pair of nodes of an item; those of nodes that do not move
-            are behind all blocks; shape (item, node, node).
-        indices, indptr: Columns of the blocks, and where rows begin, as in
-            ``scipy.sparse.bsr_array``.
-        size: Number of nodes that may move.
+        places: Where the block of each pair of nodes of an item begins among the entries, the
+            node of its columns first, and then how far its columns are apart; blocks of nodes
+            that do not move are behind all entries; shape (item, node, node + 1).
+        indices, indptr: Rows of the entries, and where columns begin, as in
+            ``scipy.sparse.csc_matrix``.
+        left_out: Length of the room behind all entries.
     """
 
     places: Indices
-    indices: Indices
-    indptr: Indices
-    size: int
+    indices: NDArray[np.integer]
+    indptr: NDArray[np.integer]
+    left_out: int
 
     @classmethod
     def of(cls, number: Indices, size: int) -> "BlockPattern":
@@ -75,8 +77,8 @@ class BlockPattern(NamedTuple):
 
     @property
     def room(self) -> Floats:
-        """Return room for blocks in any unit, and what is left out, shape (block + 1, 3, 3)."""
-        return np.zeros((len(self.indices) + 1, 3, 3))
+        """Return room for entries in any unit, and what is left out, shape (n,)."""
+        return np.zeros(len(self.indices) + self.left_out)
 
     def add(self, blocks: Floats, items: Indices, room: Floats) -> None:
         """Add the blocks of some items to those of the matrix.
@@ -85,31 +87,72 @@ class BlockPattern(NamedTuple):
             blocks: In the unit of the room, shape (item, node, 3, node, 3).
             items: Numbers of these items, shape (item,).
         """
-        places = self.places[items].reshape(-1, 1)
-        every = (9 * places + np.arange(9)).ravel()
-        np.add.at(room.reshape(-1), every, blocks.swapaxes(2, 3).ravel())
+        first, apart = np.split(self.places[items], [-1], axis=-1)
+        every = _entries(first, apart)
+        np.add.at(room, every.ravel(), blocks.transpose(0, 3, 1, 4, 2).ravel())
 
-    def matrix(self, room: Floats) -> "coo_matrix":
+    def matrix(self, room: Floats) -> "csc_matrix":
         """Return the matrix of blocks that are added up, shape (3 size, 3 size)."""
-        from scipy.sparse import bsr_array, coo_matrix
+        from scipy.sparse import csc_matrix
 
-        shape = (3 * self.size, 3 * self.size)
-        return coo_matrix(bsr_array((room[:-1], self.indices, self.indptr), shape=shape))
+        count, side = len(self.indices), len(self.indptr) - 1
+        found = csc_matrix((room[:count], self.indices, self.indptr), shape=(side, side))
+        found.has_canonical_format = True
+        return found
+
+
+def _entries(first: Indices, apart: Indices) -> Indices:
+    """Return the places of the entries of blocks, shape (…, 3 columns, 3 rows).
+
+    Args:
+        first: Of the blocks, shape (…).
+        apart: How far their columns are apart, shape (…).
+    """
+    three = np.arange(3)
+    return np.asarray(
+        (first + 0 * apart)[..., None, None] + apart[..., None, None] * three[:, None] + three
+    )
 
 
 @lru_cache(maxsize=4)
 def _pattern(shape: tuple[int, int], numbers: bytes, size: int) -> BlockPattern:
     number = np.frombuffer(numbers, np.int64).reshape(shape)
-    rows, columns = number[:, :, None], number[:, None, :]
+    columns, rows = number[:, :, None], number[:, None, :]
     moves = (rows >= 0) & (columns >= 0)
-    keys, found = np.unique((rows * size + columns)[moves], return_inverse=True)
-    places = np.full(moves.shape, len(keys))
-    places[moves] = found.reshape(-1)
-    indptr = np.searchsorted(keys, size * np.arange(size + 1))
-    return BlockPattern(places, keys % size if size else keys, indptr, size)
+    keys, found = np.unique((columns * size + rows)[moves], return_inverse=True)
+    column, row = np.divmod(keys, max(size, 1))
+    begin = np.searchsorted(keys, size * np.arange(size + 1))  # the columns of a node
+    apart = 3 * np.diff(begin)
+    first = 6 * begin[column] + 3 * np.arange(len(keys))
+    count = 9 * len(keys)
+    kind = np.int32 if count <= np.iinfo(np.int32).max else np.int64
+    indices = np.empty(count, kind)
+    indices[_entries(first, apart[column])] = (3 * row[:, None] + np.arange(3))[:, None]
+    indptr = np.append(0, np.cumsum(np.repeat(apart, 3))).astype(kind)
+    for each in (indices, indptr):
+        each.setflags(write=False)  # matrices share them
+    places = np.full((*shape, shape[1] + 1), count)
+    places[..., :-1][moves] = first[found.reshape(-1)]
+    places[..., -1] = np.append(apart, 3)[number]
+    return BlockPattern(places, indices, indptr, 2 * int(apart.max(initial=3)) + 3)
 
 
-def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
+def summed(parts: "Iterable[csc_matrix]", size: int) -> "csc_matrix":
+    """Return the sum of matrices, shape (3 size, 3 size), which may be one of them.
+
+    Args:
+        parts: In any unit, each of this shape.
+    """
+    from scipy.sparse import csc_matrix
+
+    found = csc_matrix((3 * size, 3 * size))
+    for each in parts:
+        if (each := csc_matrix(each)).nnz:  # forces of other packages may have another format
+            found = csc_matrix(found + each) if found.nnz else each
+    return found
+
+
+def diagonal(blocks: Floats, number: Indices, size: int) -> "csc_matrix":
     """Return a block-diagonal matrix with one block for each node that may move.
 
     Args:
@@ -120,7 +163,7 @@ def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
     return assembled(blocks[:, None, :, None], number[:, None], size)
 
 
-def as_operator(matrix: "Callable[[], coo_matrix]") -> Resisting:
+def as_operator(matrix: "Callable[[], csc_matrix]") -> Resisting:
     """Return a matrix over all nodes as an operator on vectors.
 
     Args:

@@ -26,7 +26,7 @@ from tissuec.forces.matrices import assembled
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
 # Time of the derivatives of what a hidden node keeps, and of eliminating it in a solution [s].
 TANGENT_SECONDS, ELIMINATION_SECONDS = 2.5e-5, 4e-7
@@ -81,14 +81,14 @@ class MemoryTangents(NamedTuple):
 
 def _summed(parts: "list[tuple[Floats, Indices, Indices]]", size: int) -> "csr_matrix":
     """Return a matrix of all nodes from entries, and their rows and columns, -1 for none."""
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import csr_matrix
 
     found = csr_matrix((3 * size, 3 * size))
     for values, *places in parts:
         row, column = (np.broadcast_to(each, values.shape) for each in places)
         has = (row >= 0) & (column >= 0)
         entries = values[has], (row[has], column[has])
-        found = found + csr_matrix(coo_matrix(entries, shape=found.shape))
+        found = found + csr_matrix(entries, shape=found.shape)
     return found
 
 
@@ -110,7 +110,7 @@ class Condensed:
         self._follow = self._inverse @ flat
         self._pull = tangents.pull.reshape(items, -1, variables)
 
-    def matrix(self, number: Indices, size: int) -> "coo_matrix":
+    def matrix(self, number: Indices, size: int) -> "csc_matrix":
         """Return -q³ P (1 + q G)⁻¹ R [kg], shape (3 size, 3 size).
 
         Args:

@@ -28,6 +28,7 @@ from tissuec.compiled.loops.points import (
     record_loop,
 )
 from tissuec.compiled.loops.tables import recorded, room_for
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
@@ -41,14 +42,14 @@ from tissuec.laws.solid import SolidLaw
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
 #: Returns the traced points of elements that have something.
 Tracing = Callable[[SolidKind], TracedPoint]
 
 
-class PointField(ElementField, frozen=True):
+class PointField(ElementField, frozen=True, dict=True):
     """Elements that follow laws of solids; one that loses an edge or breaks is removed.
 
     ``walls`` are the springs along edges, followed by the marks of ``limits``.
@@ -248,17 +249,26 @@ class PointField(ElementField, frozen=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
-        free = np.flatnonzero((number[self.nodes] >= 0).any(axis=1))
-        if not exact or not len(free):
+        if not exact or not (number[self.nodes] >= 0).any():
             return super().matrix(time, position, number, size, exact=exact)
-        own = self if len(free) == self.item_count else self.only(free)
-        pattern, kind = BlockPattern.of(number[own.nodes], size), own._present
-        room, table = pattern.room, own._table(kind, own.nodes, own._slots)
-        kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], own.points)
-        own._run(kernel, position, room, table._replace(targets=pattern.places.ravel()))
+        pattern, kernel, table = self._matrix_table(number.astype(np.int64).tobytes(), size)
+        room = pattern.room
+        self._run(kernel, position, room, table)
         return pattern.matrix(room)
+
+    @kept_on_owner(1)
+    def _matrix_table(
+        self, number: bytes, size: int
+    ) -> tuple[BlockPattern, GeneratedKernel, PointTable]:
+        """Return what the matrix of elements at free nodes is made with, at any position."""
+        numbers = np.frombuffer(number, np.int64)[self.nodes]
+        own, kind = self.only(np.flatnonzero((numbers >= 0).any(axis=1))), self._present
+        pattern = BlockPattern.of(numbers[(numbers >= 0).any(axis=1)], size)
+        kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], own.points)
+        table = own._table(kind, own.nodes, own._slots)
+        return pattern, kernel, table._replace(targets=pattern.places.ravel())
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
         """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3).
@@ -610,7 +620,7 @@ class PointField(ElementField, frozen=True):
 
     def damping_derivatives(
         self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
+    ) -> "tuple[csc_matrix, csc_matrix] | None":
         """Return minus the derivatives of viscous forces, all of them; see ``Field``."""
         if not self.is_damped:
             return None

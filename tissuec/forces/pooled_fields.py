@@ -25,7 +25,7 @@ from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
     from tissuec.compiled.loops.tables import PoolTable
     from tissuec.forces.potential_kernels import PotentialKernels
@@ -210,25 +210,25 @@ class PooledField(GroupedField, WalledField, frozen=True, dict=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return the second derivative of the energy [N/m]; see ``Effect``."""
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
         positive, negative = self.columns(time, position, number, size)
         total = positive @ positive.T
         if exact:
             total = total - negative @ negative.T + self.bending(time, position, number, size)
-        return coo_matrix(total)
+        return csc_matrix(total)
 
     def split(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "tuple[coo_matrix, Floats]":
+    ) -> "tuple[csc_matrix, Floats]":
         """Return ``matrix`` with large groups apart, each as one column; see ``Effect``.
 
         Of these, the columns of negative pivots are left out, which are small beside the
         others: of a fluid, their ratio to the weight is that of its pressure to K.
         """
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
         positive, negative = self.columns(time, position, number, size)
         is_large = np.diff(positive.indptr) > LARGE
@@ -236,7 +236,7 @@ class PooledField(GroupedField, WalledField, frozen=True, dict=True):
         if exact:
             small = negative[:, np.diff(negative.indptr) <= LARGE]
             total = total - small @ small.T + self.bending(time, position, number, size)
-        return coo_matrix(total), positive[:, is_large].toarray()
+        return csc_matrix(total), positive[:, is_large].toarray()
 
     # --- bounds -------------------------------------------------------------------------------
 

@@ -29,7 +29,7 @@ from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
     from tissuec.compiled.loops.tables import ItemTable
     from tissuec.forces.potential_kernels import PotentialKernels
@@ -169,7 +169,7 @@ class PotentialField(ElementField, frozen=True):
 
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int
-    ) -> "tuple[coo_matrix, coo_matrix] | None":
+    ) -> "tuple[csc_matrix, csc_matrix] | None":
         """Return minus the derivatives of damping forces; see ``Field``."""
         if not self.is_damped:
             return None

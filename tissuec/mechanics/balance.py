@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import norm
 from tissuec.forces.element_fields import ElementField
+from tissuec.forces.matrices import summed
 from tissuec.forces.springs.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
@@ -318,28 +319,23 @@ class Balance:
         Args:
             exact: Whether pressed springs weaken the net; otherwise K is positive semidefinite.
         """
-        from scipy.sparse import coo_matrix, csc_matrix, identity
+        from scipy.sparse import csc_matrix, identity
 
         from tissuec.mechanics.stiffness import Stiffness
 
         size = len(self.free)
-        own = self.springs.entries(bars, exact=exact)
-        values: list[Floats] = [own[0]]
-        rows: list[NDArray[np.integer]] = [own[1]]
-        columns: list[NDArray[np.integer]] = [own[2]]
+        values, rows, columns = self.springs.entries(bars, exact=exact)
+        parts = [csc_matrix((values, (rows, columns)), shape=(3 * size, 3 * size))]
         wide = [np.zeros((3 * size, 0))]
         for acting in self._fields:
             sparse, beside = acting.split(
                 self._time, bars.position, self._number, size, exact=exact
             )
-            values.append(np.asarray(sparse.data, dtype=float))
-            rows.append(sparse.row)
-            columns.append(sparse.col)
+            parts.append(sparse)
             wide.append(beside)
-        where = np.concatenate(rows), np.concatenate(columns)
-        total = coo_matrix((np.concatenate(values), where), shape=(3 * size, 3 * size))
+        total = summed(parts, size)
         if self._planes is None:
-            return Stiffness(csc_matrix(total), np.hstack(wide))
+            return Stiffness(total, np.hstack(wide))
         # Motions off the planes, in which nothing else has a part, are stiffer than all others.
         within, top = self._within, OFF_PLANE * float(np.abs(total.diagonal()).max(initial=0.0))
         off = top * (identity(3 * size) - within)

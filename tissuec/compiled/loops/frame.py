@@ -310,6 +310,24 @@ def _shuffled(code: Writer, width: int, one: str, other: str, order: Sequence[in
     )
 
 
+def transposed(code: Writer, square: Sequence[str]) -> list[str]:
+    """Return as many vectors as they have lanes, transposed: lanes become vectors.
+
+    Rows and columns whose numbers differ in one bit change places, bit by bit.
+    """
+    found, width = list(square), len(square)
+    bit = 1
+    while bit < width:
+        for low in (k for k in range(width) if not k & bit):
+            one, other = found[low], found[low | bit]
+            lower = [k + width - bit if k & bit else k for k in range(width)]
+            upper = [k + width if k & bit else k + bit for k in range(width)]
+            found[low] = _shuffled(code, width, one, other, lower)
+            found[low | bit] = _shuffled(code, width, one, other, upper)
+        bit *= 2
+    return found
+
+
 def head(name: str, vectors: Sequence[str], record: type[Any]) -> list[str]:
     """Return the head of a function, and what reads its table.
 

@@ -20,6 +20,7 @@ from tissuec.compiled.loops.frame import (
     Target,
     at_corners,
     places_of_numbers,
+    transposed,
 )
 from tissuec.compiled.loops.tables import LANES, blocked, filled
 from tissuec.kernels.records import Floats, Integers
@@ -37,8 +38,7 @@ class PointTable(NamedTuple):
         weight: Volume of each point [m³], flat, shape (key, point, lane).
         slots: Where the first number of a tensor is among velocities; -1 without one; flat,
             shape (block, tensor, lane).
-        targets: For ``matrix_loop``, the place of the block of each pair of nodes; flat, shape
-            (element, node, node).
+        targets: For ``matrix_loop``, ``BlockPattern.places``, flat.
     """
 
     size: int
@@ -303,6 +303,43 @@ class _Points(ItemLoop):
 
             self.repeat(loop, "%active", write)
 
+    # --- matrices ---------------------------------------------------------------------------
+
+    def turn(self, room: str, rows: int) -> None:
+        """Transpose stored values in their places, LANES of them at a time, for ``turned``.
+
+        Args:
+            room: Where they are.
+            rows: How many; a multiple of LANES.
+        """
+        code = self.code
+
+        def turn(block: str) -> None:
+            first = code.add(f"mul i64 {block}, {LANES}")
+            every = [code.add(f"add i64 {first}, {k}") for k in range(LANES)]
+            square = transposed(code, [self.read(room, row) for row in every])
+            for row, value in zip(every, square, strict=True):
+                self.put(value, room, row)
+
+        self.repeat("turn", rows // LANES, turn)
+
+    def turned(self, own: str, rows: Sequence[int]) -> str:
+        """Return numbers of a lane, side by side.
+
+        Args:
+            own: Where the first number of the lane is.
+            rows: Of the numbers.
+        """
+        code, kind = self.code, f"<{len(rows)} x double>"
+        places = [LANES * LANES * (row // LANES) + row % LANES for row in rows]
+        if places == list(range(places[0], places[0] + len(places))):
+            return code.load(code.address(own, places[0]), kind)
+        found = "poison"
+        for k, place in enumerate(places):
+            number = code.load(code.address(own, place), "double")
+            found = code.add(f"insertelement {kind} {found}, double {number}, i64 {k}")
+        return found
+
     # --- changes ----------------------------------------------------------------------------
 
     def component(self, vector: str, place: str, axis: int, change: str = "") -> str:
@@ -430,17 +467,18 @@ def mean_loop(
 
 
 def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
-    """Return the loop that adds ∂²E/∂x∂x of elements to blocks of 3 x 3 of a matrix.
+    """Return the loop that adds ∂²E/∂x∂x of elements to the entries of a sparse matrix.
 
     They are Σ w ∂N/∂X ∂²W/∂F∂F ∂N/∂X + U''/V p pᵀ with p = Σ w ∂r/∂F ∂N/∂X; the arguments are
     those of ``force_loop``.
     """
     loop = _Points(point, nodes, points)
-    code, width, entries = loop.code, point.directions, _entries(nodes)
+    code, width, rows = loop.code, point.directions, _rows(nodes)
+    size = _filled_rows(len(rows))
     outputs = [*point.moduli, *(point.pooling if point.is_pooled else ())]
     loop.begin([*outputs, point.bend_of_mean])
-    halves, swell = loop.room_of(len(entries)), loop.room_of(3 * nodes)
-    loop.clear(halves, len(entries))
+    halves, swell = loop.room_of(size), loop.room_of(3 * nodes)
+    loop.clear(halves, size)
     loop.clear(swell, 3 * nodes)
 
     def add(q: str) -> None:
@@ -449,36 +487,62 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
         moduli, pooling = _split(written, len(point.moduli))
         if pooling:
             loop.push(swell, pooling, slopes)
-        turned: dict[tuple[int, int, int], str] = {}  # by node, component, and component of F
-        for a, i, j in product(range(nodes), range(3), range(3 * width)):
-            rows = [_of_half(moduli, width * i + k, j) for k in range(width)]
-            turned[a, i, j] = loop.inner(slopes[a], rows)
-        for row, (a, b, i, j) in enumerate(entries):
-            several = [turned[a, i, width * j + k] for k in range(width)]
-            loop.put(loop.inner(slopes[b], several, loop.read(halves, row)), halves, row)
+        # All of a node, one node after the other, so that what is turned stays in registers.
+        for a in range(nodes):
+            turned = {
+                (i, j): loop.inner(
+                    slopes[a], [_of_half(moduli, width * i + k, j) for k in range(width)]
+                )
+                for i, j in product(range(3), range(3 * width))
+            }
+            for b, i, j in product(range(a + 1), range(3), range(3)):
+                several, row = (
+                    [turned[i, width * j + k] for k in range(width)],
+                    rows[a, b, i, j],
+                )
+                loop.put(loop.inner(slopes[b], several, loop.read(halves, row)), halves, row)
 
     loop.each_point("add", add)
     if point.is_pooled:
         (bend,) = code.write([point.bend_of_mean], loop.values)
         rise = code.add(f"fdiv {code.kind} {bend}, {loop.read(loop.sums, 0)}")
         pushed = [loop.read(swell, k) for k in range(3 * nodes)]
-        for row, (a, b, i, j) in enumerate(entries):
+        for (a, b, i, j), row in rows.items():
             (both,) = loop.times(rise, [pushed[3 * a + i]])
             value = code.fused(both, pushed[3 * b + j], loop.read(halves, row))
             loop.put(value, halves, row)
-    rows = {entry: row for row, entry in enumerate(entries)}
-
-    def write() -> None:
-        first = code.add(f"mul i64 %item, {nodes * nodes}")
-        for a, b in product(range(nodes), range(nodes)):
-            at = code.address("%targets", code.add(f"add i64 {first}, {a * nodes + b}"), "i64")
-            base = code.address("%out", code.add(f"mul i64 {code.load(at, 'i64')}, 9"))
-            for i, j in product(range(3), range(3)):
-                row = rows[(a, b, i, j) if a >= b else (b, a, j, i)]
-                loop.add_to(code.address(base, 3 * i + j), loop.kept(halves, row))
-
-    loop.each_lane(write)
+    loop.turn(halves, size)
+    loop.each_lane(lambda: _add_blocks(loop, halves, rows))
     return loop.text(name, ("x", "v", "out"), PointTable)
+
+
+def _add_blocks(
+    loop: _Points, halves: str, rows: Mapping[tuple[int, int, int, int], int]
+) -> None:
+    """Add the matrix of the present lane to the entries of ``matrix_loop``.
+
+    Args:
+        halves: Where the lower halves of matrices are, turned.
+        rows: Of their entries, by nodes and components.
+    """
+    code, nodes = loop.code, loop.nodes
+    own = loop.row(halves, "%lane")
+    first = code.add(f"mul i64 %item, {nodes * (nodes + 1)}")
+    for b in range(nodes):
+        places = code.add(f"add i64 {first}, {b * (nodes + 1)}")
+        places = code.address("%targets", places, "i64")
+        apart = code.load(code.address(places, nodes, "i64"), "i64")
+        for a in range(nodes):
+            place = code.load(code.address(places, a, "i64"), "i64")
+            to = code.address("%out", place)
+            for j in range(3):
+                every = [rows[(a, b, i, j) if a >= b else (b, a, j, i)] for i in range(3)]
+                # Two at once, and the third, since vectors have no three lanes.
+                for part, at in ((every[:2], to), (every[2:], code.address(to, 2))):
+                    kind = f"<{len(part)} x double>"
+                    old, more = code.load(at, kind), loop.turned(own, part)
+                    code.store(code.add(f"fadd {kind} {old}, {more}"), at, kind)
+                to = code.address(to, apart)
 
 
 def pull_loop(
@@ -637,12 +701,18 @@ def _changes_of_numbers(
     return {f"d{name}": value for name, value in zip(numbers, found, strict=True)}
 
 
-def _entries(nodes: int) -> list[tuple[int, int, int, int]]:
-    """Return nodes and components of the entries of the lower half of a matrix, by blocks."""
-    return [
+def _rows(nodes: int) -> dict[tuple[int, int, int, int], int]:
+    """Return the entries of the lower half of a matrix, by nodes and components."""
+    entries = (
         (a, b, i, j) for a in range(nodes) for b in range(a + 1)
         for i in range(3) for j in range(3)
-    ]  # fmt: skip
+    )  # fmt: skip
+    return {entry: row for row, entry in enumerate(entries)}
+
+
+def _filled_rows(count: int) -> int:
+    """Return a number of rows that fills squares of lanes."""
+    return -(-count // LANES) * LANES
 
 
 def _of_half(values: Sequence[str], row: int, column: int) -> str:

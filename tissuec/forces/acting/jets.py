@@ -61,7 +61,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 SLIGHT = 1e-6  # of an edge: step of differences
 AT_ONCE = 1_000_000  # pairs of triangles that are examined together
@@ -290,7 +290,7 @@ class Jet(Field, frozen=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return the symmetric part of how forces fall with places [N/m], as they are lit now.
 
         The other part belongs to no energy. Unless it is to be ``exact``, nothing is returned,
@@ -300,11 +300,11 @@ class Jet(Field, frozen=True):
             number: Of each node of the scene among those that may move, -1 for others.
             size: How many may move; the matrix is of shape (3 size, 3 size).
         """
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
         shape, thrust = (3 * size, 3 * size), self.thrust(time)
         if not exact or not thrust > 0.0:
-            return coo_matrix(shape)
+            return csc_matrix(shape)
         axis, met = self.axis(position), self.met(position)
         nodes = self.skin.corners[met]
         corners, elements = position[nodes], _elements(self.skin.parts[met])

@@ -11,7 +11,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 
 class Nodal(Effect, frozen=True):
@@ -42,11 +42,11 @@ class Nodal(Effect, frozen=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return minus the derivative of the forces [N/m]: none."""
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
-        return coo_matrix((3 * size, 3 * size))
+        return csc_matrix((3 * size, 3 * size))
 
     def stiffening(self, time: float, position: Floats) -> Resisting | None:
         """Return None: this force does not depend on displacements."""

@@ -20,7 +20,7 @@ from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
 
 class SymmetryPlanes(Field, frozen=True):
@@ -73,11 +73,11 @@ class SymmetryPlanes(Field, frozen=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return nothing [N/m]: what all else has in it is projected; see ``projection``."""
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
-        return coo_matrix((3 * size, 3 * size))
+        return csc_matrix((3 * size, 3 * size))
 
     def projection(self, number: Indices, size: int) -> "csr_matrix":
         """Return the projection of vectors at nodes into the planes, shape (3 size, 3 size).

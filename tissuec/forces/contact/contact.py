@@ -73,7 +73,7 @@ from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
     from tissuec.forces.potential_kernels import PotentialKernels
 
@@ -444,7 +444,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return the stiffness of pressed contacts [N/m] among the nodes that may move.
 
         Args:
@@ -453,7 +453,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             exact: Whether to include the terms of curved shapes and of shapes that turn, which
                 may be negative; otherwise it is positive semidefinite.
         """
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
         pairs, place = self._nearest(position)
         if not exact:
@@ -465,7 +465,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             return assembled(blocks, number[here], size)
         to = self.between.map(number, size)
         found = assembled(blocks, here, to.shape[0] // 3).tocsr()
-        return coo_matrix(to.T @ found @ to)
+        return csc_matrix(to.T @ found @ to)
 
     def _blocks(
         self, position: Floats, pairs: ContactPairs, place: NearestPlace, *, exact: bool

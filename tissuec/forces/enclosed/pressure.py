@@ -36,7 +36,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
     from tissuec.forces.potential_kernels import PotentialKernels
 
@@ -141,18 +141,18 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return the symmetric part of minus the derivative of the forces [N/m].
 
         It may be negative definite, so that it is left out where it is not ``exact``.
         """
-        from scipy.sparse import coo_matrix
+        from scipy.sparse import csc_matrix
 
         if not exact:
-            return coo_matrix((3 * size, 3 * size))
+            return csc_matrix((3 * size, 3 * size))
         blocks, items = self._blocks(time, position), self.grouped
         even = 0.5 * (blocks + blocks.transpose(0, 3, 4, 1, 2))
-        return coo_matrix(items.points.assembled(even, items.corners, number, size))
+        return csc_matrix(items.points.assembled(even, items.corners, number, size))
 
     def slopes(self, time: float, position: Floats, number: Indices, size: int) -> "csr_matrix":
         """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).

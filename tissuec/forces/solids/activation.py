@@ -39,7 +39,7 @@ from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 #: Limits of the stretch of fibres that pull at any stretch.
 UNLIMITED = (0.0, -inf)
@@ -130,7 +130,7 @@ class Activation(WalledField, frozen=True):
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return ∂²/∂x∂x of the potential [N/m], shape (3 size, 3 size).
 
         Without ``exact``, negative eigenvalues of each line count as zero.

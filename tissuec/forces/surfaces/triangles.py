@@ -26,7 +26,7 @@ from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csc_matrix
 
 #: s_ij of the second derivatives.
 _TURNS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
@@ -183,7 +183,7 @@ class Areas(Struct, frozen=True, eq=False):
         size: int,
         *,
         exact: bool = True,
-    ) -> "coo_matrix":
+    ) -> "csc_matrix":
         """Return Σ T ∂²A/∂x∂x + c ∂A/∂x ∂A/∂xᵀ at a single time [N/m], shape (3 size, 3 size).
 
         It is the second derivative of an energy of areas with dE/dA = T and d²E/dA² = c.
