@@ -7,7 +7,7 @@ import pytest
 
 from tests.autodiff.test_emission import called
 from tests.every import every
-from tissuec.autodiff import Potential, along, exp, gradient, hessian, least, square
+from tissuec.autodiff import Potential, along, exp, gradient, hessian, least, square, unknowns
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph
 from tissuec.autodiff.potentials import TracedItem
@@ -15,7 +15,7 @@ from tissuec.compiled.loops.items import record_loop
 from tissuec.compiled.loops.tables import ItemTable, recorded, room_for
 
 NAMES = ("a", "b", "c")
-#: An iteration ends when a step is below 1e-8, whose square is rounding; so are sums.
+#: An iteration ends when a step is below 1e-6, whose cube is rounding; so are sums.
 ROUNDING = 1e-14
 
 
@@ -53,6 +53,18 @@ def test_the_least_energy_has_its_closed_form_with_derivatives():
     assert (np.abs(slope) < ROUNDING * 10.0 * bend).all()
     found_slopes = evaluate(gradient(found.energy, inputs), here)
     np.testing.assert_allclose(np.broadcast_arrays(*found_slopes), slopes, rtol=ROUNDING)
+
+
+def test_two_rounds_are_enough_from_one_percent_away(monkeypatch):
+    """The error is cubed each time: 1e-2, 1e-6 and rounding, where Newton's would be 1e-8."""
+    monkeypatch.setattr(unknowns, "ROUNDS", 2)
+    graph = Graph()
+    inputs, start = [graph.input(name) for name in NAMES], graph.input("start")
+    found, here = least(lambda z: of_powers(*inputs, z), start), values(50)
+    z, *_ = closed(*here.values())
+    for off in (0.99, 1.01):
+        (at,) = evaluate([found.at], here | {"start": off * z})
+        assert at == pytest.approx(z, rel=ROUNDING)
 
 
 def test_second_and_third_derivatives_follow_from_the_equation_of_the_unknown():

@@ -148,9 +148,13 @@ def _point(
     wide = area
     for each in plane.plastic:
         wide = area / autodiff.sqrt(each.part)  # without what is plastic
-    # The change of thickness per one of area at small strain, where the start is exact.
+    # The change of thickness per one of area at small strain, to whose second order the start
+    # is exact where the wall is stretched alike in all directions and has no fibres.
     thinning = -(p.local - 2.0 / 3.0 * p.shear) / (p.local + 4.0 / 3.0 * p.shear)
-    start = 1.0 + 1.0 / 3.0 * (1.0 + thinning) * (wide - 1.0)
+    rising, grown = 1.0 + thinning, wide - 1.0
+    bent = autodiff.maximum(1.0 + rising / 3.0 - 7.0 / 9.0 * rising * rising, 0.0)
+    below, swollen = 1.0 + bent * autodiff.maximum(grown, 0.0), rising * grown / 3.0
+    start = (below + 2.0 * swollen) / (below + swollen)
     found = autodiff.least(lambda root: _strained(kind, plane, root, p).stored, start)
     here, j = _strained(kind, plane, found.at, p), found.at**3
     loss: Number | float = 0.0
