@@ -23,6 +23,7 @@ from tissuec import autodiff
 from tissuec.autodiff import Numbers, Potential, Vector
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.potentials import TracedItem
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.enclosed.pressed_faces import PressedFaces
@@ -38,6 +39,7 @@ from tissuec.model.profiles import TimeProfile
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix, csr_matrix
 
+    from tissuec.compiled.loops.tables import ItemTable
     from tissuec.forces.potential_kernels import PotentialKernels
 
 
@@ -148,7 +150,7 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
         """
         from scipy.sparse import csc_matrix
 
-        if not exact:
+        if not exact or not self.pressure(time):
             return csc_matrix((3 * size, 3 * size))
         blocks, items = self._blocks(time, position), self.grouped
         even = 0.5 * (blocks + blocks.transpose(0, 3, 4, 1, 2))
@@ -172,9 +174,24 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
 
     def _blocks(self, time: float, position: Floats) -> Floats:
         """Return minus the derivative of the forces of each item, (item, 3, 3, 3, 3)."""
-        items, item = self.grouped, traced_triangle()
-        values = items.inputs(position) | {"a.0": self.pressure(time)}
-        return items.each(item.turning, values).reshape(-1, 3, 3, 3, 3)
+        x = np.ascontiguousarray(self.grouped.points.and_nodes(position), float)
+        kernels, table = self._recorder(len(x))
+        found = kernels.recorded("turning", x.reshape(-1), np.zeros(0), table)
+        return float(self.profile.at(time)[0]) * found.reshape(-1, 3, 3, 3, 3)
+
+    @kept_on_owner(1)
+    def _recorder(self, count: int) -> "tuple[PotentialKernels, ItemTable]":
+        """Return the kernels of triangles where the profile is 1, and their table.
+
+        Args:
+            count: Of nodes and carried points.
+        """
+        from tissuec.forces.potential_kernels import kernels_of  # which costs time
+
+        items, kernels = self.grouped, kernels_of("surfacepressure", _steady_triangle())
+        weight = np.asarray(items.numbers["weight"])
+        columns = np.stack([weight, np.full_like(weight, self.amount)])
+        return kernels, kernels.table(items.corners % count, columns)
 
     # --- tears --------------------------------------------------------------------------------
 
@@ -256,3 +273,9 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
 def traced_triangle() -> TracedItem:
     """Return a triangle; points for a group without sums follow its corners."""
     return TracedItem(_pressed, 3, {"weight": 1}, seen=2, changes=True)
+
+
+@cache
+def _steady_triangle() -> TracedItem:
+    """Return a triangle whose pressure is a number of its own."""
+    return TracedItem(_pressed, 3, {"weight": 1, "amount": 1})
