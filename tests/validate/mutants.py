@@ -234,7 +234,10 @@ HARMLESS = {
     ),
     "turned: touches.kind[shape_of(row, touches)]": "only which shape it is counts",
     **dict.fromkeys(
-        ("_point: start =", "_point: wide ="),
+        tuple(
+            f"_point: {name} ="
+            for name in ("start", "wide", "rising", "grown", "bent", "below", "swollen")
+        ),
         "from where an iteration begins, which ends at the same root",
     ),
     "in_series: 3.0": "a constant part of the energy",

@@ -1,6 +1,7 @@
 """Faults of one part in a hundred in the engine's forces are found by ``validate``."""
 
 import os
+import re
 from importlib import import_module
 from pathlib import Path
 
@@ -43,15 +44,26 @@ def test_some_faults_are_found(scene, texts):
 #: Kernels without forces: derivatives, limits of what breaks and stresses that they read, and
 #: records. Points and bristles of faces are tested against closed forms and the reference in
 #: tests/contact: each mutant takes a minute there.
-NOT_SURVEYED = ("derivatives", "limits", "elements", "record", "bristle")
+#: Fields of potentials trace functions of others.
+NOT_SURVEYED = (
+    "derivatives", "limits", "elements", "record", "bristle",
+    "potential_fields", "pooled_fields",
+)  # fmt: skip
+
+
+#: What makes kernels of functions.
+TRACES = re.compile(r"\bTraced(Item|Point|Pool)\(")
 
 
 def test_every_kernel_of_forces_is_surveyed():
+    folder = Path(forces.__file__).parent
     kernels = {
-        f"tissuec.forces.{path.stem}"
-        for path in Path(forces.__file__).parent.glob("*_kernel.py")
-        if not path.stem.removesuffix("_kernel").endswith(NOT_SURVEYED)
+        ".".join(("tissuec", "forces", *path.relative_to(folder).with_suffix("").parts))
+        for path in folder.rglob("*.py")
+        if (path.match("*_kernel.py") or TRACES.search(path.read_text(encoding="utf-8")))
+        and not path.stem.removesuffix("_kernel").endswith(NOT_SURVEYED)
     }
+    assert {"tissuec.forces.acting.jets_kernel", "tissuec.forces.enclosed.pressure"} <= kernels
     for each in POTENTIALS:
         kernels.add(type(example(each)[0]).__module__)
     assert kernels <= set(FORCES)

@@ -151,9 +151,11 @@ def _point(
     # The change of thickness per one of area at small strain, to whose second order the start
     # is exact where the wall is stretched alike in all directions and has no fibres.
     thinning = -(p.local - 2.0 / 3.0 * p.shear) / (p.local + 4.0 / 3.0 * p.shear)
-    rising, grown = 1.0 + thinning, wide - 1.0
+    rising = 1.0 + thinning
+    grown = wide - 1.0
     bent = autodiff.maximum(1.0 + rising / 3.0 - 7.0 / 9.0 * rising * rising, 0.0)
-    below, swollen = 1.0 + bent * autodiff.maximum(grown, 0.0), rising * grown / 3.0
+    below = 1.0 + bent * autodiff.maximum(grown, 0.0)
+    swollen = rising * grown / 3.0
     start = (below + 2.0 * swollen) / (below + swollen)
     found = autodiff.least(lambda root: _strained(kind, plane, root, p).stored, start)
     here, j = _strained(kind, plane, found.at, p), found.at**3
