@@ -22,6 +22,7 @@ class Writer:
 
     Attributes:
         lanes: Numbers side by side in each value.
+        kind, condition: Types of values and of conditions.
         lines: The text so far.
         block: Label of the block that is written.
         called: Functions of ``compiled.mathematics`` that are called, each with its lanes.
@@ -31,21 +32,13 @@ class Writer:
         self.lanes, self.lines, self.block = lanes, list[str](), "entry"
         self.called: set[tuple[str, int]] = set()
         self._prefix, self._count = prefix, 0
+        self.kind, self.condition = map(self._side_by_side, ("double", "i1"))
+        self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
 
     # --- types and constants --------------------------------------------------------------
 
     def _side_by_side(self, kind: str) -> str:
         return kind if self.lanes == 1 else f"<{self.lanes} x {kind}>"
-
-    @property
-    def kind(self) -> str:
-        """Return the type of values."""
-        return self._side_by_side("double")
-
-    @property
-    def condition(self) -> str:
-        """Return the type of conditions."""
-        return self._side_by_side("i1")
 
     @property
     def size(self) -> int:
@@ -114,8 +107,7 @@ class Writer:
         return self._intrinsic("fma", a, b, c)
 
     def _intrinsic(self, name: str, *values: str) -> str:
-        suffix = "f64" if self.lanes == 1 else f"v{self.lanes}f64"
-        return self.call(f"llvm.{name}.{suffix}", *values)
+        return self.call(f"llvm.{name}.{self._suffix}", *values)
 
     def call(self, name: str, *values: str) -> str:
         """Return the result of a function of values."""
