@@ -217,6 +217,8 @@ HARMLESS = {
     "isochoric: root =": "a step of an iteration, which ends at the same root",
     "share_of: 1.0": "a bound at which the share of fibres is zero, as is its slope",
     "NO_SPRING": "only its sign counts",
+    "SECONDS": "estimates times of evaluations; no force has it",
+    "_plate: x[0][0].graph.number(0.0)": "is zero",
     **dict.fromkeys(
         (
             "pull_groups: runs.block.size - 1",
