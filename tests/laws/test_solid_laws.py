@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
+from tissuec.autodiff.derivatives import gradient
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.graph import Graph
 from tissuec.laws import derivatives
 from tissuec.laws.formula import Variable, exp
 from tissuec.laws.principal import PrincipalSum, power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
+from tissuec.laws.tracing import traced
 from tissuec.laws.uniaxial import OfTension
 from tissuec.validate.forces.solid_laws import derived, slopes_of
 
@@ -95,6 +99,34 @@ def test_sums_of_stretches_have_slopes_where_stretches_coincide(squares, exponen
     stretch = np.sqrt(x)
     own = np.log(stretch) ** 2 if exponent == 0.0 else stretch**exponent - 1.0
     assert energy == pytest.approx(own.sum(), rel=1e-12, abs=1e-14)
+
+
+def test_exponents_that_are_variables_give_the_same_as_numbers():
+    """Slopes are also differentiated by the exponent: against differences in it."""
+    squares = np.array(ALIKE)
+    x = np.column_stack([squares, 1.0 / squares.prod(axis=1)])
+    values = {"i1": x.sum(axis=1), "i2": (1.0 / x).sum(axis=1)}
+    tree = PrincipalSum(Variable("a"))
+    for exponent in (-15.3, -2.0, 0.3, 1.0, 2.0, 4.0, 8.7, 20.0, 40.0):
+        for name in values:
+            found = tree.slope(name).at(values | {"a": exponent})
+            expected = PrincipalSum(exponent).slope(name).at(values) + 0.0 * found
+            size = max(np.abs(expected).max(), abs(exponent))
+            # Squaring eight times makes 256 roundings of one.
+            np.testing.assert_allclose(found, expected, 2e-12, 2e-12 * size)
+
+            def at(step, name=name, exponent=exponent):
+                return PrincipalSum(exponent + step).slope(name).at(values)
+
+            graph = Graph()
+            inputs = {each: graph.input(each) for each in (*values, "a")}
+            by = gradient(traced(tree.slope(name), inputs), [inputs["a"]])
+            (found,) = evaluate(by, values | {"a": exponent})
+            step = 1e-3  # differences of sixth order leave 1e-12 of rounding over 1e-3
+            pairs = zip((45.0, -9.0, 1.0), (1, 2, 3), strict=True)
+            terms = (part * (at(k * step) - at(-k * step)) for part, k in pairs)
+            expected = sum(terms) / (60.0 * step)
+            np.testing.assert_allclose(found, expected, 1e-8, 1e-8 * size)
 
 
 def test_sums_of_stretches_are_known_to_the_reference():

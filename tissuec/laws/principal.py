@@ -17,19 +17,36 @@ stretches from 1/10 to 10, and to 1e-7 up to 30. Other powers follow from x³ = 
 at the zeros. The derivative by q at 0 and 1 gives the sum of squared logarithms. (C. de Boor,
 Divided differences, Surv. Approx. Theory 1:46, 2005; G. H. Golub, J. H. Welsch, Math. Comp.
 23:221, 1969, on Gauss's quadrature.)
+
+An exponent that is learnt is no number here, but a variable. At the zeros, every function of x
+is a polynomial of second degree, of which D is the last coefficient, and products of such
+polynomials are reduced by the equation of the zeros. So x^q = exp(q log x) is found from the
+polynomial of log x, whose coefficients follow from D[x^q log x] at q = -1, 0 and 1, by Taylor's
+series of a small part of the exponent, which is then squared often enough. (A. McCurdy, K. C.
+Ng, B. N. Parlett, Math. Comp. 43:501, 1984.)
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from math import cos, floor, gamma, pi, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.laws.formula import ZERO, Constant, Formula, PartValues, Values, apply
+from tissuec.laws.formula import (
+    ZERO,
+    Constant,
+    Formula,
+    PartValues,
+    Values,
+    Variable,
+    apply,
+)
 from tissuec.laws.solid import I1, I2
 
 _POINTS = 32  # of Gauss's quadrature
+_SQUARINGS, _TERMS = 8, 10  # leave rounding for exponents up to 60 and stretches up to 10
 #: The isochoric principal stretches λ in code.
 STRETCHES = ("l1", "l2", "l3")
 _Z1, _Z2 = I1 - 3.0, I2 - 3.0
@@ -43,17 +60,25 @@ class PrincipalSum(Formula, frozen=True):
     Only its derivatives are compiled. Its code is for people: it names the stretches.
     """
 
-    exponent: float
+    exponent: float | Variable
 
     @property
-    def parts(self) -> tuple[Formula, ...]:
-        return I1, I2
+    def parts(self) -> tuple[Variable, ...]:
+        own = (self.exponent,) if isinstance(self.exponent, Variable) else ()
+        return I1, I2, *own
 
     def from_parts(self, values: Values, of: PartValues) -> NDArray[np.float64]:
         squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
         if self.exponent == 0.0:
             return np.real(0.25 * np.log(squares) ** 2).sum(axis=0)
-        return np.real(squares ** (0.5 * self.exponent) - 1.0).sum(axis=0)
+        exponent = of(self.exponent) if isinstance(self.exponent, Variable) else self.exponent
+        return np.real(squares ** (0.5 * exponent) - 1.0).sum(axis=0)
+
+    def by_exponent(self, values: Values) -> NDArray[np.float64]:
+        """Return Σ λ^α log λ, the derivative by an exponent that is a variable."""
+        squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
+        power = squares ** (0.5 * values[self.parts[-1].name])
+        return np.real(power * 0.5 * np.log(squares)).sum(axis=0)
 
     def slope(self, name: str) -> Formula:
         return _slopes(self.exponent)[name == I2.name] if name in (I1.name, I2.name) else ZERO
@@ -71,7 +96,7 @@ class PrincipalSum(Formula, frozen=True):
         return stretch**self.exponent + 2.0 * stretch ** (-0.5 * self.exponent) - 3.0
 
 
-def power_sum(exponent: float) -> Formula:
+def power_sum(exponent: float | Variable) -> Formula:
     """Return Σ (λ^α - 1) over the isochoric principal stretches λ.
 
     Args:
@@ -86,8 +111,11 @@ def squared_logarithms() -> Formula:
 
 
 @cache
-def _slopes(exponent: float) -> tuple[Formula, Formula]:
+def _slopes(exponent: float | Variable) -> tuple[Formula, Formula]:
     """Return the derivatives of a sum by I1 and I2."""
+    if isinstance(exponent, Variable):
+        half = 0.5 * exponent
+        return half * VariableDifference(half, 1), -half * VariableDifference(half, 0)
     p = 0.5 * exponent
     if exponent == 0.0:
         return 0.5 * _logarithmic(1), -0.5 * _logarithmic(0)
@@ -113,8 +141,64 @@ def _difference(q: float) -> Formula:
 
 
 def _logarithmic(q: int) -> Formula:
-    """Return D[x^q log x] for q = 0 or 1, the derivative of D[x^q] by q."""
+    """Return D[x^q log x] for q = -1, 0 or 1, the derivative of D[x^q] by q."""
     return (q - 0.5) + cos(pi * q) * _integrals(-1.0)[q + 1]
+
+
+class VariableDifference(Formula, frozen=True):
+    """D[x^(q + n)], where q is a formula; it is differentiated where it is compiled.
+
+    Attributes:
+        power: q.
+        more: n, 0 or 1.
+    """
+
+    power: Formula
+    more: int
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.power, *_of_logarithm()
+
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        z1, z2, (below, last, above) = of(_Z1), of(_Z2), map(of, _of_logarithm())
+        # log x by powers of x - 1, of which D gives the coefficients by those of x.
+        log = below + above - last * (z1 + 2.0), above - last * (z1 + 1.0), last
+        part = [of(self.power) * 2.0**-_SQUARINGS * each for each in log]
+        found: Sequence[Any] = (1.0, 0.0, 0.0)
+        for k in range(_TERMS, 0, -1):
+            free, once, twice = _times([each / k for each in part], found, z1, z2)
+            found = 1.0 + free, once, twice
+        for _ in range(_SQUARINGS):
+            found = _times(found, found, z1, z2)
+        _, once, twice = found
+        return twice + once + twice * z1 if self.more else twice
+
+
+def _times(one: Sequence[Any], other: Sequence[Any], z1: Any, z2: Any) -> tuple[Any, Any, Any]:
+    """Return the product of polynomials at the zeros, by powers of z = x - 1.
+
+    There, z³ = (I1 - 3) z² + (2 (I1 - 3) - (I2 - 3)) z + (I1 - 3) - (I2 - 3).
+
+    Args:
+        one, other: Three coefficients each.
+        z1, z2: I1 - 3 and I2 - 3.
+    """
+    (a, b, c), (d, e, f) = one, other
+    free, once = z1 - z2, 2.0 * z1 - z2
+    fourth = c * f
+    third = b * f + c * e + z1 * fourth
+    return (
+        a * d + third * free,
+        a * e + b * d + third * once + fourth * free,
+        a * f + b * e + c * d + third * z1 + fourth * once,
+    )
+
+
+@cache
+def _of_logarithm() -> tuple[Formula, Formula, Formula]:
+    """Return D[x^q log x] for q = -1, 0 and 1."""
+    return _logarithmic(-1), _logarithmic(0), _logarithmic(1)
 
 
 @cache

@@ -1,7 +1,6 @@
 """Constants of laws of solids that are numbers of elements, so that they can be learnt.
 
-A law has a variable in the place of such a constant. Those that decide how the energy is
-computed, such as exponents of Ogden's law, stay numbers.
+A law has a variable in the place of such a constant.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,7 +47,7 @@ def differing(laws: Sequence[SolidLaw], others: Sequence[SolidLaw]) -> list[Plac
             one, another = (getattr(own, each.name) for own in (law, other))
             if one == another:
                 continue
-            if not isinstance(one, float | int) or each.name in getattr(law, "numbers", ()):
+            if not isinstance(one, float | int):
                 raise ValueError(f'"{each.name}" stays a number')
             found.append(PlacedConstant(number, each.name))
     return found

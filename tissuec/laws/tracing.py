@@ -20,7 +20,7 @@ from tissuec.laws.formula import (
     VariablePower,
 )
 from tissuec.laws.formula import variables as names_in
-from tissuec.laws.principal import PrincipalSum
+from tissuec.laws.principal import PrincipalSum, VariableDifference
 
 _FUNCTIONS: Mapping[str, Callable[[Number], Number]] = {
     "exp": autodiff.exp, "log": autodiff.log, "sqrt": autodiff.sqrt, "sin": autodiff.sin,
@@ -93,10 +93,12 @@ def _value(
             return autodiff.where(of(test) < 0.0, of(below), of(above))
         case Spline():
             return _spline(formula, of(formula.argument))
-        case PrincipalSum(exponent):
-            value, rule = _principal(exponent)
+        case PrincipalSum():
+            value, rule = _principal(formula)
             arguments = [of(part) for part in formula.parts]
             return autodiff.ruled(autodiff.in_arrays(value, arguments), arguments, rule)
+        case VariableDifference():
+            return formula.from_parts(variables, of)
         case _:
             raise TypeError(f"{type(formula).__name__} cannot be traced")
 
@@ -113,14 +115,21 @@ def _spline(spline: Spline, x: Number) -> Number:
 
 
 @cache
-def _principal(exponent: float) -> tuple[Callable[..., Any], Callable[..., Sequence[Number]]]:
+def _principal(
+    formula: PrincipalSum,
+) -> tuple[Callable[..., Any], Callable[..., Sequence[Number]]]:
     """Return the value of a sum over principal stretches, and the rule of its derivatives."""
-    formula = PrincipalSum(exponent)
+    names = [part.name for part in formula.parts]
 
-    def value(i1: Any, i2: Any) -> Any:
-        return formula.at({"i1": i1, "i2": i2})
+    def value(*arguments: Any) -> Any:
+        return formula.at(dict(zip(names, arguments, strict=True)))
 
-    def rule(_: Number, i1: Number, i2: Number) -> Sequence[Number]:
-        return [traced(formula.slope(name), {"i1": i1, "i2": i2}) for name in ("i1", "i2")]
+    def by_exponent(*arguments: Any) -> Any:
+        return formula.by_exponent(dict(zip(names, arguments, strict=True)))
+
+    def rule(_: Number, *arguments: Number) -> Sequence[Number]:
+        given = dict(zip(names, arguments, strict=True))
+        slopes = [traced(formula.slope(name), given) for name in names[:2]]
+        return [*slopes, *(autodiff.in_arrays(by_exponent, arguments) for _ in names[2:])]
 
     return value, rule

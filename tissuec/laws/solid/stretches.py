@@ -1,6 +1,6 @@
 """Solids whose energy depends on powers or logarithms of their principal stretches."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from msgspec import Struct
 
@@ -36,12 +36,10 @@ class Ogden(Struct, frozen=True):
     third_exponent: _Exponent = 2.0
     third_share: _Share = 0.0
 
-    #: How sums over stretches are computed depends on them.
-    numbers: ClassVar = ("exponent", "second_exponent", "third_exponent")
-
     def __post_init__(self) -> None:
-        for name in self.numbers:
-            if abs(getattr(self, name)) < LEAST:
+        for name in ("exponent", "second_exponent", "third_exponent"):
+            exponent: float | Formula = getattr(self, name)
+            if not isinstance(exponent, Formula) and abs(exponent) < LEAST:
                 written = name.replace("_", " ")
                 raise ValueError(
                     f'"{written}" must be at least {LEAST} or at most -{LEAST}; '
