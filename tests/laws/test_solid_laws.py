@@ -140,13 +140,26 @@ def test_sums_of_stretches_are_known_to_the_reference():
 
 
 def test_the_solid_of_a_curve_is_known_to_the_reference():
-    """Its formula is a spline of i1, here before, within and behind its places."""
+    """Before rest, at rest, within the curve and behind it."""
     strain = Variable("strain")
-    tree = OfTension(5e3 / 3.0 * (exp(3.0 * strain) - 1.0), 5e3).energy()
-    i1 = np.array([2.9, 3.0, 3.05, 3.4, 9.0, 30.0])
-    values = {"i1": i1, "i2": np.full(6, 3.0)}
-    value, slope = derived(tree, values, "i1")
-    np.testing.assert_allclose(value, tree.at(values), rtol=1e-12, atol=1e-14)
-    np.testing.assert_allclose(slope, tree.slope("i1").at(values), rtol=1e-12)
-    beside = derived(tree, {**values, "i1": i1 + 1e-30j}, "i1")[0]
-    np.testing.assert_allclose(np.imag(beside) / 1e-30, slope, rtol=1e-12)
+    law = OfTension(5e3 / 3.0 * (exp(3.0 * strain) - 1.0), 5e3)
+    tree, i1 = law.energy(), np.array([2.9, 3.0, 3.05, 3.4, 9.0, 30.0])
+    slope, none = slopes_of(law)(i1, 0.0 * i1)
+    assert not none.any()
+    # At rest, the curve is that of a strain of 1e-7, with rounding over it.
+    np.testing.assert_allclose(tree.slope("i1").at({"i1": i1}), slope, rtol=1e-9)
+    np.testing.assert_allclose(tree.slope("i1").at({"i1": i1[2:]}), slope[2:], rtol=1e-11)
+    beside = np.imag(slopes_of(law)(i1 + 1e-30j, 0.0 * i1)[0]) / 1e-30
+    np.testing.assert_allclose(
+        tree.slope("i1").slope("i1").at({"i1": i1[2:]}), beside[2:], 1e-10
+    )
+    # The energy is the integral of its slope: the curve bends, and then is straight.
+    places, weights = np.polynomial.legendre.leggauss(60)
+    for end in (3.05, 3.4, 9.0, 16.5, 30.0):
+        last = np.sqrt(min(end, 16.5) - 3.0)
+        u = last * (0.5 + 0.5 * places)  # √z, of which slopes are smooth
+        whole = (
+            0.5 * last * weights * 2.0 * u * tree.slope("i1").at({"i1": 3.0 + u * u})
+        ).sum()
+        whole += max(end - 16.5, 0.0) * float(tree.slope("i1").at({"i1": 30.0}))
+        assert float(tree.at({"i1": end})) == pytest.approx(whole, rel=1e-12)

@@ -17,7 +17,7 @@ set foot = nodes of cube where x < 1 mm
 set end = nodes of cube where x > 19 mm
 environment {{ gravity = (0, 0, 0) m/s^2; mass damping = 100 Hz }}
 script {{
-  at 0 s: fix foot
+  {of_script}at 0 s: fix foot
   from 0 s to 10 ms: move end by (3, 0.5, 0) mm using smooth profile
 }}
 simulate {{ duration = 30 ms; tolerance = 1e-6 }}
@@ -42,6 +42,19 @@ CASES = {
         "retardation time = 1 ms; prestress = {}; solid law is yeoh {{ second = {} }}",
         "prestress along (1, 0, 0)",
         {"prestress": (0.04, 0.08), "second": (0.2, 0.4)},
+    ),
+    "activation": (
+        SOLID,
+        "retardation time = 1 ms; fibre modulus = {}",
+        "fibres = (1, 0.2, 0)",
+        {"fibre modulus": (7e4, 9e4)},
+    ),
+    "prestress of a wall": (
+        WALL,
+        "retardation time = 1 ms; fibre modulus = 70 kPa; relaxing share = 0.2; "
+        "relaxation time = 5 ms; prestress = {}; solid law is ogden {{ exponent = {} }}",
+        "thickness = 1 mm; fibres = (1, 0.2, 0); prestress along (1, 0, 0)",
+        {"prestress": (0.04, 0.08), "exponent": (5.0, 7.0)},
     ),
     "fibres": (
         SOLID,
@@ -75,9 +88,14 @@ def text(name, column, learnt=""):
     """Return a scene at the start (0) or in truth (1)."""
     mesh, of_tissue, of_body, numbers = CASES[name]
     values = [f"{pair[column]!r}{UNITS.get(what, '')}" for what, pair in numbers.items()]
-    young = (15, 20)[column]
+    young, of_script = (15, 20)[column], ""
+    if name == "activation":
+        active = "activate cube with 4 kPa over 60 % to 160 % using smooth profile"
+        of_script = f"from 0 s to 20 ms: {active}; "
     of_tissue = of_tissue.format(*values)
-    scene = CUBE.format(young=young, mesh=mesh, of_tissue=of_tissue, of_body=of_body)
+    scene = CUBE.format(
+        young=young, mesh=mesh, of_tissue=of_tissue, of_body=of_body, of_script=of_script
+    )
     return f"{scene}{learnt}"
 
 
@@ -112,6 +130,7 @@ def write(folder, name, fit, more=""):
     ("name", "fit", "more"),
     [
         ("branches", OVER_TIME, ""),
+        ("activation", OVER_TIME, ""),
         ("prestress", OVER_WAY, ""),
         *(
             pytest.param(*case, marks=pytest.mark.slow)
@@ -119,9 +138,12 @@ def write(folder, name, fit, more=""):
                 ("prestress", OVER_TIME, "integrator is esdirk43; step = 1 ms"),
                 ("branches", OVER_TIME, "integrator is esdirk43; step = 1 ms"),
                 ("wall", OVER_TIME, ""),
+                ("prestress of a wall", OVER_TIME, ""),
+                ("prestress of a wall", OVER_WAY, ""),
                 ("flow", OVER_TIME, ""),
                 ("branches", OVER_WAY, ""),
                 ("fibres", OVER_WAY, ""),
+                ("activation", OVER_WAY, ""),
                 ("wall", OVER_WAY, ""),
             )
         ),

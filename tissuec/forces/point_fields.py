@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
-#: Returns the traced points of elements that have something.
-Tracing = Callable[[SolidKind], TracedPoint]
+#: Returns the traced points of elements of a kind, such as a ``SolidKind``.
+Tracing = Callable[[Any], TracedPoint]
 
 
 class PointField(ElementField, frozen=True, dict=True):
@@ -69,8 +69,9 @@ class PointField(ElementField, frozen=True, dict=True):
             they are those without branches and before any flow.
         constants: Of laws, which have variables in their places; see ``points_derivatives``;
             shape (element, constant).
-        stretches: F0 of solids, row by row, where it is not part of ∂N/∂X, shape (element, 9);
-            without, shape (element, 0).
+        stretches: F0, row by row, where it is not part of ∂N/∂X, shape (element, 9), and for
+            walls the ratio of volumes without stress to ``weights``, which then are as drawn,
+            shape (element, 5); without, shape (element, 0).
     """
 
     directions: ClassVar[int] = 3
@@ -179,13 +180,9 @@ class PointField(ElementField, frozen=True, dict=True):
         return gradients[row]
 
     @property
+    @abstractmethod
     def with_stretches(self) -> Self:
-        """Return the elements with ``stretches``.
-
-        Raises:
-            ValueError: The prestretch changes more than ∂N/∂X.
-        """
-        raise ValueError("the prestretch changes volumes")
+        """Return the elements with ``stretches``."""
 
     def deformations(self, position: Floats) -> Floats:
         """Return F, with prestretch, at all points, shape (…, element, point, 3, direction).
@@ -796,7 +793,7 @@ def limit_kernel(
 
 
 @cache
-def force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+def force_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
     """Return the kernel that adds forces, rates and powers of elements."""
     return GeneratedKernel(
         "points_forces", lambda name: force_loop(name, traced(kind), nodes, points)
@@ -804,7 +801,7 @@ def force_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> G
 
 
 @cache
-def matrix_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> GeneratedKernel:
+def matrix_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
     """Return the kernel that adds the matrices of elements to the blocks of a matrix."""
     return GeneratedKernel(
         "points_matrices", lambda name: matrix_loop(name, traced(kind), nodes, points)
@@ -813,7 +810,7 @@ def matrix_kernel(traced: Tracing, kind: SolidKind, nodes: int, points: int) -> 
 
 @cache
 def derivative_kernel(
-    loop: Callable[..., LoopText], traced: Tracing, kind: SolidKind, learnt: tuple[str, ...],
+    loop: Callable[..., LoopText], traced: Tracing, kind: Any, learnt: tuple[str, ...],
     nodes: int, points: int,
 ) -> GeneratedKernel:  # fmt: skip
     """Return the kernel of ``pull_loop`` or ``push_loop``."""

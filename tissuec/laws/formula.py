@@ -100,6 +100,24 @@ class Constant(Formula, frozen=True):
         return f"({self.value!r})"
 
 
+class Given(Formula, frozen=True):
+    """A number of a law that learning may change, which no operation is computed with at once.
+
+    So a formula has it in the same places whatever its value is.
+    """
+
+    value: float
+
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        return self.value
+
+    def slope(self, name: str) -> Formula:
+        return ZERO
+
+    def code(self) -> str:
+        return f"({self.value!r})"
+
+
 class Variable(Formula, frozen=True):
     name: str
 
@@ -293,21 +311,37 @@ class Spline(Formula, frozen=True):
     """
 
     argument: Formula
-    places: tuple[float, ...]
-    pieces: tuple[tuple[float, float, float, float], ...]
-    before: float
+    places: "tuple[float | Variable, ...]"
+    pieces: "tuple[tuple[float | Variable, ...], ...]"
+    before: "float | Variable"
 
     @property
     def parts(self) -> tuple[Formula, ...]:
-        return (self.argument,)
+        rows = (self.places, *self.pieces, (self.before,))
+        numbers = (each for row in rows for each in row if isinstance(each, Formula))
+        return self.argument, *numbers
 
     def from_parts(self, values: Values, of: PartValues) -> Any:
-        x, places = np.asarray(of(self.argument), dtype=float), np.array(self.places)
-        piece = np.maximum(np.searchsorted(places, x, side="right") - 1, 0)
-        value, slope, bend, twist = np.array(self.pieces)[piece].transpose(-1, *range(x.ndim))
-        z = x - places[piece]
-        inside = value + z * (slope + z * (bend + z * twist))
-        return np.where(x < places[0], self.pieces[0][0] + self.before * z, inside)
+        return self.value(of, lambda x, place, below, above: np.where(x < place, below, above))
+
+    def value(self, of: PartValues, where: Callable[[Any, Any, Any, Any], Any]) -> Any:
+        """Return the value of the piece that the argument is in.
+
+        Args:
+            of: Returns the value of a part.
+            where: Takes a number, a limit, and what is chosen below it and from it on.
+        """
+
+        def number(each: float | Variable) -> Any:
+            return of(each) if isinstance(each, Formula) else each
+
+        x, first = of(self.argument), number(self.places[0])
+        found = number(self.pieces[0][0]) + number(self.before) * (x - first)
+        for place, piece in zip(map(number, self.places), self.pieces, strict=True):
+            value, slope, bend, twist = map(number, piece)
+            z = x - place
+            found = where(x, place, found, value + z * (slope + z * (bend + z * twist)))
+        return found
 
     def slope(self, name: str) -> Formula:
         steeper = tuple((b, 2.0 * c, 3.0 * d, 0.0) for _, b, c, d in self.pieces)

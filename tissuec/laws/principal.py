@@ -74,13 +74,9 @@ class PrincipalSum(Formula, frozen=True):
         exponent = of(self.exponent) if isinstance(self.exponent, Variable) else self.exponent
         return np.real(squares ** (0.5 * exponent) - 1.0).sum(axis=0)
 
-    def by_exponent(self, values: Values) -> NDArray[np.float64]:
-        """Return Σ λ^α log λ, the derivative by an exponent that is a variable."""
-        squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
-        power = squares ** (0.5 * values[self.parts[-1].name])
-        return np.real(power * 0.5 * np.log(squares)).sum(axis=0)
-
     def slope(self, name: str) -> Formula:
+        if isinstance(self.exponent, Variable) and name == self.exponent.name:
+            return SumByExponent(self.exponent)
         return _slopes(self.exponent)[name == I2.name] if name in (I1.name, I2.name) else ZERO
 
     def code(self) -> str:
@@ -94,6 +90,21 @@ class PrincipalSum(Formula, frozen=True):
         if self.exponent == 0.0:
             return 1.5 * apply("log", (stretch,)) ** 2.0
         return stretch**self.exponent + 2.0 * stretch ** (-0.5 * self.exponent) - 3.0
+
+
+class SumByExponent(Formula, frozen=True):
+    """Σ λ^α log λ, of which nothing is compiled."""
+
+    exponent: Variable
+
+    @property
+    def parts(self) -> tuple[Variable, ...]:
+        return I1, I2, self.exponent
+
+    def from_parts(self, values: Values, of: PartValues) -> NDArray[np.float64]:
+        squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
+        power = squares ** (0.5 * of(self.exponent))
+        return np.real(power * 0.5 * np.log(squares)).sum(axis=0)
 
 
 def power_sum(exponent: float | Variable) -> Formula:

@@ -1,29 +1,34 @@
 """Constants of laws of solids that are numbers of elements, so that they can be learnt.
 
-A law has a variable in the place of such a constant.
+A law has a variable in the place of such a constant: of a field, or of a number in its formula.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from msgspec.structs import fields
+from msgspec import Struct
 
 from tissuec.core.structs import replace
 from tissuec.laws.derivatives import energy
-from tissuec.laws.formula import Variable
+from tissuec.laws.formula import Constant, Given, Power, Variable
 from tissuec.laws.solid import SolidLaw
 
 #: Invariants of stretched and of sheared solids, at which energies are compared.
 _STATES = {"i1": np.array([3.01, 3.4, 5.0]), "i2": np.array([3.01, 3.3, 4.2])}
 _SAME = 1e-9  # of energies: what follows from moduli in two ways differs by rounding
 
+_ANY = Variable("any number")
+
+#: Names of fields, and places in tuples, that lead to a number.
+Path: TypeAlias = tuple[str | int, ...]
+
 
 class PlacedConstant(NamedTuple):
-    """A constant: the number of its law among several, and its name in the law."""
+    """A constant: the number of its law among several, and where it is in the law."""
 
     law: int
-    name: str
+    path: Path
 
 
 def constant_name(number: int) -> str:
@@ -35,22 +40,36 @@ def differing(laws: Sequence[SolidLaw], others: Sequence[SolidLaw]) -> list[Plac
     """Return the constants in which laws differ from others of the same kinds.
 
     Raises:
-        ValueError: They differ in more, or in constants that stay numbers.
+        ValueError: They differ in more.
     """
     found: list[PlacedConstant] = []
     for number, (law, other) in enumerate(zip(laws, others, strict=True)):
         if law == other or _are_same(law, other):
             continue
-        if type(law) is not type(other):
+        ours, theirs = dict(_numbers(law)), dict(_numbers(other))
+        own, their = (
+            _with(one, dict.fromkeys(names, _ANY))
+            for one, names in ((law, ours), (other, theirs))
+        )
+        if type(law) is not type(other) or own != their:
             raise ValueError("laws of different kinds")
-        for each in fields(type(law)):  # pyright: ignore[reportArgumentType]  # all are Structs
-            one, another = (getattr(own, each.name) for own in (law, other))
-            if one == another:
-                continue
-            if not isinstance(one, float | int):
-                raise ValueError(f'"{each.name}" stays a number')
-            found.append(PlacedConstant(number, each.name))
+        found += (PlacedConstant(number, path) for path in ours if ours[path] != theirs[path])
     return found
+
+
+def constant_at(laws: Sequence[SolidLaw], place: PlacedConstant) -> float:
+    """Return the value of a constant, in SI units."""
+    return dict(_numbers(laws[place.law]))[place.path]
+
+
+def with_variables(
+    laws: Sequence[SolidLaw], places: Sequence[PlacedConstant]
+) -> tuple[SolidLaw, ...]:
+    """Return laws with variables for some constants, which are numbered in this order."""
+    new: list[dict[Path, Any]] = [{} for _ in laws]
+    for k, place in enumerate(places):
+        new[place.law][place.path] = Variable(constant_name(k))
+    return tuple(_with(law, own) for law, own in zip(laws, new, strict=True))
 
 
 def _are_same(law: SolidLaw, other: SolidLaw) -> bool:
@@ -58,33 +77,33 @@ def _are_same(law: SolidLaw, other: SolidLaw) -> bool:
     return bool(np.allclose(*values, rtol=_SAME, atol=0.0))
 
 
-def with_variables(
-    laws: Sequence[SolidLaw], places: Sequence[PlacedConstant]
-) -> tuple[SolidLaw, ...]:
-    """Return laws with variables for some constants, which are numbered in this order."""
-    return _with(laws, {place: Variable(constant_name(k)) for k, place in enumerate(places)})
+def _inner(part: Any) -> dict[str | int, Any]:
+    """Return what a law, a formula or a tuple is made of, by its place there."""
+    if isinstance(part, tuple):
+        return dict(enumerate(part))
+    if not isinstance(part, Struct):
+        return {}
+    # Exponents that are learnt are formulas.
+    names = ("base",) if isinstance(part, Power) else part.__struct_fields__
+    return {name: getattr(part, name) for name in names}
 
 
-def places_in(laws: Sequence[SolidLaw]) -> list[PlacedConstant]:
-    """Return the constants that variables stand for, in the order of their numbers."""
-    found: dict[str, PlacedConstant] = {}
-    for number, law in enumerate(laws):
-        for each in fields(type(law)):  # pyright: ignore[reportArgumentType]  # all are Structs
-            value = getattr(law, each.name)
-            if isinstance(value, Variable):
-                found[value.name] = PlacedConstant(number, each.name)
-    return [found[constant_name(k)] for k in range(len(found))]
+def _numbers(part: Any, path: Path = ()) -> Iterator[tuple[Path, float]]:
+    """Yield the numbers in a law, with where they are."""
+    if isinstance(part, Constant | Given):
+        yield path, part.value
+    elif isinstance(part, float | int):
+        yield path, float(part)
+    else:
+        for name, each in _inner(part).items():
+            yield from _numbers(each, (*path, name))
 
 
-def with_constants(laws: Sequence[SolidLaw], values: Sequence[float]) -> tuple[SolidLaw, ...]:
-    """Return laws with numbers in place of their variables, in the order of these."""
-    return _with(laws, dict(zip(places_in(laws), values, strict=True)))
-
-
-def _with(
-    laws: Sequence[SolidLaw], values: Mapping[PlacedConstant, Any]
-) -> tuple[SolidLaw, ...]:
-    found = list[Any](laws)
-    for place, value in values.items():
-        found[place.law] = replace(found[place.law], **{place.name: value})
-    return tuple(found)
+def _with(part: Any, new: Mapping[Path, Any], path: Path = ()) -> Any:
+    """Return a law with others in the places of some of its numbers."""
+    if path in new:
+        return new[path]
+    inner = {name: _with(each, new, (*path, name)) for name, each in _inner(part).items()}
+    if isinstance(part, tuple):
+        return tuple(inner.values())
+    return replace(part, **inner) if inner else part

@@ -11,6 +11,7 @@ from tissuec.laws.formula import (
     Choice,
     Constant,
     Formula,
+    Given,
     Power,
     Product,
     Quotient,
@@ -20,7 +21,8 @@ from tissuec.laws.formula import (
     VariablePower,
 )
 from tissuec.laws.formula import variables as names_in
-from tissuec.laws.principal import PrincipalSum, VariableDifference
+from tissuec.laws.principal import PrincipalSum, SumByExponent, VariableDifference
+from tissuec.laws.uniaxial import TensionEnergy, TensionStrain
 
 _FUNCTIONS: Mapping[str, Callable[[Number], Number]] = {
     "exp": autodiff.exp, "log": autodiff.log, "sqrt": autodiff.sqrt, "sin": autodiff.sin,
@@ -73,7 +75,7 @@ def _value(
     formula: Formula, of: Callable[[Formula], Number], variables: Mapping[str, Number]
 ) -> Number | float:
     match formula:
-        case Constant(value):
+        case Constant(value) | Given(value):
             return value
         case Variable(name):
             return variables[name]
@@ -92,44 +94,36 @@ def _value(
         case Choice(test, above, below):
             return autodiff.where(of(test) < 0.0, of(below), of(above))
         case Spline():
-            return _spline(formula, of(formula.argument))
-        case PrincipalSum():
-            value, rule = _principal(formula)
+            return formula.value(of, _chosen)
+        case PrincipalSum() | TensionEnergy():
+            value, rule = _by_slopes(formula)
             arguments = [of(part) for part in formula.parts]
             return autodiff.ruled(autodiff.in_arrays(value, arguments), arguments, rule)
-        case VariableDifference():
+        case SumByExponent():
+            value, _ = _by_slopes(formula)
+            return autodiff.in_arrays(value, [of(part) for part in formula.parts])
+        case VariableDifference() | TensionStrain():
             return formula.from_parts(variables, of)
         case _:
             raise TypeError(f"{type(formula).__name__} cannot be traced")
 
 
-def _spline(spline: Spline, x: Number) -> Number:
-    """Return the value of the piece that a number is in."""
-    first, *_ = spline.places
-    found = spline.pieces[0][0] + spline.before * (x - first)
-    for place, (value, slope, bend, twist) in zip(spline.places, spline.pieces, strict=True):
-        z = x - place
-        piece = value + z * (slope + z * (bend + z * twist))
-        found = autodiff.where(x < place, found, piece)
-    return found
+def _chosen(x: Number, place: Number | float, below: Number, above: Number) -> Number:
+    return autodiff.where(x < place, below, above)
 
 
 @cache
-def _principal(
-    formula: PrincipalSum,
+def _by_slopes(
+    formula: PrincipalSum | SumByExponent | TensionEnergy,
 ) -> tuple[Callable[..., Any], Callable[..., Sequence[Number]]]:
-    """Return the value of a sum over principal stretches, and the rule of its derivatives."""
+    """Return the value of an energy of which only slopes are compiled, and their rule."""
     names = [part.name for part in formula.parts]
 
     def value(*arguments: Any) -> Any:
         return formula.at(dict(zip(names, arguments, strict=True)))
 
-    def by_exponent(*arguments: Any) -> Any:
-        return formula.by_exponent(dict(zip(names, arguments, strict=True)))
-
     def rule(_: Number, *arguments: Number) -> Sequence[Number]:
         given = dict(zip(names, arguments, strict=True))
-        slopes = [traced(formula.slope(name), given) for name in names[:2]]
-        return [*slopes, *(autodiff.in_arrays(by_exponent, arguments) for _ in names[2:])]
+        return [traced(formula.slope(name), given) for name in names]
 
     return value, rule

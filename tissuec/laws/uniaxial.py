@@ -10,7 +10,7 @@ and compression, so that the stiffness grows linearly with the stress (Y. C. Fun
 Physiol. 213:1532, 1967).
 """
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Struct
@@ -18,12 +18,29 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.laws import MODULUS, STRAIN, of_stress
-from tissuec.laws.formula import Formula, Spline, exp
+from tissuec.laws.formula import (
+    ZERO,
+    Choice,
+    Constant,
+    Formula,
+    Given,
+    PartValues,
+    Values,
+    Variable,
+    apply,
+    exp,
+    replaced,
+    variables,
+)
 from tissuec.laws.solid import I1
 
 LARGEST = 4.0  # stretch up to which the curve is followed; beyond, dW/dI1 stays
-PIECES = 160  # of the curve: errors of the stress are below 1e-6 for exponential ones
-_POINTS = 6  # of Gauss's quadrature on each
+_REACH = LARGEST**2 + 2.0 / LARGEST - 3.0
+_NEAR = 3e-14  # of I1 - 3: at rest, σ/ε is that of a strain of 1e-7
+_ROUNDS = 4  # of Newton's iteration, which leave rounding
+PIECES = 160  # of the curve, each of which is integrated by Gauss's quadrature
+_POINTS = 6
+_Z = apply("min", (apply("max", (I1 - 3.0, ZERO)), Constant(_REACH))) + _NEAR
 
 
 class OfTension(Struct, frozen=True):
@@ -35,40 +52,89 @@ class OfTension(Struct, frozen=True):
     """
 
     stress: Formula
-    modulus: float
+    modulus: float | Variable
 
     def energy(self) -> Formula:
-        """Return 3/E ∫ σ dλ as a curve of i1."""
-        strain = (LARGEST - 1.0) * (np.arange(PIECES + 1) / PIECES) ** 1.5
-        places, weights = np.polynomial.legendre.leggauss(_POINTS)
-        width = np.diff(strain)
-        inner = strain[:-1, None] + width[:, None] * (0.5 + 0.5 * places)
-        work = (self._at(inner) * 0.5 * weights).sum(axis=1) * width
-        stretch = 1.0 + strain
-        z = stretch**2 + 2.0 / stretch - 3.0
-        z[0] = 0.0
-        value = 3.0 / self.modulus * np.append(0.0, np.cumsum(work))
-        slope = np.empty_like(z)
-        slope[1:] = self._at(strain[1:]) / (stretch - stretch**-2)[1:]
-        tiny = 1e-6 * strain[1]
-        slope[0] = self._at(np.array([tiny]))[0] / (3.0 * tiny)
-        slope *= 1.5 / self.modulus
-        long = np.diff(z)
-        secant = np.diff(value) / long
-        bend = (3.0 * secant - 2.0 * slope[:-1] - slope[1:]) / long
-        twist = (slope[:-1] + slope[1:] - 2.0 * secant) / long**2
-        pieces = np.column_stack([value[:-1], slope[:-1], bend, twist])
-        rows = [*pieces.tolist(), [value[-1], slope[-1], 0.0, 0.0]]
-        return Spline(
-            I1 - 3.0,
-            tuple(z.tolist()),
-            tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows),
-            float(slope[0]),
-        )
+        """Return 3/E ∫ σ dλ as a formula of i1."""
+        return 3.0 / self.modulus * TensionEnergy(self.stress)
 
-    def _at(self, strain: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> np.ndarray:
-        found = self.stress.at({"strain": strain})
-        return np.broadcast_to(np.asarray(found, dtype=float), strain.shape)
+
+class TensionStrain(Formula, frozen=True):
+    """λ - 1 > 0 with λ² + 2/λ = I1, up to a limit.
+
+    With z = I1 - 3 and λ - 1 = s √z, this is s³ √z + 3 s² - s √z - 1 = 0, where s lies between
+    √(1/3) and 1.
+    """
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return (_Z,)
+
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        root = of(_Z) ** 0.5
+        s = ((1.0 + 0.7 * root) / (3.0 + 0.7 * root)) ** 0.5
+        for _ in range(_ROUNDS):
+            strain = s * root
+            s = s - (s * s * (3.0 + strain) - strain - 1.0) / (s * (6.0 + 3.0 * strain) - root)
+        return s * root
+
+    def slope(self, name: str) -> Formula:
+        inside = Choice(_REACH + 3.0 - I1, _BY_FIRST, ZERO)
+        return Choice(I1 - 3.0, inside, ZERO) if name == I1.name else ZERO
+
+    def code(self) -> str:
+        return "tension"
+
+
+_STRAIN = TensionStrain()
+_BY_FIRST = (1.0 + _STRAIN) ** 2.0 / (2.0 * _STRAIN * (3.0 + _STRAIN * (3.0 + _STRAIN)))
+
+
+class TensionEnergy(Formula, frozen=True):
+    """∫ σ dλ as a function of I1; only its derivatives are compiled.
+
+    Attributes:
+        stress: Of ``strain``, in any unit.
+    """
+
+    stress: Formula
+
+    @property
+    def parts(self) -> tuple[Variable, ...]:
+        names = sorted(variables(self.stress) - {STRAIN.name})
+        return I1, *map(Variable, names)
+
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        z = np.asarray(values[I1.name], dtype=float) - 3.0
+        knots = (LARGEST - 1.0) * (np.arange(PIECES + 1) / PIECES) ** 1.5
+        places, weights = np.polynomial.legendre.leggauss(_POINTS)
+        places, weights = 0.5 + 0.5 * places, 0.5 * weights
+        width = np.diff(knots)
+
+        def at(strain: Any) -> Any:
+            return self.stress.at({**values, STRAIN.name: strain}) + 0.0 * strain
+
+        inner = at((knots[:-1, None] + width[:, None] * places).ravel())
+        work = (inner.reshape(*inner.shape[:-1], PIECES, _POINTS) * weights).sum(axis=-1)
+        whole = np.zeros((*work.shape[:-1], PIECES + 1))
+        np.cumsum(work * width, axis=-1, out=whole[..., 1:])
+        strain = np.atleast_1d(of(_STRAIN))
+        piece = np.clip(np.searchsorted(knots, strain, side="right") - 1, 0, PIECES - 1)
+        whole = np.broadcast_to(whole, (*strain.shape[:-1], PIECES + 1))
+        found, left = np.take_along_axis(whole, piece, axis=-1), strain - knots[piece]
+        for place, weight in zip(places.tolist(), weights.tolist(), strict=True):
+            found = found + weight * left * at(knots[piece] + place * left)
+        beyond = z - np.clip(z, 0.0, _REACH)
+        return found.reshape(z.shape) + beyond * self.slope(I1.name).at(values)
+
+    def slope(self, name: str) -> Formula:
+        if name == I1.name:
+            return replaced(self.stress, {STRAIN.name: _STRAIN}) * _BY_FIRST
+        by = self.stress.slope(name)
+        return ZERO if by == ZERO else TensionEnergy(by)
+
+    def code(self) -> str:
+        return f"work({self.stress.code()})"
 
 
 #: Up to this, the stress at four times the length is still finite.
@@ -86,4 +152,5 @@ class Stiffening(Struct, frozen=True):
 
     def force(self) -> Formula:
         """Return the force of a bar under the stress E/k (exp(k ε) - 1)."""
-        return of_stress(MODULUS / self.stiffening * (exp(self.stiffening * STRAIN) - 1.0))
+        k = Given(self.stiffening)
+        return of_stress(MODULUS / k * (exp(k * STRAIN) - 1.0))

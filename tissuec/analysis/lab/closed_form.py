@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.elements.bodies import INCOMPRESSIBLE, POISSON, law_of
-from tissuec.laws.uniaxial import LARGEST, OfTension
+from tissuec.laws.uniaxial import OfTension
 from tissuec.model.network import Floats
 from tissuec.scene.model import Tissue
 from tissuec.scene.tissues.known_curves import (
@@ -71,7 +71,7 @@ class LawCurve(Struct, frozen=True):
         return cls(
             young / (2.0 * (1.0 + ratio)),
             young / (3.0 * (1.0 - 2.0 * ratio)),
-            _of_tension(law) if isinstance(law, OfTension) else slopes_of(law),
+            slopes_of(law),
             (*fibres, spread),
         )
 
@@ -193,18 +193,3 @@ def _stretches(mode: str, stretch: float, across: Floats) -> Floats:
         return np.array([one, stretch, two])
     assert mode in (TENSION, ALONG, COMPRESSION)
     return np.array([stretch, one, two])
-
-
-def _of_tension(law: OfTension) -> Slopes:
-    """Return the slopes of a law from its curve of stress σ: 2 (λ - λ⁻²) ∂W/∂I1 = σ."""
-
-    def slopes(one: Floats, two: Floats) -> tuple[Floats, Floats]:
-        # I1 = λ² + 2/λ is a cubic equation with one zero above 1; at rest, slopes are 1/2.
-        part = np.maximum(one / 3.0, 1.0 + 1e-10)
-        stretch = 2.0 * np.sqrt(part) * np.cos(np.arccos(-(part**-1.5)) / 3.0)
-        stretch = np.minimum(stretch, LARGEST)
-        stress = np.asarray(law.stress.at({"strain": stretch - 1.0}), dtype=float)
-        found = 1.5 / law.modulus * stress / (stretch - stretch**-2)
-        return found, np.zeros_like(two)
-
-    return slopes

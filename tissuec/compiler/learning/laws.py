@@ -17,7 +17,7 @@ from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk
 from tissuec.laws import stress_in
-from tissuec.laws.formula import Formula, as_formula, replaced, variables
+from tissuec.laws.formula import Formula, Given, replaced, variables
 from tissuec.scene.model import Scene, Tissue, WrittenLaw
 from tissuec.scene.reading.entries import entries_of
 from tissuec.scene.reading.expressions import InnerScope, Scope
@@ -99,8 +99,8 @@ def constant_of(tissue: Tissue, name: str, scene: Scene) -> float:
 def is_variable(tissue: Tissue, name: str, scene: Scene) -> bool:
     """Return whether a constant can be a variable of compiled laws, with exact derivatives.
 
-    Constants of solids cannot, nor can those of curves that elements follow, and params from
-    which entries of laws are computed.
+    Those of solids are numbers of elements instead. Params from which entries of laws of
+    springs are computed cannot be variables.
     """
     for word, law in tissue.laws.items():
         is_entry = law.law is not None and name in entries_of(type(law.law))
@@ -125,7 +125,10 @@ def with_constants(
         CompileError: The law does not exist with these constants.
     """
     if law.law is None:
-        params = {name: as_formula(value) for name, value in constants.items()}
+        params = {
+            name: one if isinstance(one, Formula) else Given(one)
+            for name, one in constants.items()
+        }
         return replace(law, formula=force_with_params(law, scene, params))
     entries, inner = entries_of(type(law.law)), params_in(law, scene)
     params = {s.key_of(name): one for name, one in constants.items() if name not in entries}

@@ -27,12 +27,13 @@ from tissuec.autodiff import Number, Numbers, Tensor, Vector, hessian, maximum, 
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import PointState, TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.points import PointTable, force_loop
+from tissuec.compiled.loops.points import PointTable, pull_loop, push_loop
 from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.fields import SECONDS, Items, WalledField
-from tissuec.forces.matrices import BlockPattern, whole, without_negative
+from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
+from tissuec.forces.point_fields import derivative_kernel, force_kernel
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
@@ -152,7 +153,16 @@ class Activation(WalledField, frozen=True):
     @property
     def kernel(self) -> GeneratedKernel:
         """Return the loop that adds forces and the power that they supply."""
-        return _kernel(self._is_limited, *self.slopes.shape[1:])
+        return force_kernel(traced_line, self._is_limited, *self._shape)
+
+    @property
+    def derivatives(self) -> ForceDerivatives:
+        """Return the derivatives of forces by positions."""
+        loops = (
+            derivative_kernel(each, traced_line, self._is_limited, (), *self._shape)
+            for each in (pull_loop, push_loop)
+        )
+        return ForceDerivatives((), *loops)
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
@@ -187,6 +197,12 @@ class Activation(WalledField, frozen=True):
     @property
     def _is_limited(self) -> bool:
         return self.high > self.low
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        """Return the numbers of nodes and lines of an element."""
+        lines, nodes = self.slopes.shape[1:]
+        return nodes, lines
 
     def _along(self, position: Floats) -> Floats:
         """Return F a of each line, shape (…, element, line, 3)."""
@@ -223,12 +239,6 @@ def _pull(stretch: Number, p: Numbers) -> Number:
     q = (2.0 * stretch - p.low - p.high) / width
     q = minimum(maximum(q, -1.0), 1.0)
     return 0.5 * width * (q - 2.0 / 3.0 * q**3 + 0.2 * q**5)
-
-
-@cache
-def _kernel(is_limited: bool, lines: int, nodes: int) -> GeneratedKernel:
-    point = traced_line(is_limited)
-    return GeneratedKernel("activation", lambda name: force_loop(name, point, nodes, lines))
 
 
 def activated(network: Network, nodes: Indices) -> Iterator[tuple[Any, Indices]]:

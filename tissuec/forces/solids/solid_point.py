@@ -74,7 +74,7 @@ class SolidKind(NamedTuple):
         is_viscous: Whether any is viscous.
         directions: Of the strain of a point: 3, or 2 in a wall.
         constants: Of laws that are numbers of elements.
-        is_stretched: Whether the prestretch F0 of solids is a number of elements.
+        is_stretched: Whether the prestretch F0 is a number of elements.
     """
 
     laws: tuple[SolidLaw, ...]
@@ -102,7 +102,7 @@ class SolidKind(NamedTuple):
         if self.constants:
             found["constant"] = self.constants
         if self.is_stretched:
-            found["stretch"] = 9
+            found["stretch"] = 9 if self.directions == 3 else 5
         if self.is_viscous:
             found["viscosity"] = 1
         if self.families:

@@ -97,13 +97,13 @@ class Membranes(PointField, frozen=True):
         weight: Volumes without stress [m³], shape (triangle,).
         area, thickness: As drawn [m²], [m], shape (triangle,).
         bulk: K [Pa], shape (triangle,).
-        is_prestressed: Whether any triangle has stress as drawn.
+        prestretch: F0, shape (triangle, 2, 2).
         span: The entry that asks for the triangles.
     """
 
     directions: ClassVar[int] = 2
     columns: ClassVar[tuple[str, ...]] = (
-        *PointField.columns, "gradients", "weight", "area", "thickness", "bulk",
+        *PointField.columns, "gradients", "weight", "area", "thickness", "bulk", "prestretch",
     )  # fmt: skip
     traced: ClassVar[Tracing] = staticmethod(traced_point)
     gradients: Floats
@@ -111,7 +111,7 @@ class Membranes(PointField, frozen=True):
     area: Floats
     thickness: Floats
     bulk: Floats
-    is_prestressed: bool
+    prestretch: Floats
     span: Span
 
     @classmethod
@@ -160,7 +160,7 @@ class Membranes(PointField, frozen=True):
             walls, walled, nodes, name, material.limits, laws, material.shear,
             material.viscosity, law, fibres, material.branches, material.yielding, None,
             none, none, gradients @ longer, material.thickness * area, area,
-            material.thickness, material.bulk, bool((material.prestretch != 1.0).any()), span,
+            material.thickness, material.bulk, longer, span,
         )  # fmt: skip
         thinner = made.thinner(position)
         return replace(made, weight=made.weight / (np.linalg.det(longer) * thinner))
@@ -179,6 +179,19 @@ class Membranes(PointField, frozen=True):
     def bulk_modulus(self) -> Floats:
         """Return K [Pa], shape (triangle,)."""
         return self.bulk
+
+    @property
+    def is_prestressed(self) -> bool:
+        """Return whether any triangle has stress as drawn."""
+        return bool((self.prestretch != np.eye(2)).any())
+
+    @property
+    def with_stretches(self) -> Self:
+        """Return the triangles with ``stretches``; see ``PointField``."""
+        drawn = self.thickness * self.area
+        flat = np.column_stack([self.prestretch.reshape(-1, 4), self.weight / drawn])
+        gradients = self.gradients @ np.linalg.inv(self.prestretch)
+        return replace(self, gradients=gradients, weight=drawn, stretches=flat)
 
     @property
     def thinning(self) -> Floats:

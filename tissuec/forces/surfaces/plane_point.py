@@ -68,7 +68,13 @@ def traced_point(kind: SolidKind) -> TracedPoint:
     """Return a point of walls; tensors are Pp where any yields, and then P of branches."""
 
     def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
-        return _point(kind, f, rate, tensors, p)
+        if not kind.is_stretched:
+            return _point(kind, f, rate, tensors, p)
+        *flat, volume = p.stretch
+        stretch = Tensor((flat[:2], flat[2:]))
+        state = _point(kind, f @ stretch, rate @ stretch, tensors, p)
+        lost = volume * state.dissipation
+        return state._replace(energy=volume * state.energy, dissipation=lost)
 
     return TracedPoint(point, None, kind.widths, kind.tensors, kind.directions)
 

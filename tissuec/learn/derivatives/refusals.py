@@ -22,6 +22,7 @@ from tissuec.model.inelastic import VISCOSITY
 from tissuec.model.network import Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs import VERBS
+from tissuec.script.verbs.activate import Activate
 from tissuec.script.verbs.change import ChangeMemory, ChangeMotion
 from tissuec.script.verbs.irrigate import EndJet, Irrigate
 from tissuec.script.verbs.move import Turn
@@ -40,6 +41,8 @@ def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
     plan, network = shaping.compiled.plan, shaping.compiled.network
     if reason := refusal_of_script(plan, network, at_rest=at_rest):
         return reason
+    if shaping.stretches and any(isinstance(e.action, Activate) for e in plan.every_event):
+        return "the shape without stress of active elements is learnt"
     if shaping.stiffens_by_words:
         return "words change the stiffening of tissues"
     if shaping.refusal:
@@ -119,7 +122,10 @@ def _of_action(kind: type) -> str:
 
 
 #: Files of verbs whose effect is derived, but for those below.
-_DERIVED = ("change", "cut", "hold", "jaws", "motion", "move", "preserve", "push", "stop")
+_DERIVED = (
+    "activate", "acting", "change", "cut", "hold", "jaws", "motion", "move", "preserve", "push",
+    "stop",
+)  # fmt: skip
 #: Why the effect of some actions is not.
 _UNKNOWN: dict[type, str] = {
     **dict.fromkeys((Irrigate, EndJet), "a jet acts"),

@@ -11,7 +11,12 @@ import numpy as np
 from tissuec.core.structs import replace
 from tissuec.forces.point_fields import PointField
 from tissuec.laws.solid import SolidLaw
-from tissuec.laws.solid_constants import PlacedConstant, differing, with_variables
+from tissuec.laws.solid_constants import (
+    PlacedConstant,
+    constant_at,
+    differing,
+    with_variables,
+)
 from tissuec.model.network import Indices, Network
 
 _SAME = 1e-12  # relative difference of shapes that is rounding
@@ -72,7 +77,11 @@ def opened(network: Network, moved: Network) -> OpenElements:
 
 def _have_same_shapes(field: PointField, other: PointField) -> bool:
     pairs = zip((field.nodes, *field.measures), (other.nodes, *other.measures), strict=True)
-    return all(a.shape == b.shape and np.allclose(a, b, _SAME, 0.0) for a, b in pairs)
+    return all(
+        a.shape == b.shape
+        and np.abs(a - b).max(initial=0.0) <= _SAME * np.abs(a).max(initial=0.0)
+        for a, b in pairs
+    )
 
 
 def with_open(network: Network, elements: OpenElements) -> Network:
@@ -86,7 +95,7 @@ def with_open(network: Network, elements: OpenElements) -> Network:
 
 
 def _open(field: PointField, laws: OpenLaws) -> PointField:
-    row = [float(getattr(field.laws[place.law], place.name)) for place in laws.places]
+    row = [constant_at(field.laws, place) for place in laws.places]
     constants = np.tile(row, (field.item_count, 1))
     field = field.with_stretches if laws.is_stretched else field
     return replace(field, laws=laws.laws, law=laws.law, constants=constants)

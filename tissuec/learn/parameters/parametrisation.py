@@ -103,20 +103,23 @@ class Parametrisation:
             (block.places[number], block.adjust.what): Variable(constant_name(k))
             for k, (block, number) in enumerate(self._constants)
         }
-        self._elements, self.refusal = self._open(compiled)
-        network = with_open(compiled.network, self._elements)
-        shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
-        self._law, laws = shaped.springs.law, shaped.springs.laws
-        fields = _derived_fields(replace(compiled, network=network))
-        self.order = NumberOrder.of(network, len(self._constants), fields, laws)
-        self._entries = Entries(self.blocks, self._parts)
-        first = self._tissues(np.zeros(self.size))
         closed = {
             (place, block.adjust.what)
             for block in self.blocks
             if block.is_constant and not block.is_variable
             for place in block.places
         }
+        _, constants = self._numbers(np.zeros(self.size))
+        begun = {key: value for key, value in constants.items() if key in closed}
+        network = recompiled(compiled, {}, begun).network if begun else compiled.network
+        self._elements, self.refusal = self._open(compiled, network, begun)
+        network = with_open(network, self._elements)
+        shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
+        self._law, laws = shaped.springs.law, shaped.springs.laws
+        fields = _derived_fields(replace(compiled, network=network))
+        self.order = NumberOrder.of(network, len(self._constants), fields, laws)
+        self._entries = Entries(self.blocks, self._parts)
+        first = self._tissues(np.zeros(self.size))
         self._compilations = Compilations(
             compiled, self.order, variables, first, closed, self._elements
         )
@@ -137,6 +140,11 @@ class Parametrisation:
     def moves(self) -> bool:
         """Return whether start positions are learnt."""
         return any(block.array == "position" for block in self.blocks if not block.places)
+
+    @property
+    def stretches(self) -> bool:
+        """Return whether the shape of elements without stress changes with what is learnt."""
+        return any(one.is_stretched for one in self._elements.values())
 
     @property
     def _has_closed(self) -> bool:
@@ -286,13 +294,19 @@ class Parametrisation:
         network = with_open(plain.network(vector, network), self._elements)
         return replace(found, network=network)
 
-    def _open(self, compiled: Compiled) -> tuple[OpenElements, str]:
+    def _open(
+        self, compiled: Compiled, before: Network, begun: Given
+    ) -> tuple[OpenElements, str]:
         """Return elements with variables for what is learnt of their laws.
 
         Also, the name of the first number whose effect on them has no exact derivatives; "" if
         there is none.
+
+        Args:
+            before: The network at the beginning.
+            begun: Constants of laws with which it is compiled.
         """
-        before, every = compiled.network, Given()
+        every = Given()
         blocks = [block for block in self.blocks if block.places and not block.is_of_force]
         if not elements_of(before):
             closed = (one for one in blocks if one.is_constant and not one.is_variable)
@@ -307,14 +321,14 @@ class Parametrisation:
             }
             every |= own
             try:
-                after = self._moved(compiled, own)
+                after = self._moved(compiled, begun | own)
                 opened(before, after)
             except (ValueError, CompileError):
                 return {}, block.names[0]
             is_closed = block.is_constant and not block.is_variable
             if is_closed and after.springs.laws != before.springs.laws:
                 return {}, block.names[0]
-        return opened(before, self._moved(compiled, every)), ""
+        return opened(before, self._moved(compiled, begun | every)), ""
 
     def _moved(self, compiled: Compiled, given: Given) -> Network:
         names = {block.adjust.what for block in self.blocks if block.is_constant}

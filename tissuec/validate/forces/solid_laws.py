@@ -63,6 +63,30 @@ def _ogden(law: Any) -> Slopes:
     return lambda i1, i2: solid_laws.slopes(slope, i1, i2)
 
 
+def _of_tension(law: Any) -> Slopes:
+    """Return the slopes of a law from its curve of stress σ: 2 (λ - λ⁻²) ∂W/∂I1 = σ."""
+
+    def slopes(one: Any, two: Any) -> tuple[Any, Any]:
+        # With ε = λ - 1, ε³ + 3 ε² - z ε - z = 0, which is convex from the root of z down to ε.
+        z = np.where(np.real(one) < _LARGEST, one, _LARGEST) - 3.0
+        z = np.where(np.real(z) > _REST, z, _REST)
+        strain = np.sqrt(z)
+        for _ in range(8):
+            value = ((strain + 3.0) * strain - z) * strain - z
+            strain = strain - value / ((3.0 * strain + 6.0) * strain - z)
+        stress, _ = derived(law.stress, {"strain": strain}, "")
+        stretch = 1.0 + strain
+        slope = strain * (3.0 + strain * (3.0 + strain)) / stretch**2  # λ - λ⁻²
+        return 1.5 / law.modulus * stress / slope, 0.0 * two
+
+    return slopes
+
+
+_LARGEST, _REST = (
+    16.5,
+    3e-14,
+)  # I1 of four times the length; I1 - 3 where slopes are those at rest
+
 #: By the names of the classes of shipped laws.
 SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "NeoHookean": _neo_hookean,
@@ -72,6 +96,7 @@ SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "VerondaWestmann": _veronda_westmann,
     "Hencky": _hencky,
     "Ogden": _ogden,
+    "OfTension": _of_tension,
 }
 
 
@@ -201,7 +226,7 @@ def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
         return derived(part, values, name)
 
     match type(tree).__name__:
-        case "Constant":
+        case "Constant" | "Given":
             return tree.value, 0.0
         case "Variable":
             return values[tree.name], 1.0 if tree.name == name else 0.0
