@@ -311,9 +311,9 @@ class Spline(Formula, frozen=True):
     """
 
     argument: Formula
-    places: "tuple[float | Variable, ...]"
-    pieces: "tuple[tuple[float | Variable, ...], ...]"
-    before: "float | Variable"
+    places: "tuple[float | Formula, ...]"
+    pieces: "tuple[tuple[float | Formula, ...], ...]"
+    before: "float | Formula"
 
     @property
     def parts(self) -> tuple[Formula, ...]:
@@ -332,7 +332,7 @@ class Spline(Formula, frozen=True):
             where: Takes a number, a limit, and what is chosen below it and from it on.
         """
 
-        def number(each: float | Variable) -> Any:
+        def number(each: float | Formula) -> Any:
             return of(each) if isinstance(each, Formula) else each
 
         x, first = of(self.argument), number(self.places[0])

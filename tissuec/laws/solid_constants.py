@@ -4,7 +4,7 @@ A law has a variable in the place of such a constant: of a field, or of a number
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from msgspec import Struct
@@ -77,10 +77,10 @@ def _are_same(law: SolidLaw, other: SolidLaw) -> bool:
     return bool(np.allclose(*values, rtol=_SAME, atol=0.0))
 
 
-def _inner(part: Any) -> dict[str | int, Any]:
+def _inner(part: Any) -> dict[Any, Any]:
     """Return what a law, a formula or a tuple is made of, by its place there."""
     if isinstance(part, tuple):
-        return dict(enumerate(part))
+        return dict(enumerate(cast(tuple[Any, ...], part)))
     if not isinstance(part, Struct):
         return {}
     # Exponents that are learnt are formulas.
@@ -104,6 +104,6 @@ def _with(part: Any, new: Mapping[Path, Any], path: Path = ()) -> Any:
     if path in new:
         return new[path]
     inner = {name: _with(each, new, (*path, name)) for name, each in _inner(part).items()}
-    if isinstance(part, tuple):
-        return tuple(inner.values())
-    return replace(part, **inner) if inner else part
+    if not inner:
+        return part
+    return tuple(inner.values()) if isinstance(part, tuple) else replace(part, **inner)

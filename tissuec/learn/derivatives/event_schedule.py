@@ -248,10 +248,13 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         moves = free.copy()
         if self.remembers:
             moves[hidden_nodes(self.network)] = False
+        drag = self.drag + values.drag
+        if (planes := self.planes) is not None:  # the mirror image brakes the other part
+            drag[planes.nodes] -= self.drag * (1.0 - planes.share)
         return Links(
             np.where(free, 1.0 / values.mass, 0.0),
             (moves[:, None] * self.gravity).ravel(),
-            np.where(moves, self.drag + values.drag, 0.0),
+            np.where(moves, drag, 0.0),
             self.loaded,
             self.driven,
         )

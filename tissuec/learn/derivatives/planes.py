@@ -9,18 +9,6 @@ import numpy as np
 
 from tissuec.forces.acting.symmetry_kernel import SymmetryTable
 from tissuec.kernels.records import Floats
-from tissuec.model.network import Network
-from tissuec.script.plan import Plan
-
-
-def refusal_by_planes(plan: Plan, network: Network) -> str:
-    """Return why a scene with planes of symmetry has no exact derivatives; empty if it has."""
-    state = plan.start(network)
-    if state.symmetry is None:
-        return ""
-    if state.braking.any():
-        return "planes of symmetry and ambient damping act together"
-    return ""
 
 
 def project_weights(

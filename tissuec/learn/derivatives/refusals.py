@@ -12,7 +12,6 @@ from msgspec.structs import fields
 
 from tissuec.compiler.compile import Compiled
 from tissuec.forces.fields import Field
-from tissuec.learn.derivatives.planes import refusal_by_planes
 from tissuec.learn.parameters.blocks import ParameterBlock
 from tissuec.learn.parameters.numbers import derivatives_of, every_field, preserves
 from tissuec.learn.parameters.parametrisation import Parametrisation
@@ -95,8 +94,6 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
     for name, field in every_field(plan, network).items():
         if isinstance(field.derivatives, str):
             return f"{name} {field.derivatives}"
-    if reason := refusal_by_planes(plan, network):
-        return reason
     names = [action.group.name for action in preserves(plan)]
     if len(set(names)) < len(names):
         return "a volume is preserved by one pressure after another"
