@@ -322,7 +322,7 @@ class Spline(Formula, frozen=True):
         return self.argument, *numbers
 
     def from_parts(self, values: Values, of: PartValues) -> Any:
-        return self.value(of, lambda x, place, below, above: np.where(x < place, below, above))
+        return self.value(of, lambda x, place, below, above: _chosen(x < place, below, above))
 
     def value(self, of: PartValues, where: Callable[[Any, Any, Any, Any], Any]) -> Any:
         """Return the value of the piece that the argument is in.
