@@ -376,6 +376,11 @@ def values_at(formulas: Sequence[Formula], values: Values) -> list[Any]:
     return [of(formula) for formula in formulas]
 
 
+def given(value: "Formula | float") -> Formula:
+    """Return a number that learning may change as a formula."""
+    return value if isinstance(value, Formula) else Given(float(value))
+
+
 def as_formula(value: "Formula | float") -> Formula:
     """Return a number as a formula."""
     return value if isinstance(value, Formula) else Constant(float(value))

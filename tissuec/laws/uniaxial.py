@@ -23,12 +23,12 @@ from tissuec.laws.formula import (
     Choice,
     Constant,
     Formula,
-    Given,
     PartValues,
     Values,
     Variable,
     apply,
     exp,
+    given,
     replaced,
     variables,
 )
@@ -152,5 +152,5 @@ class Stiffening(Struct, frozen=True):
 
     def force(self) -> Formula:
         """Return the force of a bar under the stress E/k (exp(k ε) - 1)."""
-        k = Given(self.stiffening)
+        k = given(self.stiffening)
         return of_stress(MODULUS / k * (exp(k * STRAIN) - 1.0))

@@ -17,7 +17,7 @@ from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in, walk
 from tissuec.laws import stress_in
-from tissuec.laws.formula import Formula, Given, replaced, variables
+from tissuec.laws.formula import Formula, given, replaced, variables
 from tissuec.scene.model import Scene, Tissue, WrittenLaw
 from tissuec.scene.reading.entries import entries_of
 from tissuec.scene.reading.expressions import InnerScope, Scope
@@ -125,10 +125,7 @@ def with_constants(
         CompileError: The law does not exist with these constants.
     """
     if law.law is None:
-        params = {
-            name: one if isinstance(one, Formula) else Given(one)
-            for name, one in constants.items()
-        }
+        params = {name: given(one) for name, one in constants.items()}
         return replace(law, formula=force_with_params(law, scene, params))
     entries, inner = entries_of(type(law.law)), params_in(law, scene)
     params = {s.key_of(name): one for name, one in constants.items() if name not in entries}
