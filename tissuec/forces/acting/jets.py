@@ -27,32 +27,23 @@ plane and has no corner in common with it. V falls from 1 to 0 while the sum ris
 to ``DARK``. Forces have continuous derivatives by all places.
 """
 
-from collections.abc import Callable
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up, cross
+from tissuec import autodiff
+from tissuec.autodiff import Number, Numbers, Potential, Vector
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.potentials import TracedItem
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.acting.jet_surfaces import MOST, JetSurface
-from tissuec.forces.acting.jets_kernel import (
-    CUT,
-    DARK,
-    DEEP,
-    FLAT,
-    GRID,
-    LIT,
-    NEAR,
-    SLACK,
-    STEEP,
-    TINY,
-    JetTable,
-    blow,
-)  # fmt: skip
-from tissuec.forces.fields import Field
+from tissuec.forces.acting.jets_kernel import GRID, NEAR, JetTable, blow
+from tissuec.forces.fields import Field, acts_of
+from tissuec.forces.grouped_items import inputs
 from tissuec.forces.matrices import assembled
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.kernels.thread_loops import UNDIVIDED
@@ -63,61 +54,35 @@ from tissuec.model.profiles import TimeProfile
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
-SLIGHT = 1e-6  # of an edge: step of differences
-AT_ONCE = 1_000_000  # pairs of triangles that are examined together
 WORTHWHILE = 500  # triangles from which threads share them
 TRIANGLE_SECONDS = 3e-7  # that the kernel takes for a triangle, measured [s]
+_ALWAYS = TimeProfile("constant", 0.0, np.inf)
 
 
-class JetAxis(NamedTuple):
-    """The axis of a jet.
-
-    Attributes:
-        start: The opening [m], shape (3,).
-        along: Unit vector, shape (3,).
-        across: Two more, all three right-handed, shape (2, 3).
-    """
-
-    start: Floats
-    along: Floats
-    across: Floats
-
-
-class JetCoordinates(NamedTuple):
-    """Coordinates of points in a jet, each of shape (…).
-
-    Attributes:
-        ahead: Distance from the opening along the axis [m].
-        width: b there [m].
-        beside: ξ, shape (…, 2).
-    """
-
-    ahead: Floats
-    width: Floats
-    beside: Floats
+def _pressed(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
+    """Return the power that a jet supplies to an element at rest."""
+    normal = autodiff.cross(x[1] - x[0], x[2] - x[0])
+    slope = autodiff.dot(normal, p.along)  # twice the area times cos θ
+    facing = slope * abs(slope) / (2.0 * autodiff.square(normal))
+    seen = x[0] * p.shares[0] + x[1] * p.shares[1] + x[2] * p.shares[2] - p.start
+    ahead = autodiff.dot(seen, p.along)
+    width: Number = p.width**2 + (p.growth * ahead) ** 2
+    beside = autodiff.square(seen) - ahead**2
+    near = autodiff.minimum(autodiff.maximum(ahead / p.near, 0.0), 1.0)
+    flux = 2.0 / np.pi * p.thrust * autodiff.exp(-2.0 * beside / width) / width
+    force = flux * p.lit * near * near * (3.0 - 2.0 * near) * facing
+    speed = v[0] * p.shares[0] + v[1] * p.shares[1] + v[2] * p.shares[2]
+    return Potential(0.0, supply=force * autodiff.dot(normal, speed))
 
 
-class Elements(NamedTuple):
-    """The elements of some triangles.
-
-    Attributes:
-        owner: Number of the triangle, ascending, shape (element,).
-        weights: Shares of its corners, shape (element, 3).
-    """
-
-    owner: Indices
-    weights: Floats
-
-    def at(self, corners: Floats) -> Floats:
-        """Return corner values at the elements, in their unit.
-
-        Args:
-            corners: In any unit, shape (triangle, 3, 3).
-
-        Returns:
-            Shape (element, 3).
-        """
-        return np.einsum("ei,eik->ek", self.weights, corners[self.owner])
+@cache
+def _traced_element() -> TracedItem:
+    """Return an element, which the corners of its triangle carry."""
+    vectors, numbers = (
+        ("along", "start", "shares"),
+        ("thrust", "growth", "width", "near", "lit"),
+    )
+    return TracedItem(_pressed, 3, dict.fromkeys(vectors, 3) | dict.fromkeys(numbers, 1))
 
 
 class Jet(Field, frozen=True):
@@ -169,124 +134,24 @@ class Jet(Field, frozen=True):
         skin = self.skin.torn(alive)
         return self if skin is self.skin else replace(self, skin=skin)
 
-    def thrust(self, time: float) -> float:
-        """Return the momentum flux J [N]."""
-        flow = max(self.flow * self.profile.at(time)[0], 0.0)
-        return self.density * flow * flow / (0.25 * np.pi * self.bore**2)
-
-    def axis(self, position: Floats) -> JetAxis:
-        """Return the present place of the opening and the direction of the jet.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
-        start, ahead = position[self.opening]
-        along = (ahead - start) / np.linalg.norm(ahead - start)
-        one = cross(along, np.eye(3)[np.argmin(np.abs(along))])
-        one /= np.linalg.norm(one)
-        return JetAxis(start, along, np.stack([one, cross(along, one)]))
-
-    def way(self, points: Floats, axis: JetAxis) -> JetCoordinates:
-        """Return where points, shape (…, 3) [m], are in the jet."""
-        seen = points - axis.start
-        ahead = seen @ axis.along
-        width = np.hypot(self.width, self.growth * ahead)
-        return JetCoordinates(ahead, width, seen @ axis.across.T / width[..., None])
-
     def met(self, position: Floats) -> Indices:
         """Return the intact triangles that lie at least partly within the jet, shape (n,).
 
         Args:
             position: Of all nodes [m], shape (node, 3).
         """
-        axis = self.axis(position)
-        corners = position[self.skin.corners]
-        middle = corners.mean(axis=1)
-        reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1, initial=0.0)
-        way = self.way(middle, axis)
-        within = way.ahead + reach > 0.0
-        furthest = np.hypot(self.width, self.growth * (np.abs(way.ahead) + reach))
-        within &= np.linalg.norm(way.beside, axis=1) * way.width < CUT * furthest + reach
-        return np.flatnonzero(within & self.skin.whole)
+        table = self._blown(position)
+        return np.flatnonzero(self.skin.whole)[table.met[: table.found[0]]]
 
-    def _pushed(
-        self,
-        thrust: float,
-        axis: JetAxis,
-        met: Indices,
-        elements: Elements,
-        corners: Floats,
-    ) -> Floats:
-        """Return the forces on elements at rest that nothing shades [N], shape (element, 3).
+    def _blown(self, position: Floats) -> JetTable:
+        """Return the table after an evaluation, whatever the flow."""
+        from tissuec.compiled.calls import kernel_on
 
-        Args:
-            met: The triangles.
-            corners: Theirs [m], shape (triangle, 3, 3).
-        """
-        area, normal, slope = _facing(corners, axis.along)
-        part = area / self.skin.count[met] * self._turned(met, slope) * slope * slope
-        way = self.way(elements.at(corners), axis)
-        speed = np.sqrt(2.0 * thrust / (np.pi * self.density)) / way.width
-        speed *= np.exp(-_squares(way.beside))
-        flux = self.density * speed * speed
-        flux *= _rise(way.ahead / (NEAR * self.bore)) * part[elements.owner]
-        return flux[:, None] * _along(normal, slope)[elements.owner]
-
-    def _turned(self, met: Indices, slope: Floats) -> NDArray[np.bool_]:
-        """Return which triangles can be pushed from where the jet comes."""
-        side = self.skin.side[met]
-        return self.skin.struck[met] & ((side == 0) | (side * slope < 0.0))
-
-    def _lit(self, axis: JetAxis, met: Indices, elements: Elements, corners: Floats) -> Floats:
-        """Return the parts V of the jet that come to elements, shape (element,)."""
-        _, normal, slope = _facing(corners, axis.along)
-        normal, points = _along(normal, slope), elements.at(corners)
-        level = np.einsum("tk,tk->t", normal, corners[:, 0])
-        blur, way = self.skin.blur[met], self.way(points, axis)
-        edge = self.way(corners, axis)
-        below, above = self._shaded(met, edge, slope)
-        # What is in a plane, but for rounding, shades nothing there.
-        height = np.einsum("pk,pik->pi", normal[above], corners[below]).max(axis=1)
-        may = height - level[above] > FLAT * blur[above]
-        one, shade = _with_elements(elements.owner, below[may], above[may], len(met))
-        deep = np.einsum("pk,pk->p", points[one], normal[shade]) - level[shade]
-        before = way.ahead[one] * np.abs(slope[shade]) - deep
-        inside = (deep > 0.0) & (before > 0.0)
-        one, shade, deep, before = (part[inside] for part in (one, shade, deep, before))
-        steep = np.abs(slope[shade])
-        cover = _rise(deep / (DEEP * blur[shade])) * _rise(steep / STEEP)
-        cover *= _rise(before / (steep * NEAR * self.bore))
-        soft = np.asarray(blur / edge.width.mean(axis=1))
-        for k in range(3):
-            start, stop = edge.beside[shade, k], edge.beside[shade, (k + 1) % 3]
-            distance = _left_of(stop - start, way.beside[one] - start)
-            cover *= _rise(0.5 + 0.5 * np.sign(slope[shade]) * distance / soft[shade])
-        total = np.bincount(one, cover, len(points)).astype(float, copy=False)
-        return 1.0 - _rise((total - LIT) / (DARK - LIT))
-
-    def _shaded(
-        self, met: Indices, edge: JetCoordinates, slope: Floats
-    ) -> tuple[Indices, Indices]:
-        """Return pairs of a triangle that is pushed and another one that is near it in ξ.
-
-        Args:
-            edge: Where the corners are, shape (triangle, 3).
-        """
-        middle = edge.beside.mean(axis=1)
-        reach = np.linalg.norm(edge.beside - middle[:, None], axis=2).max(axis=1, initial=0.0)
-        reach = SLACK * reach
-        span = reach + self.skin.blur[met] / edge.width.mean(axis=1)
-        lit = np.flatnonzero(self._turned(met, slope))
-        found = [np.zeros((2, 0), dtype=np.int64)]
-        step = max(1, AT_ONCE // max(len(met), 1))
-        for some in (lit[k : k + step] for k in range(0, len(lit), step)):
-            apart = np.linalg.norm(middle[some, None] - middle[None], axis=2)
-            one, other = np.nonzero(apart < reach[some, None] + span)
-            found.append(np.stack([some[one], other]))
-        below, above = np.concatenate(found, axis=1)
-        nodes = self.skin.corners[met]
-        joined = (nodes[below][:, :, None] == nodes[above][:, None]).any(axis=(1, 2))
-        return below[~joined], above[~joined]
+        acts = acts_of([(1.0, _ALWAYS)], 0.0, 0.0)
+        table = self.table(np.arange(len(position)), acts, position)
+        x, none = position.reshape(-1).astype(float), np.zeros((2, position.size))
+        kernel_on(self.kernel, table)(0.0, x, *none, np.zeros(2))
+        return table
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -302,27 +167,35 @@ class Jet(Field, frozen=True):
         """
         from scipy.sparse import csc_matrix
 
-        shape, thrust = (3 * size, 3 * size), self.thrust(time)
-        if not exact or not thrust > 0.0:
-            return csc_matrix(shape)
-        axis, met = self.axis(position), self.met(position)
-        nodes = self.skin.corners[met]
-        corners, elements = position[nodes], _elements(self.skin.parts[met])
-        lit = self._lit(axis, met, elements, corners)
-        edge = np.ptp(corners, axis=(0, 1)).max(initial=1e-12)
-        blocks = np.zeros((len(met), 9, 9))
-        for column in range(9):
-            step = np.zeros((3, 3))
-            step.flat[column] = SLIGHT * edge
-            for sign in (1.0, -1.0):
-                there = corners + sign * step
-                force = self._pushed(thrust, axis, met, elements, there) * lit[:, None]
-                shared = elements.weights[:, :, None] * force[:, None, :]
-                each = np.zeros((len(met), 3, 3))
-                np.add.at(each, elements.owner, shared)
-                blocks[:, :, column] -= sign * each.reshape(-1, 9) / (2.0 * SLIGHT * edge)
-        values = 0.5 * (blocks + blocks.swapaxes(1, 2))
-        return assembled(values.reshape(-1, 3, 3, 3, 3), number[nodes], size)
+        flow = max(self.flow * self.profile.at(time)[0], 0.0)
+        if not exact or not flow > 0.0:
+            return csc_matrix((3 * size, 3 * size))
+        table = self._blown(position)
+        element = np.flatnonzero(table.lit)
+        owner = np.searchsorted(table.elements, element, side="right") - 1
+        count = table.shares_end - table.shares_start
+        share = table.shares_start[owner] + element - table.elements[owner]
+        nodes = table.corners[owner]
+        values = inputs(
+            {
+                "start": table.frame[:3, None],
+                "along": table.frame[3:6, None],
+                "shares": table.shares[share].T,
+                "thrust": self.density * flow * flow / (0.25 * np.pi * self.bore**2),
+                "growth": self.growth,
+                "width": self.width,
+                "near": NEAR * self.bore,
+                "lit": table.lit[element] / count[owner],
+            }
+        )
+        for corner, axis in np.ndindex(3, 3):
+            values[f"x.{corner}.{axis}"] = position[nodes[:, corner], axis]
+        turning = np.zeros((81, len(table.corners)))
+        for row, each in zip(turning, evaluate(_traced_element().turning, values), strict=True):
+            np.add.at(row, owner, each)
+        blocks = turning.T.reshape(-1, 9, 9)
+        even = 0.5 * (blocks + blocks.swapaxes(1, 2))
+        return assembled(even.reshape(-1, 3, 3, 3, 3), number[table.corners], size)
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…): none."""
@@ -384,6 +257,8 @@ class Jet(Field, frozen=True):
             parts=0,
             faces=np.zeros((triangles, 20)),
             points=np.zeros((count.max(initial=0), 7)),
+            elements=(np.cumsum(count) - count).astype(np.int64),
+            lit=np.zeros(count.sum()),
             met=np.zeros(triangles, dtype=np.int64),
             link=np.zeros(triangles, dtype=np.int64),
             shades=np.zeros(triangles, dtype=np.int64),
@@ -404,31 +279,6 @@ class Jet(Field, frozen=True):
         return [[part(0)], [part(number) for number in range(1, parts + 1)], [part(parts + 1)]]
 
 
-def _squares(vectors: Floats) -> Floats:
-    return np.einsum("...k,...k->...", vectors, vectors)
-
-
-def _facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return areas [m²], unit normals and their components along the jet, of triangles."""
-    normal = 0.5 * cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(normal, axis=1)
-    normal = normal / np.maximum(area, TINY)[:, None]
-    return area, normal, normal @ along
-
-
-def _along(normal: Floats, slope: Floats) -> Floats:
-    """Return normals turned to where the jet goes."""
-    return np.where(slope < 0.0, -1.0, 1.0)[:, None] * normal
-
-
-def _elements(parts: Indices) -> Elements:
-    """Return the elements of triangles that are divided into so many parts along an edge."""
-    tables = [shares(int(n)) for n in parts]
-    counts = np.array([len(table) for table in tables], dtype=np.int64)
-    weights = np.concatenate([*tables, np.zeros((0, 3))])
-    return Elements(np.repeat(np.arange(len(parts)), counts), weights)
-
-
 @lru_cache(maxsize=MOST)
 def shares(parts: int) -> Floats:
     """Return the quadrature points of a triangle as dimensionless weights of its corners.
@@ -443,25 +293,3 @@ def shares(parts: int) -> Floats:
     points = [starts[up] + way for way in ways] + [starts[down] + 1.0 - way for way in ways]
     one, other = np.concatenate(points).T / parts
     return np.stack([1.0 - one - other, one, other], axis=1)
-
-
-def _with_elements(
-    owner: Indices, below: Indices, above: Indices, triangles: int
-) -> tuple[Indices, Indices]:
-    """Return all elements of the triangles ``below``, each with that ``above`` it."""
-    count = np.bincount(owner, minlength=triangles)
-    sizes = count[below]
-    first = (np.cumsum(count) - count)[below]
-    return np.repeat(first, sizes) + counted_up(sizes), np.repeat(above, sizes)
-
-
-def _left_of(edge: Floats, seen: Floats) -> Floats:
-    """Return how far points are to the left of edges; both are of shape (…, 2)."""
-    twice = edge[..., 0] * seen[..., 1] - edge[..., 1] * seen[..., 0]
-    return twice / (np.hypot(edge[..., 0], edge[..., 1]) + TINY)
-
-
-def _rise(part: Floats) -> Floats:
-    """Return a smooth step from 0 at 0 to 1 at 1."""
-    part = np.clip(part, 0.0, 1.0)
-    return part * part * (3.0 - 2.0 * part)

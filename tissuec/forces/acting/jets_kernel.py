@@ -62,6 +62,8 @@ class JetTable(NamedTuple):
     parts: int
     faces: Rows  # scratch, shape (triangle, 20)
     points: Rows  # scratch, shape (element of one triangle, 7)
+    elements: Integers  # number of the first element of each triangle, shape (triangle,)
+    lit: Floats  # part V of the jet that comes to each element, shape (element,)
     met: Integers  # scratch: triangles within the jet, shape (triangle,)
     link: Integers  # scratch: the next one in the same cell, shape (triangle,)
     shades: Integers  # scratch: those before one, shape (triangle,)
@@ -283,7 +285,7 @@ def stands_before(k: int, other: int, x: Floats, jet: JetTable) -> bool:
 def dim(k: int, shades: int, jet: JetTable) -> None:
     """Reduce the forces on a triangle's elements by the shades of triangles ahead of it."""
     t = jet.met[k]
-    near = NEAR * jet.bore
+    near, first = NEAR * jet.bore, jet.elements[t]
     for p in range(jet.shares_end[t] - jet.shares_start[t]):
         point, covered = jet.points[p], 0.0
         for n in range(shades):
@@ -296,7 +298,8 @@ def dim(k: int, shades: int, jet: JetTable) -> None:
                 if cover > 0.0:
                     cover *= rise(deep / (DEEP * jet.blur[jet.met[other]]))
                     covered += cover * rise(start / (shade[4] * near))
-        point[6] *= 1.0 - rise((covered - LIT) / (DARK - LIT))
+        jet.lit[first + p] = 1.0 - rise((covered - LIT) / (DARK - LIT))
+        point[6] *= jet.lit[first + p]
 
 
 def within(point: Floats, shade: Floats) -> float:
