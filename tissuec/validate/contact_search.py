@@ -12,13 +12,14 @@ from scipy import sparse
 from tissuec.core.structs import replace
 from tissuec.forces.contact.contact import Contact, ContactPairs
 from tissuec.model.network import Floats, Indices
+from tissuec.validate.forces import ForceFormula
 from tissuec.validate.forces.contact import ContactForce, Touching
 
 FAR = 1e100  # [m]
 
 
-class NearbyContact:
-    """A field of forces, as ``Equations.fields`` has them, of contact."""
+class NearbyContact(ForceFormula):
+    """Contact as a field of forces."""
 
     def __init__(self, contact: Contact):
         self._contact, self._force = contact, ContactForce(contact, is_located=True)
@@ -28,16 +29,11 @@ class NearbyContact:
         self._touching: Touching | None = None
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         to += self._look(position, velocity).force
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that damping and friction take out [W]."""
         return self._look(position, velocity).lost
-
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside, which is none [W]."""
-        return 0.0
 
     def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of the velocities that are bristles [m/s²], shape (m, 3)."""

@@ -31,6 +31,8 @@ class ForceFormula(Protocol):
         position: Of all nodes [m], shape (node, 3).
         velocity: Of all nodes [m/s], shape (node, 3).
         to: Forces on all nodes that are added to [N], shape (node, 3).
+        number: Of each node among those that may move, -1 for others.
+        size: Number of nodes that may move.
     """
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
@@ -38,26 +40,27 @@ class ForceFormula(Protocol):
         ...
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]."""
-        ...
+        """Return the stored energy [J]; none by default."""
+        return 0.0
+
+    def potential(self, time: float, position: Floats) -> float:
+        """Return the energy whose negative gradient is the force at rest [J], at one state."""
+        return self.energy(time, position)
+
+    def wayward(self, time: float, position: Floats) -> Floats:
+        """Return the forces at rest without a potential [N], shape (node, 3); often none."""
+        return np.zeros_like(position)
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power supplied from outside [W]."""
-        ...
+        """Return the power supplied from outside [W]; none by default."""
+        return 0.0
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power dissipated [W]."""
-        ...
+        """Return the power dissipated [W]; none by default."""
+        return 0.0
 
     def matrix(self, time: float, position: Floats, number: Indices, size: int) -> "coo_matrix":
-        """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).
-
-        Args:
-            time: Time [s].
-            position: Of all nodes [m], shape (node, 3).
-            number: Of each node among those that may move, -1 for others.
-            size: Number of nodes that may move.
-        """
+        """Return minus the derivative of the forces [N/m], shape (3 size, 3 size)."""
         ...
 
 

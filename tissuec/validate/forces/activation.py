@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-class ActiveFibres:
+class ActiveFibres(ForceFormula):
     """Active fibres as a field of forces.
 
     Args:
@@ -62,48 +62,20 @@ class ActiveFibres:
         return found
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         to += self._pulls(time, position)
 
-    def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: none."""
-        return 0.0
-
     def potential(self, time: float, position: Floats) -> float:
-        """Return the potential at the present stress [J].
-
-        Args:
-            time: [s].
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return the potential at the present stress [J]."""
         _, length = self._lines(position)
         whole, _, _ = self._shares(length)
         return self._stress(time) * float((self._weight * whole).sum())
-
-    def wayward(self, time: float, position: Floats) -> Floats:
-        """Return the forces without a potential [N], shape (node, 3): none.
-
-        Args:
-            time: [s].
-            position: Of all nodes [m], shape (node, 3).
-        """
-        return np.zeros_like(position)
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power of the fibres [W]."""
         return float(np.vdot(self._pulls(time, position), velocity))
 
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none."""
-        return 0.0
-
     def matrix(self, time: float, position: Floats, number: Indices, size: int) -> "coo_matrix":
-        """Return minus the derivative of the forces [N/m].
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
-        """
+        """Return minus the derivative of the forces [N/m]."""
         unit, length = self._lines(position)
         _, share, slope = self._shares(length)
         scale = self._stress(time) * self._weight

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.arrays import cross
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.surfaces.bending import Hinges
@@ -31,7 +31,7 @@ PART = 1e-2  # ε
 STEP = 1e-30  # of complex steps, by which forces are differentiated
 
 
-class Folding:
+class Folding(ForceFormula):
     """The hinges of a net as a field of forces.
 
     Args:
@@ -59,7 +59,6 @@ class Folding:
         return turning + (self._stiffness * (1.0 - np.cos(more)))[:, None, None] * growing
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         more, counts, slopes, growing = self._seen(position)
         braking = counts * self._damping * self._speed(slopes, velocity)
         forces = self._pulled(more, counts, slopes, growing) + braking[:, None, None] * slopes
@@ -70,24 +69,14 @@ class Folding:
         more, counts, _, _ = self._seen(position)
         return float(self._stiffness @ (counts * (1.0 - np.cos(more))))
 
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]: none."""
-        return 0.0
-
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]."""
         _, counts, slopes, _ = self._seen(position)
         return float(self._damping @ (counts * self._speed(slopes, velocity) ** 2))
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
-        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
-        """
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size)."""
         blocks = np.zeros((len(self._nodes), 4, 3, 4, 3))
         for corner in range(4):
             for axis in range(3):
@@ -146,7 +135,7 @@ def _dot(one: Any, other: Any) -> Any:
     return np.einsum("hk,hk->h", one, other)
 
 
-class PlateBending:
+class PlateBending(ForceFormula):
     """The bending of one wall as a field of forces.
 
     Args:
@@ -215,14 +204,12 @@ class PlateBending:
         return np.einsum("ti,tiax->tax", brake, slopes), (brake * speed).sum(axis=1)
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         pulled = self._pulled(position[self._nodes].astype(complex)).real
         if self._delay.any():
             pulled = pulled + self._braked(position, velocity)[0]
         np.subtract.at(to, self._nodes, pulled)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]."""
         more, counts, _, _ = self._hinges(position[self._nodes].astype(complex))
         more, counts = more.real, counts.real
         z = counts * (3.0 - counts) / 2.0 * np.sin(more)
@@ -230,23 +217,13 @@ class PlateBending:
         whole = 0.5 * np.einsum("ti,tij,tj->", z, self._matrix, z)
         return float(whole + (own * (counts * (1.0 - np.cos(more)) - 0.5 * z * z)).sum())
 
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]: none."""
-        return 0.0
-
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]."""
         return float(self._braked(position, velocity)[1].sum()) if self._delay.any() else 0.0
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
-        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
-        """
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size)."""
         blocks = np.zeros((len(self._nodes), 6, 3, 6, 3))
         for corner in range(6):
             for axis in range(3):

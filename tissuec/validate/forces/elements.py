@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import expm
 
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 from tissuec.validate.forces.relaxing import PlasticElements, RelaxingElements
 from tissuec.validate.forces.solid_laws import SolidLaws
 
@@ -29,7 +29,7 @@ STEP = 1e-30  # in the complex plane
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-class ElementSolid:
+class ElementSolid(ForceFormula):
     """The elements of one body as a field of forces.
 
     Args:
@@ -159,7 +159,6 @@ class ElementSolid:
     # --- what the reference needs -------------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         f, j, pressure = self._strained(position)
         relaxing = None if self.branches is None else self.branches.weight(velocity)
         c = np.einsum("eqxk,eqxl->eqkl", f, f)
@@ -297,10 +296,6 @@ class ElementSolid:
         stress = self._stress(c, np.sign(j), 0.0 * pressure, relaxing, flowed, fibred=False)
         return np.asarray(stress @ c)
 
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]: none."""
-        return 0.0
-
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that flow and relaxation lose [W]."""
         lost = 0.0
@@ -329,12 +324,7 @@ class ElementSolid:
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
-        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
-        """
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size)."""
         f, j, pressure = self._strained(position)
         c, sign = np.einsum("eqxk,eqxl->eqkl", f, f), np.sign(j)
         flowed = self._flowed(self._velocity)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.arrays import cross
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 from tissuec.validate.forces.pressure import middle_of
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-class FluidField:
+class FluidField(ForceFormula):
     """The fluids of a body as a field of forces.
 
     Args:
@@ -87,7 +87,6 @@ class FluidField:
         return fluids.modulus * (self._due(time)[0] - volume) / fluids.drawn
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         fluids = self._fluids
         volume, centre, x, places = self._sums(position)
         x = x - centre[self._cavity][:, None]
@@ -118,10 +117,6 @@ class FluidField:
         heights = fluids.density * (centre @ fluids.gravity)
         return float((self._pressures(time, volume) - heights) @ self._due(time)[1])
 
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none."""
-        return 0.0
-
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
@@ -129,10 +124,6 @@ class FluidField:
 
         With E = e(V, A) and A = g · ∫ x dV as seen from the centroid, where A = 0, it is
         e_VV ∂V∂Vᵀ + e_VA (∂V∂Aᵀ + ∂A∂Vᵀ) + e_V ∂²V + e_A ∂²A.
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
         """
         fluids, gravity = self._fluids, self._fluids.gravity
         nodes = len(position)

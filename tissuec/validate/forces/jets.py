@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.arrays import cross
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.acting.jets import Jet
@@ -44,7 +44,7 @@ class Beam(NamedTuple):
     second: Floats
 
 
-class JetForce:
+class JetForce(ForceFormula):
     """The jet of one nozzle as a field of forces.
 
     Args:
@@ -180,23 +180,10 @@ class JetForce:
         self.add_forces(time, position, velocity, forces)
         return float((forces * velocity).sum())
 
-    def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: none."""
-        return 0.0
-
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none."""
-        return 0.0
-
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
-        """Return the symmetric part of how forces fall with places [N/m], lit as now.
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move; the matrix is of shape (3 size, 3 size).
-        """
+        """Return the symmetric part of how forces fall with places [N/m], lit as now."""
         shape, thrust = (3 * size, 3 * size), self._thrust(time)
         if not thrust > 0.0 or not len(self._corners):
             return sparse.coo_matrix(shape)

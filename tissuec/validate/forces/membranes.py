@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 from tissuec.validate.forces.relaxing_walls import PlasticWall, RelaxingWall, WallMemory
 from tissuec.validate.forces.solid_laws import SolidLaws
 
@@ -31,7 +31,7 @@ _PAIRS = ((0, 0), (1, 1), (0, 1))
 _NOTHING = WallMemory()
 
 
-class MembraneWall:
+class MembraneWall(ForceFormula):
     """The triangles of one wall as a field of forces.
 
     Args:
@@ -179,7 +179,6 @@ class MembraneWall:
     # --- what the reference needs -------------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         kept = self._memory(velocity)
         f, c, across = self._strained(position, kept)
         stress, _ = self._stress(c, across, kept)
@@ -189,7 +188,6 @@ class MembraneWall:
         np.subtract.at(to, self._nodes, push)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]."""
         return float(self._energies(position).sum())
 
     def _energies(self, position: Floats, kept: WallMemory = _NOTHING) -> Floats:
@@ -294,10 +292,6 @@ class MembraneWall:
         )
         return np.asarray(np.max(loads, axis=0))
 
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]: none."""
-        return 0.0
-
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that flow and relaxation lose [W]."""
         lost, kept = 0.0, self._memory(velocity)
@@ -340,12 +334,7 @@ class MembraneWall:
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
-        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
-        """
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size)."""
         start = self._start
         f, c, across = self._strained(position, start)
         stress, _ = self._stress(c, across, start)

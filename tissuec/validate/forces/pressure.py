@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.arrays import cross
-from tissuec.validate.forces import assembled
+from tissuec.validate.forces import ForceFormula, assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.enclosed.pressure import SurfacePressure
@@ -69,7 +69,7 @@ def middle_of(rims: "Rims", number: int, nodes: int) -> sparse.csr_matrix:
     return sparse.csr_matrix(found.reshape(3, -1))
 
 
-class PressedSkin:
+class PressedSkin(ForceFormula):
     """A pressure on faces as a field of forces.
 
     Args:
@@ -130,20 +130,10 @@ class PressedSkin:
         return np.asarray(wider.follow.T @ found.ravel()).reshape(-1, 3)
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         to += self._pushes(time, position, self._caps)
 
-    def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: none."""
-        return 0.0
-
     def potential(self, time: float, position: Floats) -> float:
-        """Return -p V, with caps on all rims [J].
-
-        Args:
-            time: [s].
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return -p V, with caps on all rims [J]."""
         rims = self._caps, self._openings
         wider = self._wider(len(position), *rims)
         from_here = self._crossing.at(position[self._corners[0, 0]])
@@ -151,12 +141,7 @@ class PressedSkin:
         return -self._pressure(time) * float(wider.weight @ np.linalg.det(places)) / 6.0
 
     def wayward(self, time: float, position: Floats) -> Floats:
-        """Return the difference of the forces from those of the potential [N], shape (node, 3).
-
-        Args:
-            time: [s].
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return the forces at rest without a potential [N], shape (node, 3)."""
         own = self._pushes(time, position, self._caps)
         return own - self._pushes(time, position, self._caps, self._openings)
 
@@ -164,19 +149,10 @@ class PressedSkin:
         """Return the power of the source of the pressure [W]."""
         return float(np.vdot(self._pushes(time, position, self._caps), velocity))
 
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none."""
-        return 0.0
-
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
-        """Return the symmetric part of minus the derivative of the forces [N/m].
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
-        """
+        """Return the symmetric part of minus the derivative of the forces [N/m]."""
         wider = self._wider(len(position), self._caps)
         corners, weight = wider.corners, wider.weight
         x = wider.places(position)[corners]
@@ -202,7 +178,7 @@ class PressedSkin:
 SPLITS = ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3))  # half of each counts
 
 
-class VolumeField:
+class VolumeField(ForceFormula):
     """The enclosed volumes of one body as a field of forces.
 
     Args:
@@ -242,7 +218,6 @@ class VolumeField:
         return self._modulus * (due - self.volumes(position)) / self._drawn
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         a, b, c = self._edges(position)
         push = self._pressures(time, position)[self._cell, None] * (self._share / 12.0)
         slopes = push * cross(b, c), push * cross(c, a), push * cross(a, b)
@@ -259,20 +234,12 @@ class VolumeField:
         """Return the power with which volumes are changed from outside [W]."""
         return float(self._pressures(time, position) @ self._drawn) * self._swell(time)[1]
 
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none."""
-        return 0.0
-
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
         """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
 
         It is Σ K/V0 ∂V/∂x ∂V/∂xᵀ - p ∂²V/∂x∂x.
-
-        Args:
-            number: Of each node among those that may move, -1 for others.
-            size: How many may move.
         """
         a, b, c = self._edges(position)
         nodes = number[np.column_stack([self._corners, self._apex])]  # (triangle, 4)

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.linalg import null_space
 from scipy.sparse import block_diag, coo_matrix, csr_matrix
 
-from tissuec.validate.forces import FORMULAS
+from tissuec.validate.forces import FORMULAS, ForceFormula
 
 if TYPE_CHECKING:
     from tissuec.forces.acting.foundation import Bed
@@ -19,7 +19,7 @@ Indices = NDArray[np.int64]
 
 
 @FORMULAS.member("foundation")
-class Winkler:
+class Winkler(ForceFormula):
     """A bed of springs as a field of forces.
 
     Args:
@@ -34,17 +34,11 @@ class Winkler:
         return position[self._nodes] - self._drawn
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Add the forces on all nodes [N], shape (node, 3)."""
         to[self._nodes] -= self._pull * self._moved(position)
         to[self._nodes] -= self._brake * velocity[self._nodes]
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]."""
         return 0.5 * float((self._pull * self._moved(position) ** 2).sum())
-
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]: none."""
-        return 0.0
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that dashpots lose [W]."""
@@ -60,7 +54,7 @@ class Winkler:
         return sparse.coo_matrix(sparse.diags(total.ravel()))
 
 
-class MirroredForces:
+class MirroredForces(ForceFormula):
     """Nodes on planes of symmetry as a field that comes after all others.
 
     Args:
@@ -76,18 +70,6 @@ class MirroredForces:
         """Leave what forces do along the directions of each node [N], shape (node, 3)."""
         for node, ways in zip(self._nodes, self._ways, strict=True):
             to[node] = ways @ (ways.T @ to[node])
-
-    def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: none."""
-        return 0.0
-
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power supplied from outside [W]: none."""
-        return 0.0
-
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power dissipated [W]: none."""
-        return 0.0
 
     def matrix(self, time: float, position: Floats, number: Indices, size: int) -> coo_matrix:
         """Return nothing [N/m]; see ``ways``."""
