@@ -79,7 +79,6 @@ def measure(
     turns, so that a slow phase of the machine affects all alike.
 
     Args:
-        problem: The scene of the bench.
         tolerances: Coarse to fine.
         truth: Positions that errors are measured against [m], shape (row, node, 3).
         repeat: Timed runs of each point.
@@ -205,7 +204,6 @@ def find_truth(
     The second is by another solver, or by the other method where there is no such solver.
 
     Args:
-        problem: The scene of the bench.
         finest: Finest tolerance of the bench.
         budget: Processor time for one point [s].
         patience: How many of these times a solution may take.

@@ -146,7 +146,6 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     are found too.
 
     Args:
-        findings: Takes diagnostics.
         bodies: Those of the scene, if they are built already.
 
     Raises:

@@ -39,7 +39,6 @@ class Recompiler:
 
         Args:
             overrides: Texts of ``--set``.
-            findings: Takes diagnostics.
 
         Raises:
             CompileError: As of ``compile_scene``.

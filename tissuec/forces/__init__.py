@@ -13,6 +13,11 @@ of an element.
 
 Shared arguments:
     time: Time [s].
+    position: Of all nodes [m], shape (…, node, 3), or (node, 3) where the result is one number
+        or matrix.
+    velocity: Of all nodes [m/s], shape as ``position``.
+    number: Of each node among those that may move, -1 for others, shape (node,).
+    size: Number of nodes that may move; matrices have the shape (3 size, 3 size).
     x: Positions of all nodes [m], flat, shape (3 node,).
     v: Velocities of all nodes [m/s], flat, shape (3 node,).
     a: Accelerations of all nodes [m/s²], flat, shape (3 node,).

@@ -28,12 +28,7 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
 
     Shared arguments:
         time: Time [s], shape (…) or a number.
-        position: Of all nodes [m], shape (…, node, 3), or (node, 3) where the result is one
-            number or matrix.
-        velocity: Of all nodes [m/s], shape as ``position``.
         to: Forces on all nodes that are added to [N], shape (…, node, 3).
-        number: Of each node among those that may move, -1 for others, shape (node,).
-        size: Number of nodes that may move; matrices have the shape (3 size, 3 size).
         exact: Whether the matrix includes the parts that may make it indefinite.
     """
 

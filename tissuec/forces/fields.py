@@ -122,11 +122,7 @@ class Field(Effect, frozen=True):
         return np.zeros(0, dtype=np.int64)
 
     def giving(self, position: Floats, velocity: Floats) -> float:
-        """Return a bound of the rates at which anything relaxes [1/s].
-
-        Args:
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
-        """
+        """Return a bound of the rates at which anything relaxes [1/s]."""
         return 0.0
 
     @property
@@ -136,11 +132,7 @@ class Field(Effect, frozen=True):
         return "" if has_all or not len(self.hidden) else "forces with memory"
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> "MemoryTangents | None":
-        """Return the derivatives of the internal variables in hidden nodes; None without any.
-
-        Args:
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
-        """
+        """Return the derivatives of internal variables in hidden nodes; None without any."""
         return None
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
@@ -148,7 +140,6 @@ class Field(Effect, frozen=True):
 
         Args:
             velocity: Of all nodes, changed in place [m/s], shape (node, 3).
-            position: Of all nodes [m], shape (node, 3).
             moved: Nodes whose items relax, shape (node,).
         """
 
@@ -205,11 +196,6 @@ class Field(Effect, frozen=True):
         """Return minus the derivatives of damping forces, None without any.
 
         They are by positions [N/m] and by velocities [N s/m], shape (3 size, 3 size) each.
-
-        Args:
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
         """
         return None
 

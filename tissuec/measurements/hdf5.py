@@ -85,9 +85,7 @@ def read_h5md(fit: Fit, file: ResultGroup, network: Network, complaints: Complai
     observable of its name; where a position has none, it is the mean of the particles.
 
     Args:
-        fit: What is compared with data.
         file: The open file.
-        complaints: Takes errors in the data.
 
     Raises:
         CompileError: There is no such observable, or there are no such particles.
@@ -259,10 +257,6 @@ def read_result(
 
     Positions are those of the frames. Anything else is that of the log of its name; where a
     position has none, it is the mean of the frames.
-
-    Args:
-        fit: What is compared with data.
-        complaints: Takes errors in the data.
 
     Raises:
         CompileError: There is no such log, or the frames do not show the nodes.

@@ -109,7 +109,6 @@ class DataRows(Struct, frozen=True, eq=False):
         """Return the rows that have values.
 
         Args:
-            complaints: Takes errors in the data.
             places: Times [s], or displacements [m], shape (row,).
             values: Cells in the units of the text, shape (row, column).
             span: Place at which the column of ``places`` is named.

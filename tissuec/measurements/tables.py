@@ -382,7 +382,6 @@ def read_long(fit: Fit, columns: Floats, rows: DataRows, network: Network) -> Se
     Rows of other nodes of the same bodies are ignored, and so are rows without a position.
 
     Args:
-        fit: What is compared with data.
         columns: Ids of nodes and positions [m], shape (4, row).
         rows: The rows that count.
 

@@ -39,7 +39,6 @@ def resolve_words(
     """Resolve the parts of a program that need no bodies; it need not be a complete scene.
 
     Args:
-        findings: Takes diagnostics.
         overrides: The arguments of ``--set``.
         declarations: Of the program, if they are collected already; blocks are replaced.
     """
@@ -68,7 +67,6 @@ def resolve(
     Erroneous parts are left out or replaced, so that errors of the script are reported too.
 
     Args:
-        findings: Takes diagnostics.
         overrides: The arguments of ``--set``.
         declarations: Of the program, if they are collected already; blocks are replaced.
     """

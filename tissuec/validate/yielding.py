@@ -198,7 +198,6 @@ class RelaxingFields:
         """Store that the branches of elements at free nodes gave way for good.
 
         Args:
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
             free: The free nodes, shape (free,).
         """
         for field in self._fields:

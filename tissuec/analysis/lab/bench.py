@@ -234,14 +234,11 @@ class TestBench:
 
         Args:
             specimen: What is tested.
-            script: Orders with their times.
-            faces: Faces of which there are sets.
             watched: What is logged, each ``interval``.
             simulation: Entries of the ``simulate`` block.
             interval: Time between rows of the log, with its unit.
             more: Further sets.
             environment: Entries of the ``environment`` block; there is no gravity.
-            rupture: Whether the coupon can break between its gauges.
         """
         lines = [
             *self._tissues(),

@@ -79,7 +79,6 @@ class LawCurve(Struct, frozen=True):
         """Return nominal stresses in a mode [Pa], shape (strain,).
 
         Args:
-            mode: Loading mode, one of ``known_curves.MODES``.
             strains: Ascending; positive in compression, too.
 
         Raises:

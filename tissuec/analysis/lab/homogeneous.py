@@ -75,7 +75,6 @@ def limits_in(bench: TestBench, law: LawCurve, mode: str) -> LoadLimit:
     """Return the strain up to which a tissue can be loaded in a mode, by its law.
 
     Args:
-        bench: The bench of the tissue.
         law: Its stress by strain and mode.
         mode: Loading mode.
     """
@@ -117,7 +116,6 @@ def loaded(bench: TestBench, mode: str, *, tears: bool = False) -> CubeResponse:
     """Return the response of a cube in a mode.
 
     Args:
-        mode: Loading mode, one of ``known_curves.MODES``.
         tears: Whether it is loaded until it breaks.
 
     Raises:

@@ -79,7 +79,6 @@ def examiner_of(bench: TestBench, listener: Listener) -> SolidExaminer | SpringE
     """Return the tests of a tissue.
 
     Args:
-        bench: The bench of the tissue.
         listener: Callback for each row.
     """
     return (SpringExaminer if bench.of_springs else SolidExaminer)(bench, listener)

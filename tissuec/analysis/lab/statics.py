@@ -159,7 +159,6 @@ def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None
     """Return the tension test of a coupon up to rupture.
 
     Args:
-        bench: The bench of the tissue.
         modulus: Of the tissue [Pa].
         near: Stress at which another coupon broke [Pa]; None if there was none.
 

@@ -45,7 +45,6 @@ def numbers_at(given: AssignedQuantity, places: Floats, scope: Scope, owner: str
     Args:
         given: With a formula.
         places: [m], shape (place, 3).
-        scope: Looks up names of expressions.
         owner: The body or region in messages.
 
     Raises:

@@ -45,9 +45,7 @@ def build_joints(scene: Scene, groups: Groups, findings: Findings) -> list[Joint
     """Return the joints of a scene, and add them to ``groups``.
 
     Args:
-        scene: The resolved scene.
         groups: With the bodies; sets of springs of joints are not chosen yet.
-        findings: Takes diagnostics.
     """
     built: list[JointArrays] = []
     for key, declared in scene.declarations.of("joint").items():

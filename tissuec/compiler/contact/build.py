@@ -126,7 +126,6 @@ def contact_of(
     Args:
         tools: Those that may touch.
         environment: Of the scene.
-        findings: Takes diagnostics.
         settles: Whether the scene settles at 0 s, so that what overlaps comes to rest.
     """
     law = environment.contact

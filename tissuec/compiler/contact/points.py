@@ -621,7 +621,6 @@ def stiffness_of(
         points: Of the network.
         network: With its elements.
         environment: The environment, which may set the pressure per depth.
-        findings: Takes diagnostics.
     """
     assert environment.contact is not None, "otherwise there are no points"
     axis, threaded = points.owner < 0, points.is_on_thread

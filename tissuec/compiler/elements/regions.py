@@ -38,7 +38,6 @@ def regions_of_elements(
     Args:
         body: Its regions.
         mesh: With elements, which are numbered shape by shape.
-        scope: Looks up names of expressions.
 
     Returns:
         The number of the region of each element from 1, 0 without one, shape (element,); that

@@ -41,7 +41,6 @@ def hinges_of(
         moduli: What gives the spring constants of each part of the body.
         modulus_at_nodes: Returns Young's modulus [Pa], shape (node,).
         stiffness, damping: Of the springs [N/m], [N s/m], shape (spring,).
-        findings: Takes diagnostics.
     """
     body = drawing.body
     assert body.shell is not None

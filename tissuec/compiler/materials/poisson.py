@@ -59,7 +59,6 @@ def poisson_of(
         matter: How its stiffness is distributed to springs.
         ratios: Poisson's ratio of each part of the body that has nodes, at least one.
         moduli: What gives the spring constants of each.
-        findings: Takes diagnostics.
 
     Returns:
         None where springs have it without cells.

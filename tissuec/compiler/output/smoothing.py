@@ -25,7 +25,6 @@ def read_surface(
         name: Name of the body in the output.
         body: Name of the body as declared.
         mesh: Mesh of the body.
-        scope: Looks up names of expressions.
     """
     if not len(mesh.skin):
         scope.findings.reject(

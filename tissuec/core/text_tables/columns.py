@@ -55,8 +55,6 @@ def read_columns(text: str, dialect: Dialect, wanted: Sequence[int]) -> Floats:
     Empty cells are NaN.
 
     Args:
-        text: The text of the table.
-        dialect: Separators of the table and where its rows begin.
         wanted: Numbers of the columns.
 
     Raises:

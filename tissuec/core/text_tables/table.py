@@ -105,7 +105,6 @@ def find_dialect(text: str, delimiters: Sequence[str] = DELIMITERS) -> Dialect |
     """Return the dialect of a table; None if there is no line in it.
 
     Args:
-        text: The text of the table.
         delimiters: What can separate its cells.
     """
     lines = list(islice(lines_of(text), _HIGHEST))

@@ -129,10 +129,8 @@ class Integrator(Protocol):
         """Return size of the next step, memory and wait after an accepted step.
 
         Args:
-            h: Size of the step [s].
             ratio: Its error over what is allowed.
             memory: Such ratio of an earlier step, as this function returned it.
-            wait: Steps of the present size that come before it may grow.
         """
         ...
 

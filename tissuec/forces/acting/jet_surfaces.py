@@ -122,7 +122,6 @@ def buried_in(network: Network, position: Floats, point: Floats) -> str:
     """Return the name of a body with a closed surface around a point, empty if there is none.
 
     Args:
-        position: Of all nodes [m], shape (node, 3).
         point: The point [m], shape (3,).
     """
     from tissuec.geometry.inside import winding_numbers

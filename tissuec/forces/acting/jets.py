@@ -135,11 +135,7 @@ class Jet(Field, frozen=True):
         return self if skin is self.skin else replace(self, skin=skin)
 
     def met(self, position: Floats) -> Indices:
-        """Return the intact triangles that lie at least partly within the jet, shape (n,).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return the intact triangles that lie at least partly within the jet, shape (n,)."""
         table = self._blown(position)
         return np.flatnonzero(self.skin.whole)[table.met[: table.found[0]]]
 
@@ -160,10 +156,6 @@ class Jet(Field, frozen=True):
 
         The other part belongs to no energy. Unless it is to be ``exact``, nothing is returned,
         because what there is may be negative.
-
-        Args:
-            number: Of each node of the scene among those that may move, -1 for others.
-            size: How many may move; the matrix is of shape (3 size, 3 size).
         """
         from scipy.sparse import csc_matrix
 

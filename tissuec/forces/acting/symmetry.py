@@ -80,12 +80,7 @@ class SymmetryPlanes(Field, frozen=True):
         return csc_matrix((3 * size, 3 * size))
 
     def projection(self, number: Indices, size: int) -> "csr_matrix":
-        """Return the projection of vectors at nodes into the planes, shape (3 size, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
-        """
+        """Return the projection into the planes, shape (3 size, 3 size)."""
         from scipy.sparse import csr_matrix, identity
 
         across = diagonal(np.eye(3) - self.projections, number[self.nodes], size)

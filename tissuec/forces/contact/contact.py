@@ -172,11 +172,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     # --- what it does -----------------------------------------------------------------------
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
-        """Return which nodes it acts on, shape (node,).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return which nodes it acts on, shape (node,)."""
         pairs, _ = self._pressed(position)
         pairs, found = pairs.some(pairs.weight != 0.0), np.zeros(len(position), dtype=bool)
         here, count = self.nodes[pairs.node], len(position)
@@ -205,11 +201,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())
 
     def least_friction(self, position: Floats) -> float:
-        """Return the smallest coefficient of friction where something touches; 0 without any.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return the smallest coefficient of friction of what touches; 0 without any."""
         if self.friction is not None:
             return self.friction
         pairs, place = self._pressed(position)
@@ -240,11 +232,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return bool(kept[where].any())
 
     def depths_inside(self, position: Floats) -> "Sunk":
-        """Return how deep points and nodes of bodies are inside of solids that push them out.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return how deep points and nodes are inside of solids that push them out."""
         pairs, place = self._pressed(position)
         sided = pairs.sided if self.distances is not None else None
         if sided is None or self.distances is None or self.group is None or self.of is None:
@@ -267,7 +255,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
         Args:
             nodes: Indices, shape (n,).
-            position: Of all nodes [m], shape (…, node, 3).
         """
         on, by, below = self._carried(nodes, position.shape[-2])
         found: list[tuple[float, float, float]] = []
@@ -290,9 +277,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         Σ p_a A_a is the sum of all normal forces on faces, where A_a is a third of the present
         area of each touched triangle around a node; of each triangle if none has a point that
         is touched, as below a thin tool. Damping of contact is no part of the forces.
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
 
         Returns:
             Shape (…, node).
@@ -337,7 +321,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
         Args:
             touched: Their numbers, shape (n,).
-            position: Of all nodes [m], shape (node, 3).
         """
         _, own = self._on_faces(touched)
         points = self.between
@@ -350,7 +333,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
         Args:
             nodes: As of ``extent_at``.
-            position: Of all nodes [m], shape (node, 3).
             within: The distance [m].
         """
         on, by, _ = self._carried(nodes, len(position))
@@ -427,11 +409,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return self.stiffness[pairs.node] * np.where(d < w, d * d / (2.0 * w), d - 0.5 * w)
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the energy of all pressed contacts [J], shape (…).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
+        """Return the energy of all pressed contacts [J], shape (…)."""
         total: list[float] = []
         for pairs, place in self._pressed_in(in_line(position)):
             w, d = self.layer, place.depth
@@ -448,8 +426,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         """Return the stiffness of pressed contacts [N/m] among the nodes that may move.
 
         Args:
-            number: Of each node of the scene among those that may move, -1 for others.
-            size: How many may move; the matrix is of shape (3 size, 3 size).
             exact: Whether to include the terms of curved shapes and of shapes that turn, which
                 may be negative; otherwise it is positive semidefinite.
         """
@@ -707,7 +683,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
         Args:
             place: Index of each node and point in the arrays of the kernel.
-            position: Of all nodes [m], shape (node, 3).
             pairs: Those near one another.
             listed: Numbers of the nodes that the record contains, ascending, shape (n,).
         """

@@ -146,11 +146,7 @@ class NearShapes(Field, frozen=True, dict=True):
     exhaustive: bool = False
 
     def near(self, position: Floats, margin: float) -> ContactPairs:
-        """Return the nodes that are less than a margin [m] outside of shapes.
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return the nodes that are less than a margin [m] outside of shapes."""
         nodes, position = len(position), self._with_points(position)
         node, face = self._candidates(position, margin)
         flat, radius = self.kind[face] == TRIANGLE, self._radii(node, face)
@@ -332,7 +328,6 @@ class NearShapes(Field, frozen=True, dict=True):
         """Return the nearest places of the shapes to the nodes of pairs.
 
         Args:
-            position: Of all nodes [m], shape (node, 3).
             pairs: Nodes and shapes.
         """
         return self._places(self._with_points(position), pairs)
@@ -397,7 +392,6 @@ class NearShapes(Field, frozen=True, dict=True):
 
         Args:
             nodes: Those of a body.
-            position: Of all nodes [m], shape (node, 3).
 
         Returns:
             Positions [m], shape (n, 3); numbers among the nodes of the contact, shape (n,);

@@ -74,10 +74,6 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     def map(self, number: Indices, size: int) -> "csr_matrix":
         """Return the matrix from coordinates of nodes that may move to those of all and points.
 
-        Args:
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: How many may move.
-
         Returns:
             Shape (3 (node + point), 3 size).
         """
@@ -109,11 +105,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         return np.where(self.face == NO_FACE, holds, there[self.face])
 
     def stretch(self, position: Floats) -> Floats:
-        """Return the area of each triangle over its drawn one, shape (triangle,).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-        """
+        """Return the area of each triangle over its drawn one, shape (triangle,)."""
         a, b, c = np.moveaxis(position[self.triangles], 1, 0)
         return 0.5 * norm(cross(b - a, c - a)) / self.drawn
 

@@ -81,7 +81,6 @@ def lay(k: int, row: int, pair: int, place: Meeting, v: Floats, touches: Contact
         row: Index of the row.
         pair: Index of the pair.
         place: Where the node is in the shape.
-        v: Velocities of all nodes [m/s], flat, shape (3 node,).
     """
     depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = place
     i, met, at, shape = (

@@ -174,11 +174,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         return GroupedItems(corners, first, seen, points, {"weight": weight} | fall, own | fall)
 
     def volumes(self, position: Floats) -> Floats:
-        """Return the volumes of the cavities [m³], shape (…, cavity).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
+        """Return the volumes of the cavities [m³], shape (…, cavity)."""
         return self.sums(position)[0]
 
     @property

@@ -56,11 +56,7 @@ class KeptVolumes(PooledField, frozen=True):
 
     @abstractmethod
     def volumes(self, position: Floats) -> Floats:
-        """Return the present volumes [m³], shape (…, item).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
+        """Return the present volumes [m³], shape (…, item)."""
 
     def swollen(self, amount: float, profile: TimeProfile, since: float = 0.0) -> Self:
         """Return the same with another target volume in place of the present one.
@@ -87,10 +83,5 @@ class KeptVolumes(PooledField, frozen=True):
         return self.drawn * (1.0 + self.amount(time)[..., None])
 
     def pressures(self, time: Floats | float, position: Floats) -> Floats:
-        """Return the pressures p [Pa], shape (…, item).
-
-        Args:
-            time: [s], shape (…).
-            position: Of all nodes [m], shape (…, node, 3).
-        """
+        """Return the pressures p [Pa], shape (…, item)."""
         return self.modulus * (self.due(time) - self.volumes(position)) / self.drawn

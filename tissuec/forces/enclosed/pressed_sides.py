@@ -228,7 +228,6 @@ def _faces_a_space(position: Floats, corners: Indices) -> NDArray[np.bool_]:
     out of the solid, point into the volume that the patch encloses with caps on its rims.
 
     Args:
-        position: Of all nodes [m], shape (node, 3).
         corners: Of all triangles of the skin, shape (triangle, 3).
     """
     a, b, c = position[corners].swapaxes(0, 1)
@@ -264,7 +263,6 @@ def enclosed(
     """Return the volume between weighted triangles and caps on rims [m³], shape (…).
 
     Args:
-        position: Of all nodes [m], shape (…, node, 3).
         rims: All rims of these.
         crossing: Of the planes of symmetry at which the triangles end.
     """

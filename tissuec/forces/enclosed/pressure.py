@@ -108,9 +108,6 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
         """Return the volume between the faces and caps on all rims [m³], shape (…).
 
         It is positive on the side from which the pressure pushes.
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
         """
         faces = self.faces
         rims = self.caps, self.openings
@@ -160,12 +157,6 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
         """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).
 
         Without open rims it is symmetric.
-
-        Args:
-            time: [s].
-            position: Of all nodes [m], shape (node, 3).
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: Number of nodes that may move.
         """
         from scipy.sparse import csr_matrix
 

@@ -108,11 +108,7 @@ class Enclosure(KeptVolumes, frozen=True):
         return FieldBlock(f"the volume of {self.name}", "volume", self, self.span)
 
     def volumes(self, position: Floats) -> Floats:
-        """Return the enclosed volumes [m³], shape (…, cell).
-
-        Args:
-            position: Of all nodes [m], shape (…, node, 3).
-        """
+        """Return the enclosed volumes [m³], shape (…, cell)."""
         return self.share * self.sums(position)[0]
 
     @cached_property

@@ -63,7 +63,6 @@ def put_home(x: Floats, nodes: Integers, home: Floats) -> None:
     """Set the nodes that store internal variables to their fixed positions.
 
     Args:
-        x: Positions of all nodes [m], flat, shape (3 node,).
         nodes: These nodes, shape (m,).
         home: Their positions [m], shape (m, 3).
     """

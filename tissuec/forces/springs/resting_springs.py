@@ -151,7 +151,6 @@ def reached(ends: NDArray[np.integer], position: Floats) -> tuple[Floats, Floats
 
     Args:
         ends: Node pair of each spring, shape (spring, 2).
-        position: Of all nodes [m], shape (node, 3).
     """
     reach = position[ends[:, 1]] - position[ends[:, 0]]
     return reach, np.sqrt(np.einsum("sk,sk->s", reach, reach))

@@ -174,12 +174,7 @@ class SpringForce(Struct, frozen=True, eq=False):
 
 
 def stretched(springs: Springs, position: Floats, velocity: Floats) -> SpringPull:
-    """Return lengths and tensions of springs that all act, as laws say at zero length, too.
-
-    Args:
-        position: Of all nodes [m], shape (…, node, 3).
-        velocity: Of all nodes [m/s], shape as ``position``.
-    """
+    """Return lengths and tensions of springs that all act, as laws say at zero length, too."""
     behaviour, memory = springs.behaviour, springs.inelastic
     length, closing = measured(
         springs.ends, position, velocity if behaviour.is_viscous else None
@@ -197,7 +192,6 @@ def measured(
 
     Args:
         ends: Node pair of each spring, shape (spring, 2).
-        position: Of all nodes [m], shape (…, node, 3).
         velocity: Of all nodes [m/s], shape as ``position``; rates are None without it.
     """
     each, shape = position.shape[-2:], (*position.shape[:-2], len(ends))

@@ -122,7 +122,6 @@ def refuse(
         what: In words.
         place: Where it is written.
         made: Why the body is made of elements.
-        findings: Takes diagnostics.
         is_block: Whether it is the head of a block.
     """
     removing = () if is_block else (removal(place),)
@@ -143,7 +142,6 @@ def refuse_entries(
     Args:
         places: Where its entries are written, by name.
         made: Why the body is made of elements.
-        findings: Takes diagnostics.
         wall: Whether it is a wall, of which ``bending`` says whether it resists it.
     """
     for name in _OF_SPRINGS:

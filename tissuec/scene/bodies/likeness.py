@@ -38,7 +38,6 @@ def read_each_like(
         kind: Of the blocks.
         read: Reads a block with all that it inherits, or rejects it.
         declarations: Of the scene.
-        findings: Takes diagnostics.
     """
 
     def read_one(key: str) -> Any:
@@ -68,7 +67,6 @@ def names_like(
     Args:
         name: Of a body that is like none of those that are like it.
         declarations: Of the scene.
-        findings: Takes diagnostics.
     """
     declared = declarations.find("body", name, findings)
     return tuple(one.name for one in _chain(declared, declarations, findings))

@@ -88,7 +88,6 @@ def read_overrides(
     Args:
         texts: The arguments of ``--set``.
         declarations: Of the scene; blocks are replaced in place.
-        findings: Takes diagnostics.
     """
     given: dict[str, s.Assign] = {}
     for text in texts:
@@ -110,7 +109,6 @@ def read_override(text: str, findings: Findings, name: str = SET) -> Override:
 
     Args:
         text: Such as "lift = 2 mm" or "hardness of fallopian tube is soft".
-        findings: Takes diagnostics.
         name: What messages call the text.
     """
     item, owners = None, ()
@@ -134,7 +132,6 @@ def override_entry(override: Override, declarations: Declarations, findings: Fin
     Args:
         override: What is to be written.
         declarations: Of the scene; the block is replaced in place.
-        findings: Takes diagnostics.
     """
     home = _home(override, declarations, findings)
     inner, path = _place(home, override.item, findings)
@@ -470,7 +467,6 @@ def _refuse_owner(
         override: What cannot be written.
         is_found: Whether the outermost block is there, and one inside of it is not.
         declarations: Of the scene.
-        findings: Takes diagnostics.
     """
     *inner, outer = override.owners
     if is_found:

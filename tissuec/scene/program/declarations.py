@@ -117,7 +117,6 @@ class Declarations(Struct):
         Args:
             kind: Kind of the declarations.
             read: Reads a declaration, or rejects it.
-            findings: Takes diagnostics.
         """
         found: dict[str, T] = {}
         for key, declared in self.of(kind).items():

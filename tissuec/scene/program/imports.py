@@ -166,7 +166,6 @@ def load(
 
     Args:
         libraries: Folders in which ``use`` finds files.
-        findings: Takes diagnostics.
         files: Where texts are read from.
 
     Raises:

@@ -92,7 +92,6 @@ def with_text(
         known: Those before.
         item: See ``is_metadata``.
         places: Where each word was written first; takes that of this one.
-        findings: Takes diagnostics.
     """
     word = item.name.words.lower()
     text = read_text(item, Scope(findings))

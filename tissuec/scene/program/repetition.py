@@ -79,7 +79,6 @@ def repeated(
 
     Args:
         items: Of a text.
-        findings: Takes diagnostics.
         indices: Takes the names of all indices.
     """
     return tuple(_Expansion(findings, [] if indices is None else indices).items(items))

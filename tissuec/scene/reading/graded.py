@@ -113,7 +113,6 @@ def refuse_even(
     Args:
         item: An entry with the name of a quantity in ``GRADABLE``.
         owner: The kind of its block: "body" or "region".
-        findings: Takes diagnostics.
     """
     findings.reject(
         "TIS312",
@@ -134,7 +133,6 @@ def require_of_tissue(
         tissue: Of the body or the region; None without one.
         owner: The body or region in messages.
         where: Its head.
-        findings: Takes diagnostics.
     """
     for one in graded:
         name = one.quantity.name

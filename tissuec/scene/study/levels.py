@@ -53,7 +53,6 @@ def check_levels(
         study: The study, which is right by itself.
         program: Of the scene, as ``alone`` returns it.
         overrides: Texts of ``--set``.
-        findings: Takes diagnostics.
     """
     scene = _TrialScene(study, program, overrides)
     for factor in study.factors:
@@ -75,7 +74,6 @@ def check_rows(
         rows: Values of the factors for each run; None where the scene has its own.
         program: Of the scene, as ``alone`` returns it.
         overrides: Texts of ``--set``.
-        findings: Takes diagnostics.
     """
     scene = _TrialScene(study, program, overrides)
     for place, factor in enumerate(study.factors):

@@ -40,7 +40,6 @@ def read_appearance(
     Args:
         item: The entry, ``colour`` or ``gloss``.
         before: How it looked without.
-        scope: Looks up names of expressions.
     """
     key = item.name.key
     return replace(before, **{key: schema.read_entry(APPEARANCE[key], item, scope)})

@@ -48,7 +48,6 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
     Args:
         name: Name of the quantity.
         item: The assignment.
-        scope: Looks up names of expressions.
     """
     quantity = QUANTITIES[name]
     refuse_range(item, scope.findings)

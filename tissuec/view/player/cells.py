@@ -83,7 +83,6 @@ def read_cells(
     """Return the tetrahedra of the filled bodies of a result, between its recorded nodes.
 
     Args:
-        trajectory: The result.
         changes: In order; the first one is the start.
         ends: When springs end, in units of frames, shape (spring,).
         most: Larger bodies are left out; None for none.

@@ -34,7 +34,6 @@ def moments(times: Floats, rate: float, speed: float | None) -> Floats:
     Args:
         times: Of the frames [s], shape (frame,).
         rate: Pictures per second.
-        speed: Playback speed, 1 is real time; chosen automatically if None.
     """
     duration = float(times[-1] - times[0])
     shown = duration / (speed or pace(duration))
@@ -47,7 +46,6 @@ def rate_of(painter: Painter, usual: float, speed: float | None, still: float = 
     """Return the number of pictures per second: fewer than usual if few frames are requested.
 
     Args:
-        painter: Draws moments of the run.
         usual: Pictures per second otherwise.
         speed: Playback speed.
         still: How long pictures of the end are repeated [s].
@@ -159,7 +157,6 @@ def still(film: PlayerData, options: Options, field: FieldValues | None = None) 
 
     Args:
         film: What there is.
-        options: Options of the player.
         field: What colours the skin; its tissues if None.
     """
     time = film.times[0] if options.time is None else options.time

@@ -93,7 +93,6 @@ def read_held(
     """Return the fixed and held parts of a net.
 
     Args:
-        trajectory: The result.
         timeline: The frames that are shown.
         seen: Tools that are drawn themselves, and not the single nodes that they hold.
     """

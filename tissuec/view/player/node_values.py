@@ -139,7 +139,6 @@ def chosen_field(nodes: DrawnNodes, options: Options) -> FieldValues | None:
 
     Args:
         nodes: Of the film.
-        options: Options of the player.
 
     Raises:
         TissueError: The result has no such field, or it has no logarithms.

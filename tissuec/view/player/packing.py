@@ -159,7 +159,6 @@ def pack_fields(
     Args:
         nodes: Of the film.
         chosen: The field that is shown first; None for the tissues.
-        pack: Takes the arrays.
         scale: The steps of positions.
     """
     pack.add("home", scale.steps(nodes.drawn).T[None])
@@ -206,7 +205,6 @@ def pack_node_facts(nodes: DrawnNodes, pack: Pack) -> dict[str, Any]:
 
     Args:
         nodes: Of the film.
-        pack: Takes the arrays.
     """
     trajectory, numbers = nodes.trajectory, nodes.film.numbers
     groups = [one for one in trajectory.groups if one.body and one.what == "nodes"]

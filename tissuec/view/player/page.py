@@ -97,8 +97,6 @@ def fragment(trajectory: Trajectory, options: Options = DEFAULT, *, height: int 
     It has a frame of its own, so that the styles and keys of the pages do not interfere.
 
     Args:
-        trajectory: The result.
-        options: Options of the player.
         height: Of the frame [px].
 
     Raises:
@@ -126,8 +124,6 @@ def describe(
     Args:
         nodes: Of a film, with its result.
         field: What colours the skin at first; its tissues if None.
-        options: Options of the player.
-        pack: Takes the arrays.
     """
     film, trajectory = nodes.film, nodes.trajectory
     scale = box_scale(film.position)

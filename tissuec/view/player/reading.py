@@ -126,7 +126,6 @@ def choose_frames(times: Floats, options: Options) -> Indices:
 
     Args:
         times: Of all frames [s], shape (frame,).
-        options: Options of the player.
     """
     chosen = np.arange(len(times))
     if options.every is not None:

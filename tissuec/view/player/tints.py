@@ -47,7 +47,6 @@ def written_tissue(trajectory: Trajectory, body: str, region: str = "") -> dict[
     """Return name and appearance of the tissue of a body or a region; empty if unknown.
 
     Args:
-        trajectory: The result.
         body: Name of the body.
         region: Name of the region; empty for the rest of the body.
     """
@@ -59,7 +58,6 @@ def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
     """Return red, green, blue and gloss of a body or a region, dimensionless, shape (4,).
 
     Args:
-        trajectory: The result.
         body: Name of the body.
         region: Name of the region; empty for the rest of the body.
     """
@@ -75,7 +73,6 @@ def is_hollow(
     """Return which triangles have an inside: those of shells and tubes.
 
     Args:
-        trajectory: The result.
         triangles: Rows of the recorded nodes, shape (triangle, 3).
         filled: Names of bodies that are known to be solid.
     """

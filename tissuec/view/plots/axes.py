@@ -55,7 +55,6 @@ def ticks_at(sheet: Canvas, axes: "Axes", values: Floats) -> None:
 
     Args:
         sheet: What the axes are on.
-        axes: Axes of matplotlib.
         values: In the unit of the axis, of any shape.
     """
     from matplotlib.ticker import NullLocator
@@ -93,7 +92,6 @@ def whole_decades(axes: "Axes", values: Floats) -> None:
     """Give an axis of positive numbers a logarithmic scale with a power of ten at each end.
 
     Args:
-        axes: Axes of matplotlib.
         values: In the unit of the axis, of any shape.
     """
     known = values[np.isfinite(values) & (values > 0.0)]

@@ -60,7 +60,6 @@ class FrameNumbers(Struct, frozen=True, eq=False):
         """Return a field of pages.
 
         Args:
-            trajectory: The result.
             name: Of the field.
             frames: Numbers of the frames, ascending.
 
@@ -175,8 +174,6 @@ class SeenInstrument(NamedTuple):
         """Draw it.
 
         Args:
-            axes: Axes of matplotlib.
-            view: Direction of the eye.
             scale: Unit of the axes.
         """
         course = self.course
@@ -248,9 +245,7 @@ class FrameInstruments(Struct, frozen=True, eq=False):
 
         Args:
             frame: Number of the frame.
-            axes: Axes of matplotlib.
             place: Of all nodes, in the unit of the axes, shape (node, 3).
-            view: Direction of the eye.
             seen: Rows of the nodes that are drawn.
         """
         for nodes, (form, size, filling) in zip(self.held(frame), (_FIXED, _HELD), strict=True):

@@ -60,9 +60,7 @@ def draw_springs(
     """Draw springs, more distant ones first and paler.
 
     Args:
-        axes: Axes of matplotlib.
         ends: Of each spring, in the unit of the axes, shape (spring, 2, 3).
-        view: Direction of the eye.
         colours: Red, green, blue and opacity of each spring, shape (spring, 4).
         width: Of the lines [pt], one or shape (spring,).
     """
@@ -97,10 +95,8 @@ def draw_skin(
     """Draw triangles in the light of a lamp, more distant ones first.
 
     Args:
-        axes: Axes of matplotlib.
         position: Of their corners, in the unit of the axes, shape (node, 3).
         triangles: Shape (triangle, 3).
-        view: Direction of the eye.
         rims: Whether the edges are drawn.
         own: Colours of the triangles, hardly shaded, shape (triangle, 3); those of tissue if
             None.
@@ -166,10 +162,8 @@ def draw_silhouette(
     """Draw a closed surface as one paler area with its outlines.
 
     Args:
-        axes: Axes of matplotlib.
         position: Of its points, in the unit of the axes, shape (point, 3).
         triangles: Shape (triangle, 3).
-        view: Direction of the eye.
         colour: Of the area.
         opacity: Of the area.
     """

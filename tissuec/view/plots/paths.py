@@ -173,7 +173,6 @@ def nodes_of(trajectory: "Trajectory", asked: str) -> Indices:
     """Return the nodes of a name or set, as network numbers, shape (n,).
 
     Args:
-        trajectory: The result.
         asked: A name of a set or body, a region with its body, or a set in the language, such
             as "nodes of vessel where x < 1 mm".
 
@@ -217,7 +216,6 @@ def recorded(trajectory: "Trajectory", nodes: Indices) -> Indices:
     Nodes that are not recorded are left out.
 
     Args:
-        trajectory: The result.
         nodes: Network numbers, shape (n,).
     """
     if not len(trajectory.nodes):

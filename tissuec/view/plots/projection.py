@@ -108,7 +108,6 @@ def front_nodes(position: Floats, triangles: NDArray[np.integer], view: Projecti
     Args:
         position: [m], shape (node, 3).
         triangles: The skin, its normals outwards, shape (triangle, 3).
-        view: Direction of the eye.
     """
     corners = position[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -135,7 +134,6 @@ def seen_springs(
         solid: Which nodes belong to solid bodies, shape (node,).
         position: [m], shape (node, 3).
         triangles: The skin, its normals outwards, shape (triangle, 3).
-        view: Direction of the eye.
     """
     in_front = front_nodes(position, triangles, view)
     seen = np.asarray((~solid | in_front)[ends].all(axis=1))
