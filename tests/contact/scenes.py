@@ -12,6 +12,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run
 from tissuec.forces.contact.contact import Contact
 from tissuec.forces.contact.contact_kernel import touch
+from tissuec.forces.contact.sides import Meetings
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import shared_elements
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
@@ -174,5 +175,8 @@ def contact_with(
         stride=0.1,
         memory=np.arange(behind, behind + nodes if np.any(friction) else behind),
         rate=100.0,
+        meetings=Meetings.of_all(nodes, count),
+        whole=np.ones(count, dtype=bool),
+        there=np.ones(nodes, dtype=bool),
         span=Span(Source("s.tis", "language 1"), 0, 1),
     )

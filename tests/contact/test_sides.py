@@ -174,11 +174,12 @@ def test_what_is_listed_holds_for_a_short_way(drop):
 
 def test_what_is_far_away_or_drawn_inside_is_not_kept_outside():
     network = slab("kind is probe; radius = 0.6 mm; axis from (3, 3, 9) mm to (12, 12, 9) mm")
-    assert network.contact.sided.any()
+    assert network.contact.meetings.is_sided
     assert network.contact.near(network.position, 1e-3).sided.sum() == 0
     network = slab("kind is probe; radius = 0.6 mm; axis from (3, 3, 2) mm to (12, 12, 9) mm")
-    assert network.contact.sided is None
-    assert slab("kind is probe; radius = 3 mm; centre = (8, 8, 9) mm").contact.sided is None
+    assert not network.contact.meetings.is_sided
+    network = slab("kind is probe; radius = 3 mm; centre = (8, 8, 9) mm")
+    assert not network.contact.meetings.is_sided
 
 
 def test_walls_have_no_inside():
@@ -190,7 +191,7 @@ environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only }}
 simulate {{ duration = 1 ms }}
 """).network
     assert network.contact.between is not None
-    assert network.contact.sided is None
+    assert not network.contact.meetings.is_sided
 
 
 @pytest.mark.parametrize("drop", [0.5, 1.5, 2.5, 3.4])
@@ -217,11 +218,11 @@ def test_a_torn_surface_has_no_sides():
     network, position, _ = lowered(1.6)
     contact = network.contact
     alive = network.present.copy()
-    assert contact.intact(alive).sided is not None
+    assert contact.intact(alive).meetings.is_sided
     corner = int(np.flatnonzero((network.position[: network.body_nodes] == 0.0).all(axis=1))[0])
     alive[(network.springs.ends == corner).any(axis=1)] = False
     torn = contact.intact(alive)
-    assert torn.sided is None
+    assert not torn.meetings.is_sided
     assert np.abs(forces(torn, position, np.zeros_like(position))).max() == 0.0
 
 
@@ -353,11 +354,11 @@ def test_threads_that_are_drawn_outside_are_pushed_out_at_any_depth(drop):
 
 def test_threads_that_are_drawn_inside_sewn_or_torn_are_not_kept_outside():
     inner = strand(0.0, line="(1, 3, 4.7) mm to (15, 11, 3) mm")[0]
-    assert inner.contact.sided is None
+    assert not inner.contact.meetings.is_sided
     sewn = """set end = nodes of strand in [1]
 set corner = nodes of slab in [1]
 joint suture { springs from end to corner; tissue is silk }"""
-    assert strand(0.0, extra=sewn)[0].contact.sided is None
+    assert not strand(0.0, extra=sewn)[0].contact.meetings.is_sided
     network, position, thread = strand(1.6)
     alive = network.present.copy()
     alive[network.bodies[1].thread.pieces] = False

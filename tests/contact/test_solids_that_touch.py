@@ -226,7 +226,7 @@ def test_where_a_surface_is_torn_it_keeps_out_what_is_elsewhere():
     network, position, velocity, alive = lowered_on_a_tear()
     contact = network.contact
     left = contact.intact(alive)
-    assert set(np.unique(left.sided)) == {0, CLOSED, TORN}
+    assert set(np.unique(left.meetings.sided)) == {0, CLOSED, TORN}
     whole, part = (forces(one, position, velocity) for one in (contact, left))
     nodes = network.bodies[1].nodes
     assert 0.0 < part[nodes, 2].sum() < whole[nodes, 2].sum()
@@ -245,7 +245,7 @@ def stiffness_of(hard, *, tool=""):
     contact, points = network.contact, network.contact.between
     first = len(contact.nodes) - len(points.corners)
     owner, k = contact.owner[first:], contact.stiffness[first:]
-    return owner, k / points.areas, contact.group[first:]
+    return owner, k / points.areas, contact.meetings.group[first:]
 
 
 def test_on_the_faces_of_both_bodies_the_softer_one_counts():

@@ -145,6 +145,7 @@ def contact_of(
     stiffness = _stiffness(network, law, environment, findings)
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
     from tissuec.forces.contact.contact import Contact  # where something touches
+    from tissuec.forces.contact.sides import Meetings
 
     touchable = _touchable(network, points)
     shapes = np.concatenate([faces.points, shared.points])
@@ -169,8 +170,11 @@ def contact_of(
         memory=network.remembering(FRICTION),
         rate=_pace(stiffness, network),
         span=environment.span,
+        meetings=Meetings.of_all(len(touchable.nodes), len(faces.kind)),
+        whole=np.ones(len(faces.kind), dtype=bool),
+        there=np.ones(len(touchable.nodes), dtype=bool),
     )
-    if points is not None:
+    if points is not None and sides is not None:
         contact = _with_points(contact, points, sides, network, parts, environment, findings)
     _warn_of_drawn_touches(contact, network, tools, sides, findings, settles=settles)
     return contact
@@ -212,7 +216,7 @@ def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
 
 
 def _with_points(
-    contact: "Contact", points: FacePoints, sides: SideTables | None, network: Network,
+    contact: "Contact", points: FacePoints, sides: SideTables, network: Network,
     parts: "list[Faces]", environment: Environment, findings: Findings,
 ) -> "Contact":  # fmt: skip
     """Return contact with the stiffness of points and the pairs of groups that may touch.
@@ -221,6 +225,8 @@ def _with_points(
         sides: Which groups are kept outside of solids.
         parts: Faces of tools, of threads, and of skins.
     """
+    from tissuec.forces.contact.sides import Meetings  # where something touches
+
     law = environment.contact
     assert law is not None, "otherwise there are no points"
     of_tools, of_threads, of_skins = parts
@@ -228,19 +234,14 @@ def _with_points(
     skins = shapes + bodies + _owners(network)[of_skins.points[:, 0]]
     skins[are_mirrored(network)[: len(skins)]] = shapes + 2 * bodies
     of = np.concatenate([np.arange(shapes), shapes + of_threads.spared, skins])
-    sided, distances, closed, _ = sides or (None, None, None, ())
+    group = np.append(_owners(network), points.group(bodies))
     own = stiffness_of(points, network, environment, findings)
     return replace(
         contact,
         stiffness=np.append(contact.stiffness, own),
         layer=law.contact_layer or SOFT * float(points.face_size.min()),
         between=points.between,
-        group=np.append(_owners(network), points.group(bodies)),
-        of=of,
-        meets=points.meetings(network),
-        sided=sided,
-        distances=distances,
-        closed=closed,
+        meetings=Meetings(group, of, points.meetings(network), *sides[:3]),
     )
 
 

@@ -119,7 +119,7 @@ class FacePoints(Struct, frozen=True, eq=False):
         return np.where(self.couple < 0, own, 2 * bodies + len(self.thin) + self.couple)
 
     def meetings(self, network: Network) -> NDArray[np.bool_]:
-        """Return which groups of nodes may touch which groups of faces; see ``Contact.meets``.
+        """Return which groups of nodes may touch which groups of faces; see ``Meetings.meets``.
 
         Nodes of bodies with points touch nothing, and nodes of threads do not touch these
         bodies: their points do. Groups of faces are each shape of a tool, each thread, the skin
@@ -146,7 +146,7 @@ class FacePoints(Struct, frozen=True, eq=False):
 
     def sides(
         self, network: Network, tools: Sequence[Tool], law: EnvironmentEntries
-    ) -> "SideTables | None":
+    ) -> "SideTables":
         """Return which groups of points are kept outside of which surfaces, and how far.
 
         Points of thin tools and of threads are kept outside of solids that no point of their
@@ -158,9 +158,6 @@ class FacePoints(Struct, frozen=True, eq=False):
             network: With the nodes of tools.
             tools: Those that may touch.
             law: As written.
-
-        Returns:
-            None if none are.
         """
         bodies, shapes, meets = len(network.bodies), len(self.thin), self.meetings(network)
         sided, distances = np.zeros(meets.shape, np.int64), np.full(meets.shape, np.nan)
@@ -184,7 +181,7 @@ class FacePoints(Struct, frozen=True, eq=False):
             shapes + bodies + number: network.skin_of(network.bodies[number]).astype(np.int64)
             for number in solid
         }
-        return SideTables(sided, distances, closed, overlaps) if sided.any() else None
+        return SideTables(sided, distances, closed, overlaps)
 
     def distances_from_skins(self, network: Network, sides: "SideTables") -> list[Floats]:
         """Return how far from the skin of each body the groups of others touch it [m].
@@ -269,13 +266,10 @@ class FacePoints(Struct, frozen=True, eq=False):
 
 
 class SideTables(NamedTuple):
-    """Which groups of points are kept outside of which surfaces; see ``Contact``.
+    """Which groups of points are kept outside of which surfaces.
 
     Attributes:
-        sided: As there.
-        distances: How far from a surface a group touches it [m], NaN where it is the radius of
-            its faces, shape as ``sided``.
-        closed: As there.
+        sided, distances, closed: As of ``Meetings``.
         overlaps: Solids that are drawn into others.
     """
 

@@ -114,12 +114,14 @@ class EffectWatcher:
         contact = state.touching if tools else None
         if contact is None:
             return
+        from tissuec.forces.contact.readings import comes_near  # where something touches
+
         ways = norm(position - before)
         bodies = float(ways[: self._network.body_nodes].max(initial=0.0))
         for tool in tools:
             nodes = numbers_in(tool.nodes)
             way = bodies + float(ways[nodes].max(initial=0.0))
-            if contact.comes_near(nodes, position, way):
+            if comes_near(contact, nodes, position, way):
                 memory.near.append(tool.name)
         memory.before = position.copy()
 

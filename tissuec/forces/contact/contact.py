@@ -53,7 +53,6 @@ from tissuec.core.structs import replace
 from tissuec.forces.contact.bristle_kernel import AHEAD
 from tissuec.forces.contact.contact_kernel import PLACING, touch
 from tissuec.forces.contact.pairs import ContactPairs, NearShapes
-from tissuec.forces.contact.points import NO_FACE
 from tissuec.forces.contact.pressing import NodeOnShape, PairForm, traced_pairs
 from tissuec.forces.contact.rows_kernel import COLUMNS, PLACES
 from tissuec.forces.contact.sides_kernel import TORN
@@ -95,34 +94,6 @@ class PressingRecord(NamedTuple):
 
     pool: PoolTable
     touches: ContactTable
-
-
-class Sunk(NamedTuple):
-    """Points and nodes that are inside of solids.
-
-    Attributes:
-        owner: Body of each, shape (n,).
-        body: The solid, shape (n,).
-        depth: [m], shape (n,).
-    """
-
-    owner: Indices
-    body: Indices
-    depth: Floats
-
-
-class Extent(NamedTuple):
-    """How much of faces is in contact, for each of some states.
-
-    Attributes:
-        area: Of the points on faces that are touched, as the faces are now [m²], shape (…).
-        depth: The largest one [m], shape (…).
-        force: Sum of the normal forces on these points, without damping [N], shape (…).
-    """
-
-    area: Floats
-    depth: Floats
-    force: Floats
 
 
 class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
@@ -173,7 +144,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which nodes it acts on, shape (node,)."""
-        pairs, _ = self._pressed(position)
+        pairs, _ = self.pressed(position)
         pairs, found = pairs.some(pairs.weight != 0.0), np.zeros(len(position), dtype=bool)
         here, count = self.nodes[pairs.node], len(position)
         if self.between is not None:
@@ -182,187 +153,20 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         found[self.points[pairs.shape]] = True
         return found
 
-    def keeps_outside(self, line: slice, body: slice, alive: NDArray[np.bool_]) -> bool:
-        """Return whether all of a tool or a thread is kept outside of a body at any depth.
-
-        Args:
-            line: Nodes of the tool or thread.
-            body: Nodes of the body.
-            alive: Springs that are there, shape (spring,).
-        """
-        sided = self.intact(alive).sided
-        if sided is None or self.between is None or self.group is None or self.of is None:
-            return False
-        first = self.between.corners[:, 0]
-        lies = (first >= line.start) & (first < line.stop) & (self.between.face == NO_FACE)
-        own = self.group[-len(first) :][lies]
-        corner = self.points[: len(self.radius), 0]
-        faces = self.of[(corner >= body.start) & (corner < body.stop)]
-        return bool(len(own)) and bool(sided[np.ix_(np.unique(own), np.unique(faces))].all())
-
     def least_friction(self, position: Floats) -> float:
         """Return the smallest coefficient of friction of what touches; 0 without any."""
         if self.friction is not None:
             return self.friction
-        pairs, place = self._pressed(position)
+        pairs, place = self.pressed(position)
         there = (place.weights * self.face_friction[pairs.shape]).sum(axis=1)
         both = np.minimum(self.node_friction[pairs.node], there)
         return float(both.min()) if len(both) else 0.0
 
-    def keeps_apart(self, one: slice, other: slice) -> bool:
-        """Return whether the surface of a body keeps another body outside at any depth.
-
-        Args:
-            one: Nodes of the body that is kept outside.
-            other: Nodes of the body with the surface.
-        """
-        if self.distances is None or self.group is None or self.of is None:
-            return False
-        if self.sided is None or self.meets is None:
-            return False
-        corner = self.points[: len(self.of), 0]
-        faces = self.of[
-            (self.kind[: len(self.of)] == TRIANGLE)
-            & (corner >= other.start)
-            & (corner < other.stop)
-        ]
-        own = self.owner == self.owner[one.start]
-        kept = (self.sided > 0) & np.isfinite(self.distances)
-        where = np.ix_(np.unique(self.group[own]), np.unique(faces))
-        return bool(kept[where].any())
-
-    def depths_inside(self, position: Floats) -> "Sunk":
-        """Return how deep points and nodes are inside of solids that push them out."""
-        pairs, place = self._pressed(position)
-        sided = pairs.sided if self.distances is not None else None
-        if sided is None or self.distances is None or self.group is None or self.of is None:
-            none = np.zeros(0, dtype=np.int64)
-            return Sunk(none, none, np.zeros(0))
-        shape = np.minimum(pairs.shape, len(self.of) - 1)
-        kept = np.isfinite(self.distances[self.group[pairs.node], self.of[shape]])
-        own = np.flatnonzero((sided > 0) & kept & (place.depth > pairs.radius))
-        # What overlaps as drawn has a radius below zero, and is no deeper than since then.
-        depth = place.depth[own] - np.maximum(pairs.radius[own], 0.0)
-        owner = self.owner[pairs.node[own]]
-        body = self.owner[self.points[pairs.shape[own], 0]]
-        return Sunk(owner, body, depth)
-
-    def extent_at(self, nodes: Indices, position: Floats) -> Extent:
-        """Return the extent of contact of shapes that some nodes carry.
-
-        Shapes of tools and threads, and nodes and points on faces, count if all of their
-        carriers are among the nodes.
-
-        Args:
-            nodes: Indices, shape (n,).
-        """
-        on, by, below = self._carried(nodes, position.shape[-2])
-        found: list[tuple[float, float, float]] = []
-        states = in_line(position)
-        for state, (pairs, place) in zip(states, self._pressed_in(states), strict=True):
-            own = (on[pairs.node] | by[pairs.shape]) & (pairs.weight > 0.0)
-            touched = np.unique(pairs.node[own])
-            # Both sides of a gap have points, each of which presses on the other side too.
-            times = (on[pairs.node] | by[pairs.shape]) + 1.0 * below[pairs.shape]
-            force = times * pairs.weight * self.pressure(pairs, place.depth)
-            force = force[self._on_faces(pairs.node)[0]].sum()
-            deepest = place.depth[own].max(initial=0.0)
-            found.append((self._areas(touched, state), float(deepest), float(force)))
-        each = np.reshape(found, (*position.shape[:-2], 3))
-        return Extent(each[..., 0], each[..., 1], each[..., 2])
-
-    def pressures(self, position: Floats) -> Floats:
-        """Return the pressure of contact at the nodes of faces [Pa].
-
-        Σ p_a A_a is the sum of all normal forces on faces, where A_a is a third of the present
-        area of each touched triangle around a node; of each triangle if none has a point that
-        is touched, as below a thin tool. Damping of contact is no part of the forces.
-
-        Returns:
-            Shape (…, node).
-        """
-        found = np.zeros(position.shape[:-1])
-        points = self.between
-        if points is None:
-            return found
-        states, rows = in_line(position), found.reshape(-1, position.shape[-2])
-        for state, row, (pairs, place) in zip(
-            states, rows, self._pressed_in(states), strict=True
-        ):
-            on, own = self._on_faces(pairs.node)
-            force = pairs.weight * self.pressure(pairs, place.depth)
-            _add(row, points.corners[own], points.shares[own] * force[on, None])
-            below = self.kind[pairs.shape] == TRIANGLE
-            weights = place.weights[below] * force[below, None]
-            _add(row, self.points[pairs.shape[below]], weights)
-            third = np.repeat(points.drawn * points.stretch(state) / 3.0, 3).reshape(-1, 3)
-            touched = np.unique(points.face[own[pairs.weight[on] > 0.0]])
-            area, every = np.zeros((2, len(row)))
-            _add(area, points.triangles[touched], third[touched])
-            _add(every, points.triangles, third)
-            area = np.where(area > 0.0, area, every)
-            row /= np.where(area > 0.0, area, np.inf)
-        return found
-
-    def _on_faces(self, points: Indices) -> tuple[NDArray[np.bool_], Indices]:
-        """Return which of some nodes and points are on faces, and their numbers among points.
-
-        Args:
-            points: Numbers of nodes and points of contact, shape (n,).
-        """
-        if self.between is None:
-            return np.zeros(len(points), dtype=bool), points[:0]
-        own = points - (len(self.nodes) - len(self.between.corners))
-        on = (own >= 0) & (self.between.face[own] != NO_FACE)
-        return on, own[on]
-
-    def _areas(self, touched: Indices, position: Floats) -> float:
-        """Return the present area that some nodes and points represent [m²].
-
-        Args:
-            touched: Their numbers, shape (n,).
-        """
-        _, own = self._on_faces(touched)
-        points = self.between
-        if points is None or not len(own):
-            return 0.0
-        return float(points.areas[own] @ points.stretch(position)[points.face[own]])
-
-    def comes_near(self, nodes: Indices, position: Floats, within: float) -> bool:
-        """Return whether shapes that some nodes carry are closer to others than a distance.
-
-        Args:
-            nodes: As of ``extent_at``.
-            within: The distance [m].
-        """
-        on, by, _ = self._carried(nodes, len(position))
-        pairs = self.near(position, within)
-        pairs = pairs.some(np.flatnonzero(on[pairs.node] | by[pairs.shape]))
-        place = self._places(self._with_points(position), pairs)
-        return bool((place.depth > -within).any())
-
-    def _carried(self, nodes: Indices, count: int) -> tuple[NDArray[np.bool_], ...]:
-        """Return which points, shapes of tools, and triangles are carried by some nodes alone.
-
-        Args:
-            nodes: Indices, shape (n,).
-            count: Number of all nodes.
-        """
-        carries = np.zeros(count, dtype=bool)
-        carries[nodes] = True
-        all_, is_face = carries[self.points].all(axis=1), self.kind == TRIANGLE
-        on, own = np.zeros(len(self.nodes), dtype=bool), len(self.nodes)
-        if self.between is not None:
-            own -= len(self.between.corners)
-            on[own:] = carries[self.between.corners].all(axis=1)
-        on[:own] = carries[self.nodes[:own]]
-        return on, all_ & ~is_face, all_ & is_face
-
-    def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
+    def pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, and where they are."""
-        return next(self._pressed_in(position[None]))
+        return next(self.pressed_in(position[None]))
 
-    def _pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
+    def pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
         """Yield the pairs that touch in each state, and where they are.
 
         Of single states, the last ones are kept.
@@ -411,7 +215,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the energy of all pressed contacts [J], shape (…)."""
         total: list[float] = []
-        for pairs, place in self._pressed_in(in_line(position)):
+        for pairs, place in self.pressed_in(in_line(position)):
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
@@ -454,12 +258,10 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             exact: As for ``matrix``.
         """
         depth, x = place.depth, position[self.nodes[pairs.node]]
-        side = np.where((pairs.sided is not None) & (depth > pairs.radius), -1.0, 1.0)
+        side = np.where(self.meetings.is_sided & (depth > pairs.radius), -1.0, 1.0)
         # Close to a surface, directions are those of a point that is a little further away.
         gap = np.abs(pairs.radius - depth)
-        away = np.zeros_like(gap)
-        if pairs.sided is not None:
-            away = np.where((pairs.sided > 0) & (gap <= self.alike), SEEN * self.alike, 0.0)
+        away = np.where((pairs.sided > 0) & (gap <= self.alike), SEEN * self.alike, 0.0)
         x = x + (side * away)[:, None] * place.normal
         own = np.concatenate([x[:, None], position[self._carriers(pairs)]], axis=1)
         radius = np.where(self.kind[pairs.shape] == PLANE, 0.0, depth + side * (gap + away))
@@ -552,7 +354,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
 
         So what cancels in forces does so in stiffnesses without being counted as weakening.
         """
-        pairs, place = self._pressed(position)
+        pairs, place = self.pressed(position)
         touched = np.where(place.weights > 0.0, self.points[pairs.shape], -1)
         # Only where the depth has a sign, it exceeds the radius.
         key = np.column_stack(
@@ -572,7 +374,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         size = float(np.abs(position).max(initial=0.0))
-        pairs, place = self._pressed(position)
+        pairs, place = self.pressed(position)
         return size * float((np.abs(pairs.weight) * self.pressure(pairs, place.depth)).sum())
 
     def noise(self, time: float, position: Floats) -> float:
@@ -608,14 +410,14 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     @property
     def _follows(self) -> bool:
         """Return whether all that it does follows from what pairs store."""
-        return not self.rubs and self.sided is None
+        return not self.rubs and not self.meetings.is_sided
 
     @property
     def derivatives(self) -> ForceDerivatives | str:
         """Return the derivatives, also by the stiffness; there are none of bristles."""
         if self.rubs:
             return "has friction"
-        if self.sided is not None:
+        if self.meetings.is_sided:
             return "keeps points outside of solids, and has no exact derivatives"
         return self._kernels.derivatives(("stiffness",))
 
@@ -658,7 +460,6 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             near = near[near >= count]
             own = near - count
             corners, shares = self.between.corners[own], self.between.shares[own]
-        sided = np.zeros(0, dtype=np.int64) if pairs.sided is None else pairs.sided
         touches = self._table(places, position, pairs, listed)
         if self._follows:
             return PressingRecord(self._pool(place, pairs, count, touches.bends), touches)
@@ -666,7 +467,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return ContactRecord(
             touches=touches,
             rough=Roughness(rough, self.face_friction),
-            sided=sided if sided.any() else sided[:0],
+            sided=pairs.sided if pairs.sided.any() else pairs.sided[:0],
             alike=self.alike,
             at=3 * places[near],
             corners=np.ascontiguousarray(3 * place[corners]),
@@ -778,16 +579,13 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
     whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
     triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
     whole[triangles] = contact.edges.holding(there).all(axis=1)
-    if contact.sided is not None and contact.of is not None and not whole.all():
+    table, points = contact.meetings, contact.between
+    if table.is_sided and not whole.all():
         # Tools and threads are no longer kept outside of a surface that has a hole, bodies are.
-        torn = contact.sided.copy()
-        columns = np.unique(contact.of[~whole])
-        stays = np.zeros((len(torn), len(columns)), dtype=bool)
-        if contact.distances is not None:
-            stays = ~np.isnan(contact.distances[:, columns])
-        torn[:, columns] = np.where(stays & (torn[:, columns] > 0), TORN, 0)
-        contact = replace(contact, sided=torn if torn.any() else None)
-    points = contact.between
+        torn, columns = table.sided.copy(), np.unique(table.of[~whole])
+        stays = ~np.isnan(table.distances[:, columns]) & (torn[:, columns] > 0)
+        torn[:, columns] = np.where(stays, TORN, 0)
+        contact = replace(contact, meetings=replace(table, sided=torn))
     if points is not None and not (stays := points.whole(there)).all():
         nodes = np.ones(len(contact.nodes) - len(stays), dtype=bool)
         contact = replace(contact, there=np.concatenate([nodes, stays]))
@@ -798,11 +596,6 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
 def _touching(contact: Contact, position: bytes) -> tuple[ContactPairs, NearestPlace]:
     """Return the pairs that touch with nodes at some positions, and where they are."""
     return next(contact.touching(np.frombuffer(position).reshape(1, -1, 3)))
-
-
-def _add(to: Floats, nodes: Indices, values: Floats) -> None:
-    """Add values of any unit at nodes; all are of shape (n, 3) but ``to``, of shape (node,)."""
-    to += np.bincount(nodes.ravel(), values.ravel(), len(to))
 
 
 def _sums(row: Indices, values: Floats, count: int) -> Floats:

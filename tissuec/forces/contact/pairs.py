@@ -1,38 +1,21 @@
 """Nodes and shapes that may touch: which are near one another, and where.
 
 A shape is a capsule, a plane or a triangle; see ``forces.contact``.
-
-The side of a surface on which contact keeps points: outside of solids.
-
-Distances from triangles have no sign, so that a point which has gone through a surface would be
-pushed on. The surface of a solid is closed and faces outwards. So of its triangles, the one
-nearest to a point determines on which side the point is: behind that triangle, it is inside.
-There its depth in this triangle is R + |x - p| instead of R - |x - p|, with the normal turned
-outwards. All other triangles, edges and corners keep their depth without a sign: in a flat
-place they cancel, beyond R they vanish, and near the surface they make the energy continuous
-where a point crosses it, and where another triangle becomes the nearest one, since both are
-equally far away then.
-
-Points of bodies touch solids at a distance R that may be 0, or below it where they overlap as
-drawn: then the nearest triangle alone acts.
-
-Where the nearest point is on an edge or a corner, all triangles that have it are equally near,
-and the sum of their normals, weighted by their angles there, determines the side (J. A.
-Bærentzen, H. Aanæs, IEEE Trans. Vis. Comput. Graph. 11:243, 2005).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import cross, distinct, dot, norm
+from tissuec.core.arrays import distinct, norm
 from tissuec.forces.contact.points import ContactPoints
-from tissuec.forces.contact.sides_kernel import ALIKE, NONE, TORN
+from tissuec.forces.contact.sides import Meetings, kept_outside
+from tissuec.forces.contact.sides_kernel import ALIKE
 from tissuec.forces.fields import Field
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
-from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, or_one, places
+from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
 from tissuec.geometry.neighbours import are_between, in_balls, nearest_triangles
 from tissuec.model.network import Floats, Indices
 
@@ -49,37 +32,24 @@ class ContactPairs(NamedTuple):
         weight: How often the shape counts for this node, shape (pair,).
         radius: At which it touches this node [m], shape (pair,).
         sided: Kind of the surface, ``CLOSED`` or ``TORN``, if it is a triangle that determines
-            on which side of it the node is, else 0, shape (pair,); None if none does.
+            on which side of it the node is, else 0, shape (pair,).
     """
 
     node: Indices
     shape: Indices
     weight: Floats
     radius: Floats
-    sided: Indices | None = None
+    sided: Indices
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "ContactPairs":
         """Return a selection of pairs, by a mask of shape (pair,) or indices of shape (n,)."""
-        return ContactPairs(
-            self.node[which],
-            self.shape[which],
-            self.weight[which],
-            self.radius[which],
-            None if self.sided is None else self.sided[which],
-        )
+        columns: Any = (column[which] for column in self)
+        return ContactPairs(*columns)
 
     def and_others(self, others: "ContactPairs") -> "ContactPairs":
-        """Return these pairs followed by others, none of which determines a side."""
-        sided = self.sided
-        if sided is not None:
-            sided = np.append(sided, np.zeros(len(others.node), dtype=np.int64))
-        return ContactPairs(
-            np.concatenate([self.node, others.node]),
-            np.concatenate([self.shape, others.shape]),
-            np.concatenate([self.weight, others.weight]),
-            np.concatenate([self.radius, others.radius]),
-            sided,
-        )
+        """Return these pairs followed by others."""
+        columns: Any = map(np.concatenate, zip(self, others, strict=True))
+        return ContactPairs(*columns)
 
 
 class NearShapes(Field, frozen=True, dict=True):
@@ -108,16 +78,9 @@ class NearShapes(Field, frozen=True, dict=True):
             shape (pair,).
         stride: Longest way of a node in a step, lest it passes through a shape unseen [m].
         between: The points between nodes; None without any.
-        group, of: Of each node and face, a row and a column of ``meets``, shapes (m,), (face,).
-        meets: Which nodes may touch which faces at all; None if every node may touch all.
-        sided: Which groups of points are kept outside of which surfaces, ``CLOSED`` or
-            ``TORN``, else 0, shape as ``meets``; None without any.
-        distances: How far from surfaces groups touch them [m], NaN where it is the radius of
-            their faces, shape as ``meets``; None if it always is.
-        closed: Triangles of the surfaces that keep points outside, with those in planes of
-            symmetry, which touch nothing, by the column of ``sided``; None as ``sided``.
-        whole: Which faces are neither cut nor torn, shape (face,); None if all are.
-        there: Which nodes are not on torn faces, shape (m,); None if none is.
+        meetings: Which nodes may touch which faces.
+        whole: Which faces are neither cut nor torn, shape (face,).
+        there: Which nodes are not on torn faces, shape (m,).
         exhaustive: Whether every node is compared with every face, if there are not too many.
     """
 
@@ -134,15 +97,10 @@ class NearShapes(Field, frozen=True, dict=True):
     edges: SupportedEdges
     joined: Indices
     stride: float
+    meetings: Meetings
+    whole: NDArray[np.bool_]
+    there: NDArray[np.bool_]
     between: ContactPoints | None = None
-    group: Indices | None = None
-    of: Indices | None = None
-    meets: NDArray[np.bool_] | None = None
-    sided: Indices | None = None
-    distances: Floats | None = None
-    closed: dict[int, Indices] | None = None
-    whole: NDArray[np.bool_] | None = None
-    there: NDArray[np.bool_] | None = None
     exhaustive: bool = False
 
     def near(self, position: Floats, margin: float) -> ContactPairs:
@@ -150,12 +108,12 @@ class NearShapes(Field, frozen=True, dict=True):
         nodes, position = len(position), self._with_points(position)
         node, face = self._candidates(position, margin)
         flat, radius = self.kind[face] == TRIANGLE, self._radii(node, face)
-        pairs = ContactPairs(node, face, np.ones(len(node)), radius)
+        pairs = ContactPairs(node, face, np.ones(len(node)), radius, np.zeros_like(node))
         reach = margin * (1.0 + self._lever(position, node, face))
         pairs = pairs.some(
             (self._places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
         )
-        if self.sided is not None:
+        if self.meetings.is_sided:
             pairs = self._with_sides(position, pairs, margin)
         pairs = pairs.some(~self._are_joined(pairs, nodes))
         shared = self._shared(pairs.some(pairs.radius > 0.0))
@@ -169,9 +127,8 @@ class NearShapes(Field, frozen=True, dict=True):
         thick = np.where(self.owner[node] < 0, 0.0, radius)
         flat = self.kind[face] == TRIANGLE
         found = np.where(flat, np.maximum(thick, self.size[node]), radius)
-        if self.distances is None or self.group is None or self.of is None:
-            return found
-        own = self.distances[self.group[node], self.of[face]]
+        table = self.meetings
+        own = table.distances[table.group[node], table.of[face]]
         return np.where(np.isnan(own), found, own)
 
     def _with_sides(self, position: Floats, pairs: ContactPairs, margin: float) -> ContactPairs:
@@ -181,16 +138,10 @@ class NearShapes(Field, frozen=True, dict=True):
             position: Of nodes and points [m], shape (node + point, 3).
             pairs: Those that may touch.
         """
-        assert self.sided is not None, "otherwise no point has a side"
-        assert self.group is not None, "points have groups"
-        assert self.of is not None, "surfaces have groups"
-        assert self.closed is not None, "what has an inside is closed"
-        node, face = [pairs.node], [pairs.shape]
-        there = np.ones(len(self.nodes), dtype=bool) if self.there is None else self.there
-        whole = np.ones(len(self.of), dtype=bool) if self.whole is None else self.whole
-        for column in np.flatnonzero(self.sided.any(axis=0)):
-            points = np.flatnonzero((self.sided[self.group, column] > 0) & there)
-            faces = np.flatnonzero((self.of == column) & whole)
+        table, node, face = self.meetings, [pairs.node], [pairs.shape]
+        for column in np.flatnonzero(table.sided.any(axis=0)):
+            points = np.flatnonzero((table.sided[table.group, column] > 0) & self.there)
+            faces = np.flatnonzero((table.of == column) & self.whole)
             if not len(faces):
                 continue
             found = nearest_triangles(
@@ -198,7 +149,7 @@ class NearShapes(Field, frozen=True, dict=True):
                 position,
                 self.points[faces],
                 margin,
-                self.closed[int(column)],
+                table.closed[int(column)],
             )
             node.append(points[found.point])
             face.append(faces[found.triangle])
@@ -214,7 +165,7 @@ class NearShapes(Field, frozen=True, dict=True):
         beside = point * (1 + int(self.surface.max())) + surface
         sides |= np.isin(beside, beside[sides]) & (self.kind[triangle] == TRIANGLE)
         radius = self._radii(point, triangle)
-        kind = np.where(sides, self.sided[self.group[point], self.of[triangle]], 0)
+        kind = np.where(sides, table.sided[table.group[point], table.of[triangle]], 0)
         return ContactPairs(point, triangle, np.ones(len(key)), radius, kind)
 
     def _shared(self, pairs: ContactPairs) -> ContactPairs:
@@ -225,6 +176,7 @@ class NearShapes(Field, frozen=True, dict=True):
             counted.element,
             counted.weight.astype(float),
             pairs.radius[counted.row],
+            np.zeros_like(counted.element),
         )
 
     def _candidates(self, position: Floats, margin: float) -> tuple[Indices, Indices]:
@@ -236,17 +188,11 @@ class NearShapes(Field, frozen=True, dict=True):
         Args:
             position: Of nodes and points [m], shape (node + point, 3).
         """
-        faces = (
-            np.arange(len(self.radius)) if self.whole is None else np.flatnonzero(self.whole)
-        )
-        node, face = self._found(position, margin, faces)
+        node, face = self._found(position, margin, np.flatnonzero(self.whole))
         apart = (self.points[face] != self.nodes[node][:, None]).all(axis=1)
-        spared = self.spared[face]
-        apart &= (self.owner[node] != spared) | (spared < 0)
-        if self.meets is not None and self.group is not None and self.of is not None:
-            apart &= self.meets[self.group[node], self.of[face]]
-        if self.there is not None:
-            apart &= self.there[node]
+        spared, table = self.spared[face], self.meetings
+        apart &= ((self.owner[node] != spared) | (spared < 0)) & self.there[node]
+        apart &= table.meets[table.group[node], table.of[face]]
         return node[apart], face[apart]
 
     def _found(
@@ -357,7 +303,7 @@ class NearShapes(Field, frozen=True, dict=True):
             corners: Of the shapes [m], shape (pair, 3, 3).
             state: Number of each state by pairs, shape (pair,), or 0 for one state.
         """
-        if pairs.sided is None or not pairs.sided.any():
+        if not pairs.sided.any():
             return place
         surfaces = 1 + int(self.surface.max())
         group = (state * len(self.nodes) + pairs.node) * surfaces + self.surface[pairs.shape]
@@ -400,10 +346,10 @@ class NearShapes(Field, frozen=True, dict=True):
         assert self.between is not None, "otherwise there are no points"
         own = self.between.on(nodes)
         first = len(self.nodes) - len(self.between.corners)
-        if self.meets is not None and self.group is not None and self.of is not None:
-            # Some points act against a single body.
-            tools = self.of[self.kind[: len(self.of)] != TRIANGLE]
-            own = own[self.meets[self.group[first + own]][:, tools].any(axis=1)]
+        # Some points act against a single body.
+        table = self.meetings
+        tools = table.of[self.kind[: len(table.of)] != TRIANGLE]
+        own = own[table.meets[table.group[first + own]][:, tools].any(axis=1)]
         where = self._with_points(position)[len(position) + own]
         return where, first + own, self.between.face[own]
 
@@ -414,69 +360,3 @@ class NearShapes(Field, frozen=True, dict=True):
 
 def _all_pairs(node: Indices, face: Indices) -> tuple[Indices, Indices]:
     return np.tile(node, len(face)), np.repeat(face, len(node))
-
-
-def kept_outside(
-    place: NearestPlace,
-    corners: Floats,
-    radius: Floats,
-    sided: Indices,
-    group: Indices,
-    alike: float,
-) -> NearestPlace:
-    """Return places with the signed depth of points that are inside closed surfaces.
-
-    Args:
-        place: Where points are in shapes.
-        corners: Of the shapes [m], shape (pair, 3, 3).
-        radius: [m], shape (pair,).
-        sided: Kind of the surface of those pairs whose triangles determine the side of their
-            point, else 0, shape (pair,).
-        group: Number of the point and the surface of each pair, shape (pair,).
-        alike: Length below which distances are equal [m].
-    """
-    own = np.flatnonzero(sided)
-    _, of = np.unique(group[own], return_inverse=True)
-    distance = radius[own] - place.depth[own]
-    nearest = np.full(int(of.max()) + 1, np.inf)
-    np.minimum.at(nearest, of, distance)
-    near = distance <= nearest[of] + alike
-    # Of equally near triangles, the first one.
-    first = np.flatnonzero(near)[np.unique(of[near], return_index=True)[1]]
-    alone = np.asarray((place.weights[own[first]] > NONE).all(axis=1))
-    on_rim = (sided[own[first]] == TORN) & ~alone & (np.bincount(of[near]) == 1)
-    near &= ~alone[of]
-    near[first] = True
-    facing = _facing(corners[own[near]], place.weights[own[near]])
-    side, outwards = np.zeros(len(first)), np.zeros((len(first), 3))
-    away = place.normal[own[near]] * distance[near, None]
-    np.add.at(side, of[near], dot(facing, away))
-    np.add.at(outwards, of[near], facing)
-    least = distance[first]
-    close = least <= alike
-    changes = ((side < 0.0) | close) & ~on_rim
-    outwards /= or_one(norm(outwards))[:, None]
-    outwards = np.where(close[:, None], outwards, -place.normal[own[first]])
-    behind, outwards = own[first[changes]], outwards[changes]
-    below = np.where(side < 0.0, least, -least)[changes]
-    depth, normal = place.depth.copy(), place.normal.copy()
-    depth[behind] = radius[behind] + below
-    normal[behind] = outwards
-    return place._replace(depth=depth, normal=normal)
-
-
-def _facing(corners: Floats, weights: Floats) -> Floats:
-    """Return normals of triangles times their angles at the nearest points, shape (n, 3).
-
-    Args:
-        corners: [m], shape (n, 3, 3).
-        weights: Of the corners in the nearest points, shape (n, 3).
-    """
-    row, corner = np.arange(len(corners)), weights.argmax(axis=1)
-    here = corners[row, corner]
-    one, other = corners[row, corner - 2] - here, corners[row, corner - 1] - here
-    normal = cross(one, other)
-    twice: Floats = norm(normal)
-    at_corner = (weights > NONE).sum(axis=1) == 1
-    angle = np.where(at_corner, np.arctan2(twice, dot(one, other)), np.pi)
-    return normal * (angle / or_one(twice))[:, None]

@@ -12,7 +12,7 @@ from tissuec.script.measures.common import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from tissuec.forces.contact.contact import Extent
+    from tissuec.forces.contact.readings import Extent
 
 
 @MEASURES.member("contact area")
@@ -58,13 +58,13 @@ class ContactPressure(ScalarMeasure):
 
 def contact_extent(subject: Subject, snapshot: Snapshot) -> "Extent":
     """Return the extent of contact of what a subject carries; 0 where nothing can touch."""
-    from tissuec.forces.contact.contact import Extent
+    from tissuec.forces.contact.readings import Extent, extent_at
 
     contact = snapshot.state.touching
     if contact is None:
         none = np.zeros(np.shape(snapshot.time))
         return Extent(none, none, none)
-    return contact.extent_at(snapshot.nodes(subject), snapshot.position)
+    return extent_at(contact, snapshot.nodes(subject), snapshot.position)
 
 
 @MEASURES.member("penetration")

@@ -256,7 +256,7 @@ class _Touched:
         plane = kind == PLANE
         normal = _unit(np.where(plane[:, None], ahead, arm))
         depth: Floats = np.where(plane, 0.0, pairs.radius) - (normal * arm).sum(axis=1)
-        if pairs.sided is not None:
+        if pairs.sided.any():
             _turn_out(of, position, pairs, share, arm, normal, depth)
         inside = depth > 0.0
         self.node, self.kind, self.weight = (
@@ -404,7 +404,6 @@ def _turn_out(
         normal: n, changed in place, shape (pair, 3).
         depth: δ, changed in place [m], shape (pair,).
     """
-    assert pairs.sided is not None, "otherwise nothing changes"
     away = np.linalg.norm(arm, axis=1)
     faces, close = np.arange(len(of.radius)), 1e-11 * of.stride
     decides = pairs.sided > 0

@@ -132,7 +132,7 @@ def _touched(
             continue
         place, near = place.some(inside), near[inside]
         own = first + near if numbers is None else numbers[near]
-        pairs = ContactPairs(own, own, alike[inside], alike[inside])
+        pairs = ContactPairs(own, own, alike[inside], alike[inside], np.zeros_like(own))
         side = np.flatnonzero((place.weights[:, :2] > 0.0).all(axis=1))
         across = 0.0
         if len(side):

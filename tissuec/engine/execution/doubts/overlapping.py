@@ -324,10 +324,12 @@ def _watched(
 
 def _are_kept_apart(network: Network, one: WatchedSkin, other: WatchedSkin) -> bool:
     """Return whether contact keeps one of two bodies outside of the other at any depth."""
+    from tissuec.forces.contact.readings import keeps_apart  # where something touches
+
     contact = network.contact
     return contact is not None and (
-        contact.keeps_apart(one.body.nodes, other.body.nodes)
-        or contact.keeps_apart(other.body.nodes, one.body.nodes)
+        keeps_apart(contact, one.body.nodes, other.body.nodes)
+        or keeps_apart(contact, other.body.nodes, one.body.nodes)
     )
 
 

@@ -54,9 +54,8 @@ class Sinking:
     def of(cls, network: Network, plan: Plan) -> Self | None:
         """Return the watch of a run; None where no body is kept outside of another one."""
         contact = network.contact
-        if contact is None or contact.sided is None or contact.distances is None:
-            return None
-        return cls(network) if np.isfinite(contact.distances).any() else None
+        is_kept = contact is not None and np.isfinite(contact.meetings.distances).any()
+        return cls(network) if is_kept else None
 
     def is_due(self, position: Floats) -> bool:
         """Return whether nodes have moved so far that a body may have passed."""
@@ -66,10 +65,12 @@ class Sinking:
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         """Yield the bodies that are deep in others now, and those that were."""
+        from tissuec.forces.contact.readings import depths_inside  # where something touches
+
         contact, bodies = state.contact, self._network.bodies
         assert contact is not None, "otherwise there is no watch"
         self.memory.before = position.copy()
-        found = contact.depths_inside(position)
+        found = depths_inside(contact, position)
         number = found.owner * len(bodies) + found.body
         pairs = [tuple(divmod(int(one), len(bodies))) for one in np.unique(number)]
         for a, b in sorted({*pairs, *self.memory.seen}):
