@@ -10,7 +10,14 @@ from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
 
-class DirectedMeasure:
+class OfNodes:
+    """What most measures take: one subject, of which they need the nodes."""
+
+    subjects = 1
+    takes = "nodes"
+
+
+class DirectedMeasure(OfNodes):
     """Base of the measures that can be followed by ``along (x, y, z)``."""
 
     @staticmethod
@@ -24,7 +31,7 @@ class DirectedMeasure:
         raise NotImplementedError
 
 
-class ScalarMeasure:
+class ScalarMeasure(OfNodes):
     """Base of the measures that have one component."""
 
     @staticmethod

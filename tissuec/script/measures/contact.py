@@ -23,8 +23,6 @@ class ContactArea(ScalarMeasure):
 
     form = "contact area(A)"
     dimension = units.AREA
-    subjects = 1
-    takes = "nodes"
     needs = ("faces",)
     of_contact = True
 
@@ -44,8 +42,6 @@ class ContactPressure(ScalarMeasure):
 
     form = "contact pressure(A)"
     dimension = units.PRESSURE
-    subjects = 1
-    takes = "nodes"
     needs = ("faces",)
     of_contact = True
 
@@ -75,8 +71,6 @@ class Penetration(ScalarMeasure):
 
     form = "penetration(A)"
     dimension = units.LENGTH
-    subjects = 1
-    takes = "nodes"
     of_contact = True
 
     @staticmethod

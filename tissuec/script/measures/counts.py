@@ -18,8 +18,6 @@ class Nodes(ScalarMeasure):
 
     form = "count(nodes of A)"
     dimension = units.NUMBER
-    subjects = 1
-    takes = "nodes"
     counts = True
 
     @staticmethod
@@ -33,7 +31,6 @@ class IntactSprings(ScalarMeasure):
 
     form = "count(springs of A)"
     dimension = units.NUMBER
-    subjects = 1
     takes = "any"
     counts = True
 
@@ -51,8 +48,6 @@ class IntactElements(ScalarMeasure):
 
     form = "count(elements of A)"
     dimension = units.NUMBER
-    subjects = 1
-    takes = "nodes"
     needs = ("elements",)
     counts = True
 
@@ -78,8 +73,6 @@ class Pieces(ScalarMeasure):
 
     form = "count(pieces of A)"
     dimension = units.NUMBER
-    subjects = 1
-    takes = "nodes"
     counts = True
 
     @staticmethod
@@ -99,7 +92,6 @@ class Ruptured(ScalarMeasure):
 
     form = "ruptured(A)"
     dimension = units.NUMBER
-    subjects = 1
     takes = "any"
     counts = True
 

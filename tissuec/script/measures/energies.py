@@ -18,8 +18,6 @@ class KineticEnergy(ScalarMeasure):
 
     form = "kinetic energy(A)"
     dimension = units.ENERGY
-    subjects = 1
-    takes = "nodes"
     needs = ("motion",)
 
     @staticmethod
@@ -40,7 +38,6 @@ class ElasticEnergy(ScalarMeasure):
 
     form = "elastic energy(A)"
     dimension = units.ENERGY
-    subjects = 1
     takes = "any"
     needs = ("energy",)
 
@@ -66,8 +63,6 @@ class Energy(ScalarMeasure):
 
     form = "energy(A)"
     dimension = units.ENERGY
-    subjects = 1
-    takes = "nodes"
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -26,8 +26,6 @@ class SupportForce(VectorMeasure):
 
     form = "force(A)"
     dimension = units.FORCE
-    subjects = 1
-    takes = "nodes"
     needs = ("support", "hold")
     feels_blades = True
 
@@ -56,8 +54,6 @@ class Torque(VectorMeasure):
 
     form = "torque(A)"
     dimension = units.ENERGY
-    subjects = 1
-    takes = "nodes"
     needs = ("support", "hold")
 
     @staticmethod
@@ -78,7 +74,6 @@ class Grip(ScalarMeasure):
 
     form = "grip(A)"
     dimension = units.FORCE
-    subjects = 1
     takes = "jaws"
 
     @staticmethod

@@ -22,7 +22,6 @@ class Length(ScalarMeasure):
 
     form = "length(A)"
     dimension = units.LENGTH
-    subjects = 1
     takes = "springs"
     needs = ("lines",)
 
@@ -44,7 +43,6 @@ class Strain(ScalarMeasure):
 
     form = "strain(A)"
     dimension = units.NUMBER
-    subjects = 1
     takes = "any"
 
     @staticmethod

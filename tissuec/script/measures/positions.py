@@ -20,8 +20,6 @@ class Position(VectorMeasure):
 
     form = "position(A)"
     dimension = units.LENGTH
-    subjects = 1
-    takes = "nodes"
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -37,8 +35,6 @@ class Speed(ScalarMeasure):
 
     form = "speed(A)"
     dimension = units.VELOCITY
-    subjects = 1
-    takes = "nodes"
     needs = ("motion",)
 
     @staticmethod
@@ -55,7 +51,6 @@ class Distance(ScalarMeasure):
     form = "distance(A, B)"
     dimension = units.LENGTH
     subjects = 2
-    takes = "nodes"
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -76,8 +71,6 @@ class Gap(ScalarMeasure):
 
     form = "gap(A)"
     dimension = units.LENGTH
-    subjects = 1
-    takes = "nodes"
     needs = ("division",)
 
     @staticmethod

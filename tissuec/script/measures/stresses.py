@@ -52,8 +52,6 @@ class Stress(DirectedMeasure):
 
     form = "stress(A)"
     dimension = units.PRESSURE
-    subjects = 1
-    takes = "nodes"
     needs = ("elements",)
 
     @staticmethod
@@ -83,8 +81,6 @@ class LargestPrincipalStress(ScalarMeasure):
 
     form = "largest principal stress(A)"
     dimension = units.PRESSURE
-    subjects = 1
-    takes = "nodes"
     needs = ("elements",)
 
     @staticmethod
@@ -103,8 +99,6 @@ class SmallestPrincipalStress(ScalarMeasure):
 
     form = "smallest principal stress(A)"
     dimension = units.PRESSURE
-    subjects = 1
-    takes = "nodes"
     needs = ("elements",)
 
     @staticmethod
@@ -124,8 +118,6 @@ class PlasticStrain(ScalarMeasure):
 
     form = "plastic strain(A)"
     dimension = units.NUMBER
-    subjects = 1
-    takes = "nodes"
     needs = ("elements", "yielding")
 
     @staticmethod

@@ -22,7 +22,6 @@ class Volume(ScalarMeasure):
 
     form = "volume(A)"
     dimension = units.VOLUME
-    subjects = 1
     takes = "body"
     needs = ("inside",)
 
@@ -49,8 +48,6 @@ class Pressure(ScalarMeasure):
 
     form = "pressure(A)"
     dimension = units.PRESSURE
-    subjects = 1
-    takes = "nodes"
     needs = ("pressure",)
 
     @staticmethod
@@ -81,8 +78,6 @@ class AppliedPressure(ScalarMeasure):
 
     form = "applied pressure(A)"
     dimension = units.PRESSURE
-    subjects = 1
-    takes = "nodes"
     needs = ("load",)
 
     @staticmethod
